@@ -1,9 +1,9 @@
-"""A Franka Panda in MuJoCo that carries plans out, watches what it does and leaves a record to check and to show.
+"""Execution of plans by a robot arm in MuJoCo: in closed loop, with logs that can be checked and shown.
 
 The names in `__init__.pyi` can be imported from here; each is loaded when it is first asked for.
 
-MuJoCo loads an OpenGL backend as it is imported, and cannot be imported where MUJOCO_GL names one that is missing.
-Physics needs none, so it is then imported without; whoever wants a picture is told by `sim.rendering.opengl`.
+MuJoCo loads an OpenGL backend when it is imported, which fails if MUJOCO_GL names a missing one. Physics needs no
+OpenGL, so MuJoCo is then imported without it, and `sim.rendering.opengl` reports the problem when a picture is needed.
 """
 
 import os
@@ -25,13 +25,13 @@ except (AttributeError, ImportError, OSError, RuntimeError):
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 
 _HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\w+) as", _STUB, re.MULTILINE)}
-"""Which file defines what this package offers."""
+"""The module that defines each name."""
 
 __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
-    """Load what is asked for."""
+    """Load a name on first access."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(_HOME[name]), name)
@@ -40,5 +40,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """Return what there is and what can be loaded."""
+    """Return the names that are loaded, and those that can be."""
     return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""Errors of the simulation, under the planner's root."""
+"""Errors of the simulation, all of them a `PrefplanError`."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from prefplan.errors import PrefplanError
 
 
 class SimulationError(PrefplanError):
-    """A scene that cannot be built or carried out, e.g. a location out of the arm's reach.
+    """A scene that cannot be built, or a motion that is impossible, e.g. to a location out of the arm's reach.
 
     Attributes:
         faults: what is wrong, a sentence for each fault.
     """
 
     def __init__(self, *faults: str) -> None:
-        """Take a sentence for each fault; the message has all of them."""
+        """Store a sentence for each fault; the message has all of them."""
         super().__init__("; ".join(faults))
         self.faults = faults
 
 
 @contextmanager
 def collecting(faults: list[str]) -> Iterator[None]:
-    """Add the faults of a `SimulationError` to a list, each once, and go on after the block."""
+    """Add the faults of a `SimulationError` in this context to a list, each once, and suppress the error."""
     try:
         yield
     except SimulationError as error:
@@ -32,35 +32,35 @@ def collecting(faults: list[str]) -> Iterator[None]:
 
 
 class BlockedError(SimulationError):
-    """A motion for which no collision-free path or grip was found; as long as nothing is moved, none will be.
+    """A motion for which no collision-free path or grasp was found; it fails again unless something is moved.
 
     Attributes:
         by: names of the bodies in the way: objects, or fixtures such as a lamp; empty if none is in the way.
     """
 
     def __init__(self, message: str, by: Collection[str]) -> None:
-        """Take a message, and the names of the bodies in the way."""
+        """Store a message, and the names of the bodies in the way."""
         super().__init__(message)
         self.by = tuple(sorted(by))
 
     @classmethod
     def on_the_way(cls, by: Collection[str]) -> Self:
-        """Return the error of a motion with bodies on its way."""
+        """Return the error of a motion with bodies on its path."""
         return cls(f"the way is blocked by {' and '.join(sorted(by))}", by)
 
     @classmethod
     def beside_fingers(cls, by: Collection[str]) -> Self:
-        """Return the error of a grip or a release with bodies where the fingers would be."""
+        """Return the error of a grasp or a release with bodies where the fingers would be."""
         return cls(f"no room for the fingers: they would touch {' and '.join(sorted(by))}", by)
 
 
 class RenderingError(PrefplanError):
-    """No picture can be made on this machine; the message names what mends it."""
+    """A picture or video that cannot be made, e.g. because OpenGL is missing; the message says why."""
 
 
 class RobotError(PrefplanError):
-    """A robot that is unknown or cannot be fetched; the message names one that can be had."""
+    """A robot that is unknown, unsuitable or not available on this machine."""
 
 
 class LogError(PrefplanError):
-    """A file that is no log of a run, or none that can be read."""
+    """A file that is not the log of a run, or cannot be read."""

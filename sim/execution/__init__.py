@@ -1,1 +1,1 @@
-"""Plans carried out: the executor, the closed loop around it, faults, and measured costs."""
+"""Execution of plans: the executor, the closed loop around it, faults, and measured costs."""

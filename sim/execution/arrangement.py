@@ -1,4 +1,4 @@
-"""Arrangements of objects in which one of them lies free at a location, as near to the start as the model allows."""
+"""Arrangements in which nothing lies on one object at a location, as similar to the start as the model allows."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 AWAY_M = np.array([50.0, 50.0, -10.0])
-"""Where objects are that are left out, m."""
+"""(3,) position of objects that are left out, m."""
 
 Places = dict[str, str]
 """Locations of objects by their names, in the model's order; objects that are left out have none."""
 
 
 def allowed_places(model: ManipulationModel) -> Iterator[tuple[str, str]]:
-    """Yield each object and location for which the model has states in which the one lies free at the other."""
+    """Yield each movable object and location for which `arranged` finds an arrangement."""
     for obj in model.objects:
         for place in model.locations:
             if not obj.fixed and arranged(model, obj.name, place.name) is not None:
@@ -28,10 +28,10 @@ def allowed_places(model: ManipulationModel) -> Iterator[tuple[str, str]]:
 
 
 def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None:
-    """Return where objects are when one lies free at a location: the others where they start, as far as that goes.
+    """Return where objects are when nothing lies on one at a location; the others are at their starts if possible.
 
-    What lies on it, or would be at its place, is left out. Where locations must carry it, others are put there if none
-    starts there. None if that cannot be: what is fixed keeps it from being there.
+    Objects that would lie on it or take its place are left out. If the location rests on others, objects are put there
+    where none starts. None if fixed objects make this impossible.
     """
     start = model.initial_state.place
     places = {other: place for other, place in start.items() if other != obj}
@@ -58,7 +58,7 @@ def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None
 
 
 def _supported(model: ManipulationModel, places: Places) -> Places:
-    """Return the places without those objects that would lie on nothing."""
+    """Return the places without objects whose supports are missing."""
     resting = {
         obj: place
         for obj, place in places.items()
@@ -68,13 +68,13 @@ def _supported(model: ManipulationModel, places: Places) -> Places:
 
 
 def _over(model: ManipulationModel, location: str) -> set[str]:
-    """Return the locations that lie on a location, and so on."""
+    """Return all locations that rest on a location, directly or on one another."""
     direct = {place.name for place in model.locations if location in place.on}
     return direct.union(*(_over(model, upper) for upper in direct))
 
 
 def _stand_in(model: ManipulationModel, places: Places, obj: str, kept: list[str]) -> str | None:
-    """Return an object that can be put below another one: one that is left out, or else nothing lies on."""
+    """Return a movable object to put below another: preferably one that is left out, else one that carries nothing."""
     start = model.initial_state.place
     carrying = {support for place in places.values() for support in model.location(place).on}
     below = under(model, start[obj])
@@ -87,10 +87,10 @@ def _stand_in(model: ManipulationModel, places: Places, obj: str, kept: list[str
 
 
 def staged(scene: Scene, places: Places) -> Scene:
-    """Return a scene that has some of the objects alone, each where it is to be, in the slots where they start.
+    """Return a scene with the objects in `places` alone; those at their start location keep their slots.
 
     Raises:
-        ModelError: they cannot be there.
+        ModelError: the model does not allow these places.
     """
     model = scene.model
     first = model.initial_state
@@ -103,14 +103,14 @@ def staged(scene: Scene, places: Places) -> Scene:
             taken = np.array([[i in used] for i in range(known[place])])
             slots[obj] = int(free_slot(taken)[0])
     found = beginning(scene, places, slots)
-    replace(found.model, begin=None)  # raises ModelError for what lies on nothing
+    replace(found.model, begin=None)  # raises ModelError for objects without their supports
     return found
 
 
 def beginning(scene: Scene, places: Places, slots: Mapping[str, int]) -> Scene:
-    """Return a scene that has some of the objects alone, each in a slot of a location, and the empty hand at its start.
+    """Return a scene with the objects in `places` alone, each in a slot of its location, and an empty hand.
 
-    Slots are by object, wherever a location has several.
+    `slots` has the index of the slot by object, for objects at locations with several slots.
     """
     model = scene.model
     objects = tuple(replace(obj, start=places[obj.name]) for obj in model.objects if obj.name in places)

@@ -1,4 +1,4 @@
-"""Closed loop: a plan is executed, and planned again where an observation affects what is left of it."""
+"""Closed loop: executes a plan, and plans again when an observation affects the rest of the plan."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.perception.sensors import ObservationTimeoutError
 
 MAX_REPLANS = 10
-"""New plans in one execution."""
+"""Greatest number of new plans in one execution."""
 
 GoOn = Callable[[Problem, Past, TransitionSystem], Plan]
-"""Returns the plan to follow, which begins with the past; raises NoPlanError if there is none."""
+"""Returns a new plan, which begins with the past; raises NoPlanError if there is none."""
 
 
 @dataclass(frozen=True)
 class Pursuit:
-    """How the pursuit of a plan ended.
+    """Result of the execution of a plan in closed loop.
 
     Attributes:
-        plan: the one that was followed last; its actions are what was carried out if it was completed.
-        replans: how many times another plan was made.
-        retries: how many times an action was tried again as it was.
-        violated: tasks that can no longer be satisfied after what happened.
+        plan: the last plan; if the run was completed, its actions are those that were carried out.
+        replans: number of new plans.
+        retries: number of times that an action was tried again and the rest of the plan kept.
+        violated: tasks that can no longer be satisfied.
     """
 
     plan: Plan
@@ -43,15 +43,15 @@ class Pursuit:
 
 
 class _GivenUp(Exception):
-    """The pursuit ends without success; the message says why."""
+    """The execution is given up; the message says why."""
 
 
 class ClosedLoop:
-    """The pursuit of a plan.
+    """The execution of a plan that is planned again after mismatches.
 
     Attributes:
         run: the execution.
-        plan: the one followed at present.
+        plan: the current plan.
     """
 
     def __init__(
@@ -63,18 +63,18 @@ class ClosedLoop:
         go_on: GoOn,
         on_progress: Callable[[int, int, str], None] = lambda done, total, action: None,
     ) -> None:
-        """Pursue a plan.
+        """Prepare the execution of a plan; `pursue` carries it out.
 
         Args:
             run: an execution at its start.
-            problem: what was planned.
+            problem: the problem that was planned.
             plan: one of its plans.
             go_on: returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`.
             on_progress: called before each action with the number of actions done, that of all actions, and its name.
         """
         self.run, self.plan = run, plan
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
-        # What is still pursued, and why that is not all of the problem.
+        # The problem without the tasks that were given up, and why they were.
         self._goal = problem
         self._shortfalls: list[str] = []
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
@@ -83,7 +83,7 @@ class ClosedLoop:
 
     @property
     def pursuit(self) -> Pursuit:
-        """The result up to now."""
+        """The result so far."""
         return Pursuit(self.plan, self._replans, self._retries, violated(self._problem, self._labels))
 
     @property
@@ -91,9 +91,10 @@ class ClosedLoop:
         return [state.label for state in self._states]
 
     def pursue(self) -> None:
-        """Execute the plan until it is completed or given up; then `run.reason` says why.
+        """Execute the plan until it is completed or given up; if it is given up, `run.reason` says why.
 
-        Where not all tasks can be done any more, those are that can without making one of the others impossible.
+        If some tasks can no longer be done, the others are, except those that would make one of the former impossible
+        for good.
         """
         try:
             if not self.run.check_state():
@@ -114,7 +115,7 @@ class ClosedLoop:
             self.run.cell.log_event("ended", reason=self.run.reason)
 
     def _is_completed(self) -> bool:
-        """Return whether the plan is carried out, and nothing moves any more where the model says that it is."""
+        """Return whether all actions are done and an observation of objects at rest confirms the final state."""
         for _ in range(MAX_REPLANS):
             if len(self.run.steps) < len(self.plan.actions):
                 return False
@@ -125,12 +126,12 @@ class ClosedLoop:
         raise _GivenUp(surprise)
 
     def _replan(self) -> None:
-        """Ground the present state in an observation, and follow the best plan from there.
+        """Ground the current state in an observation, and follow the best plan from there.
 
-        A plan of which nothing that is left is affected is followed on.
+        If the rest of the plan is not affected, it is kept.
 
         Raises:
-            _GivenUp: there is no plan, or too many were made.
+            _GivenUp: there is no plan, or `MAX_REPLANS` is exceeded.
         """
         run, surprise = self.run, self.run.reason or ""
         if run.lost_sensor:
@@ -167,15 +168,15 @@ class ClosedLoop:
         run.cell.log_event("replan", **detail)
 
     def _system(self) -> TransitionSystem:
-        """Return the model from the present state on, without what has failed."""
+        """Return the model from the current state on, without the actions that are barred after failures."""
         return self.run.scene.model.transition_system().without(self._failures.barred)
 
     def _plan_on(self, surprise: str, system: TransitionSystem) -> tuple[str, TransitionSystem]:
-        """Plan from here on in a model; return what led to that plan, and the model that it is of.
+        """Plan from the current state in a model; return the reason for the new plan, and the model in which it is.
 
         Raises:
             PrefplanError: no plan can be made.
-            _GivenUp: nothing is left to do.
+            _GivenUp: no task can be done any more.
         """
         past, labels = self._past(), self._labels
         problem = self._failures.with_detours(sparing(self._goal, self._left_out(self._goal), labels), labels)
@@ -195,11 +196,11 @@ class ClosedLoop:
         return [task for task in self._problem.tasks if task.name not in goal.names]
 
     def _worth(self, plan: Plan, past: Past, system: TransitionSystem) -> Plan:
-        """Return a plan with its worth for all tasks, those left out included."""
+        """Return a plan with its costs and penalty for all tasks, including those left out."""
         return plan if self._goal is self._problem else valued(self._problem, past, plan, system)
 
     def _is_unaffected(self, system: TransitionSystem) -> bool:
-        """Return whether the rest of the plan does to the tasks in a new model what it was to do in the present one."""
+        """Return whether the rest of the plan has the same labels and costs in a new model as it was predicted to."""
         run = self.run
         rest = self.plan.actions[len(run.steps) :]
         try:
@@ -208,10 +209,10 @@ class ClosedLoop:
             return False
 
     def _trace(self, system: TransitionSystem, state: int, actions: Sequence[str]) -> list[tuple[Label, Number]]:
-        """Return what the tasks see before each of some actions, and its cost; and what they see at the end.
+        """Return the tasks' propositions before each action with its cost, and those at the end with 0.
 
         Raises:
-            ModelError: an action does not exist.
+            ModelError: an action is not applicable.
         """
         trace = []
         for action in actions:
@@ -232,7 +233,7 @@ class ClosedLoop:
         )
 
     def _why_no_plan(self, surprise: str, error: NoPlanError) -> str:
-        """Return why there is no plan any more for all tasks, in a sentence."""
+        """Return in a sentence why there is no longer a plan for all tasks."""
         why, spared = [surprise], {task.name for task in self._left_out(self._goal)}
         if broken := violated(self._goal, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
@@ -241,16 +242,16 @@ class ClosedLoop:
         elif self._failures.repeated:
             why.append(f"given up after {MAX_ATTEMPTS} attempts")
         elif self._failures:
-            why.append("there is no way round it")
+            why.append("no other plan avoids it")
         else:
             why.append(str(error.reason))
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
 
     def _leave_tasks_out(self, why: str, past: Past, system: TransitionSystem) -> None:
-        """Pursue those tasks alone that can still be done without making one of the others impossible for good.
+        """Continue with those tasks alone that can be done without making one of the others impossible for good.
 
         Raises:
-            _GivenUp: there are none, or nothing is left to do for them.
+            _GivenUp: there are none, or they need no further action.
         """
         goal = self._goal
         found = achievable(goal, past, system)
@@ -272,7 +273,7 @@ class ClosedLoop:
 
 
 def _what_could_be(problem: Problem, plan: Plan, spoils: Sequence[str]) -> str:
-    """Return in words what a plan would do for the tasks of a problem, and which others it would make impossible."""
+    """Return in words which tasks a plan would satisfy or skip, and which others it would make impossible."""
     skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
     ends = {"satisfied": set(problem.names) - skipped, "skipped": skipped}
     words = [

@@ -1,4 +1,4 @@
-"""Measurement of actions: each is simulated in states in which the model allows it, after one that leads there."""
+"""Measured costs: each action is simulated in states in which it is applicable, after the actions that lead there."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from sim.skills.skill import SkillError
 from sim.world.scene import Scene, initial_state
 
 SAMPLES = 4
-"""Simulations of an action, spread over the states in which it exists; one an object where those are more."""
+"""Simulations of an action, spread over the states in which it is applicable; if it has more objects, one for each."""
 
 BATCH = 8
-"""Actions that a process measures before it reports them: a few seconds of work."""
+"""Number of actions that a process measures before it reports them: a few seconds of work."""
 
 MOTION = ("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills")
-"""Folders of `sim` that decide what an action takes."""
+"""Folders of `sim` on which measured costs depend."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class Trial:
     """An action to simulate.
 
     Attributes:
-        state: where the hand and the objects are before it.
+        state: of the model, before the action.
         action: as in plans, e.g. `transport blue san`.
-        put: the object that the hand has just put down, so that it starts above it; None if it came from elsewhere.
+        put: the object that the hand has just released and is above; None if the hand came from elsewhere.
     """
 
     state: ManipulationState
@@ -54,11 +54,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Failure:
-    """An action that no simulation could carry out.
+    """An action that failed in every simulation.
 
     Attributes:
         pair: its kind, and the hand's pose before and after it.
-        reason: why the first simulation could not.
+        reason: why it failed in the first one.
     """
 
     pair: Pair
@@ -66,7 +66,7 @@ class Failure:
 
 
 def sources() -> str:
-    """Return a digest of the sources that decide what an action takes; measurements with another one are outdated."""
+    """Return a digest of the sources on which measured costs depend; measurements with another one are outdated."""
     digest = hashlib.sha256()
     sim = Path(__file__).parents[1]
     programs = (source for name in MOTION for source in sorted((sim / name).rglob("*.py")))
@@ -76,11 +76,11 @@ def sources() -> str:
 
 
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
-    """Return what to simulate for every pair of poses between which a plan might take an action.
+    """Return the simulations for every kind of action and pair of hand poses that occurs in the model.
 
-    Every object that can be the action's has its turn, and states from the start's to the remotest are sampled evenly.
-    In a large model no two states are looked at that differ only in which object lies where; there all movable objects
-    have their turn.
+    Every object that the action can have is sampled, and states are sampled evenly from the start to the remotest. In a
+    large model, of states that differ only by exchanged objects only one is considered; there all movable objects are
+    sampled.
     """
     hands = hand_poses(
         (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
@@ -125,7 +125,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
 
 
 def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement | Failure:
-    """Simulate an action in every sample and return what it took on average where it worked out."""
+    """Simulate an action in every sample and return the mean effort of those in which it succeeded."""
     efforts, failures = [], []
     for trial in samples:
         try:
@@ -141,7 +141,7 @@ def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement |
 def measure_all(
     scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
 ) -> Iterator[Measurement | Failure]:
-    """Measure the actions of `trials` in `jobs` processes, 1 for this one, and yield each as it is done."""
+    """Measure the actions of `trials` in `jobs` processes (1: this process), and yield results as they are finished."""
     items = list(wanted.items())
     batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
     work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
@@ -154,10 +154,10 @@ def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) 
 
 
 def simulate(scene: Scene, trial: Trial) -> Effort:
-    """Return what an action takes of the arm, once the hand has come to where it begins.
+    """Return the effort of an action, without that of the actions before it which lead to its state.
 
-    An object that it holds then was grasped there, so that it lies in the hand as it does in an execution; one that it
-    has just put down was grasped there as well.
+    An object that the hand holds or has just released is grasped at that location first, so that it lies in the hand as
+    in an execution.
 
     Raises:
         SimulationError: the action, or one that leads to its state, fails.
@@ -185,7 +185,7 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
 
 
 def _exchanged(model: ManipulationModel, state: ManipulationState, one: str, other: str) -> ManipulationState:
-    """Return a state in which two objects have changed places."""
+    """Return the state with two objects exchanged."""
     order = [obj.name for obj in model.objects]
     name = {obj: obj for obj in order} | {one: other, other: one}
     return replace(
@@ -198,7 +198,7 @@ def _exchanged(model: ManipulationModel, state: ManipulationState, one: str, oth
 
 
 def _put(state: ManipulationState) -> str | None:
-    """Return the object that lies where the empty hand is."""
+    """Return the object in the slot where the empty hand is, or None."""
     slots = dict(state.slots)
     here = (obj for obj, place in state.places if place == state.hand and slots.get(obj) == state.hand_slot)
     return next(here, None)
@@ -219,10 +219,10 @@ def _check_effect(cell: Workcell, action: Action) -> None:
 
 
 def _sample(turns: Mapping[str, np.ndarray]) -> list[tuple[int, str]]:
-    """Return a sample of a pair's edges, from the first to the last, each with the object whose turn it is.
+    """Return a sample of a pair's edges, from the first to the last, each with its object.
 
     Args:
-        turns: the edges from which each object's are taken.
+        turns: the edges to sample for each object.
     """
     count = len(turns) * max(1, round(SAMPLES / len(turns)))
     chosen = []

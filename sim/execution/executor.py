@@ -1,4 +1,4 @@
-"""Execution of a plan, action by action; each is confirmed by an observation before the next begins."""
+"""Execution of a plan, action by action; each is confirmed by an observation before the next one begins."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ SETTLE_AFTER_FAILURE_S = 1.0
 
 
 class Execution:
-    """The execution of a plan: the simulation, and the state that the model predicts.
+    """The execution of a plan: the simulation, and the state predicted by the model.
 
     Attributes:
-        scene: what is simulated, with the model that fits the last observation.
+        scene: the simulated scene, with the model grounded in the last observation.
         system: the model's transition system.
         cell: the running simulation.
-        state: index in `system` of the state that was last confirmed.
-        predicted: index of the state that the model predicts after the last action.
+        state: index in `system` of the last confirmed state.
+        predicted: index in `system` of the state predicted after the last action.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
         blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
-            its goal was out of reach; None if it may succeed when it is tried again.
-        lost: why the arm cannot take an object, by its name.
+            its goal was out of reach; None if the action may succeed when it is tried again.
+        lost: objects that the arm cannot grasp, by name, with the reason.
         injector: injects the faults.
     """
 
@@ -63,19 +63,19 @@ class Execution:
         faults: Sequence[Fault] = (),
         seed: int | None = None,
     ) -> None:
-        """Begin at the model's start; a hand that starts over a location is brought there first.
+        """Begin at the model's start; if the hand starts over a location, it is moved there first.
 
         Args:
             scene: the scene.
             data: from `initial_state`.
-            system: the model's transition system, if it was built already: that takes a tenth of a rollout.
-            sensor: an exact one unless it is given.
+            system: the model's transition system; None to build it, which takes a tenth of the time of a rollout.
+            sensor: observes the objects; None for exact poses.
             skills: by kind of action.
             faults: faults to inject.
-            seed: of their random numbers, and of the search for paths.
+            seed: of the faults' random numbers and of the motion planner; None for 0.
 
         Raises:
-            SimulationError: a kind of action of the model has no skill, or the hand cannot be where it starts.
+            SimulationError: a kind of action of the model has no skill, or the hand cannot reach its start.
         """
         for kind in scene.model.kinds:
             if kind not in skills:
@@ -100,10 +100,10 @@ class Execution:
                 raise SimulationError(unable_to_begin(scene, error)) from None
 
     def check_state(self, *, at_rest: bool = False) -> bool:
-        """Return whether an observation agrees with the present state; if not, `reason` says why.
+        """Return whether an observation agrees with the current state; if not, `reason` says why.
 
         Args:
-            at_rest: wait until nothing moves any more; it does not agree as long as something does.
+            at_rest: whether to wait until all objects are at rest; one that does not come to rest is a mismatch.
         """
         state = self._states(self.state)
         try:
@@ -119,23 +119,23 @@ class Execution:
         return self.reason is None
 
     def step(self, action: str, *, ahead: Sequence[str] = ()) -> bool:
-        """Carry out one action and compare what is observed with what the model predicts.
+        """Carry out one action and compare the observed state with the predicted one.
 
         Args:
-            action: what to do.
-            ahead: what is to be done then; an object is taken so that it can be put where it goes next.
+            action: the action.
+            ahead: the actions after it; an object is grasped so that it can be released at its next location.
 
         Returns:
-            Whether they agree; if not, `reason` says why.
+            Whether the states agree; if not, `reason` says why.
 
         Raises:
-            ModelError: the action does not exist in the present state.
+            ModelError: the action is not applicable in the current state.
         """
         target, cost = self.system.step(self.state, action)
         self.predicted = target
         before, predicted = self._states(self.state), self._states(target)
         symbolic = self.scene.model.action(action)
-        # The poses of objects that were moved since the last action may not be up to date yet.
+        # If a fault has moved objects since the last action, derived quantities are out of date.
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.effort
         self.injector.begin(len(self.steps) + 1)
@@ -163,9 +163,9 @@ class Execution:
         return True
 
     def reground(self) -> ManipulationState:
-        """Ground the present state in an observation, in a model that has this state; return it.
+        """Ground the current state in an observation, extend the model so that it has this state, and return it.
 
-        Objects in motion are waited for. The last action is taken to have led to that state.
+        Waits until objects are at rest. The last step is recorded as having led to this state.
 
         Raises:
             ObservationTimeoutError: an object is not observed for too long.
@@ -174,7 +174,7 @@ class Execution:
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
         poses, _ = poses_at_rest(cell)
-        cell.destination = None  # not known until it is planned again
+        cell.destination = None  # not known before the next plan
         lost = partial(why_lost, cell)
         found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, why_lost=lost)
         self.scene, self.lost = found.scene, found.lost
@@ -184,12 +184,12 @@ class Execution:
         return found.state
 
     def go_on(self, system: TransitionSystem) -> None:
-        """Go on in another transition system, which starts in the present state."""
+        """Continue in another transition system, which starts in the current state."""
         self.system, self.reason = system, None
         self.state = self.predicted = system.start
 
     def rollout(self) -> Rollout:
-        """Return all that happened so far, once the arm has come to rest."""
+        """Return the record of the run so far, after the arm has come to rest."""
         cell = self.cell
         cell.settle()
         return Rollout(
@@ -209,7 +209,7 @@ class Execution:
         return cast(ManipulationState, self.system.states[index])
 
     def _attempt(self, action: Action, held: str | None) -> str | None:
-        """Perform an action that should end with an object in the hand, or with none; return why it failed, or None.
+        """Perform an action after which the hand should hold an object, or None; return why it failed, or None.
 
         Raises:
             ObservationTimeoutError: an object is not observed for too long.
@@ -234,7 +234,7 @@ class Execution:
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
     ) -> ManipulationState:
-        """Ground the state in observed poses; a mark counts once its object rests where it was released."""
+        """Ground the state in observed poses; a mark counts only if its object rests where it was released."""
         cell = self.cell
         seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
@@ -242,7 +242,7 @@ class Execution:
 
     def _placement_error(self) -> float:
         """Return the largest horizontal distance of a placed object from its slot's centre, m."""
-        # An object that fell from the table is not in the model any more.
+        # `poses` lacks objects that fell from the table.
         poses = true_poses(self.scene, self.cell.data)
         placed = self._placed & poses.keys()
         slots = {obj: slot for obj in placed if (slot := slot_of(self.scene, poses, obj)) is not None}
@@ -267,10 +267,10 @@ def execute(
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
         system: as for `Execution`.
         skills: as for `Execution`.
-        on_progress: called before each action with how many are done, how many there are, and its name.
+        on_progress: called before each action with the number of actions done, that of all actions, and its name.
 
     Raises:
-        ModelError: an action does not exist in the state in which the plan takes it; nothing is simulated then.
+        ModelError: an action is not applicable in its state; nothing is simulated then.
     """
     run = Execution(scene, initial_state(scene, seed=seed), system=system, skills=skills)
     state = run.state
@@ -285,6 +285,6 @@ def execute(
 
 
 def _next_release(scene: Scene, obj: str, ahead: Sequence[str]) -> str | None:
-    """Return where an object is put down by the first of some actions that does; None if none of them does."""
+    """Return the location of the first action that releases an object; None if there is none."""
     coming = (scene.model.action(text) for text in ahead)
     return next((action.location for action in coming if action.kind == "release" and action.obj == obj), None)

@@ -1,4 +1,4 @@
-"""Failed actions, and what plans made after them leave out or bring first."""
+"""Failed actions, and the constraints that they put on later plans."""
 
 from __future__ import annotations
 
@@ -13,39 +13,39 @@ from prefplan.replanning import with_rules
 from sim.execution.executor import Execution
 
 MAX_ATTEMPTS = 3
-"""Number of times an action may lead to the same unexpected state before it is given up; and of failed ways to put an
-object down at a location."""
+"""Number of times that an action may lead to the same unexpected state before it is given up, and number of detours for
+an object to a location."""
 
 
 class Failures:
     """The failed actions of an execution.
 
     Attributes:
-        barred: actions that plans must not contain where some propositions hold.
-        repeated: whether an action failed so often that it was given up.
+        barred: actions that plans must not contain in states with certain propositions.
+        repeated: whether an action was given up after `MAX_ATTEMPTS`.
     """
 
     def __init__(self) -> None:
-        """Nothing has failed yet."""
+        """Begin without failures."""
         self.barred: set[tuple[frozenset[str], str]] = set()
         self.repeated = False
         self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
-        # Rules, by the object, where it was taken, and where it is not to be put before it was elsewhere.
+        # Formulas of rules, by the object, the location where it was grasped, and the blocked one.
         self._detours: dict[tuple[str, str, str], str] = {}
-        # What is barred instead where no plan has these detours; they are not tried any more then.
+        # What is barred instead if no plan has these detours, which are then given up.
         self._instead: set[tuple[frozenset[str], str]] = set()
         self._detours_barred = False
 
     def __bool__(self) -> bool:
-        """Whether plans leave anything out."""
+        """Whether there are constraints on plans."""
         return bool(self.barred or self._detours)
 
     def record(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> None:
-        """Record the last action of an execution as failed; it counts if it was blocked, or failed repeatedly.
+        """Record the last action of an execution as failed; it is barred if it was blocked, or failed repeatedly.
 
         Args:
             run: the execution.
-            problem: what is pursued.
+            problem: the problem that is executed.
             before: the observed states up to that action.
         """
         action, state = run.steps[-1].action, run.steps[-1].observed
@@ -57,20 +57,20 @@ class Failures:
             bars |= {(_conditions(run, s), action) for s in (before[-1], state)}
 
     def with_detours(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
-        """Return a problem with the rules of detours, but those that are broken by the last label."""
+        """Return a problem with the rules of detours, except those that the observed labels have broken."""
         if not self._detours:
             return problem
         taken = {*problem.names, *(rule.name for rule in problem.rules)}
         names = (name for k in itertools.count() if (name := f"detour_{k}") not in taken)
         rules = [Rule(name, formula) for name, formula in zip(names, self._detours.values(), strict=False)]
-        # An object may have been taken from a temporary location, which the problem does not know.
+        # An object may have been grasped at a temporary location, which the problem does not know.
         sources = {at(obj, source) for obj, source, _ in self._detours}
         system = problem.system.knowing(problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules)
         return with_rules(knowing, rules, labels)
 
     def bar_detours(self) -> bool:
-        """Bar what detours were to replace, from now on; return whether there were any."""
+        """Give up detours and bar the actions that they were to replace; return whether there were any."""
         found = bool(self._detours)
         self.barred |= self._instead
         self._detours.clear()
@@ -78,10 +78,10 @@ class Failures:
         return found
 
     def _adds_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
-        """Let plans bring a held object that a fixture keeps from a location elsewhere first; return whether they may.
+        """Require a detour for a held object that a fixture keeps from a location; return whether one was added.
 
-        The hand may not come there as it took the object where that was; from elsewhere it takes it in another way.
-        Then no plan brings it from the one place straight to the other any more.
+        In the present grasp the hand cannot reach the location; after the object was put down elsewhere, another grasp
+        may. So plans must not bring the object from where it was grasped directly to that location.
         """
         symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
@@ -98,12 +98,12 @@ class Failures:
 
 
 def _is_blocked_by_fixtures(run: Execution) -> bool:
-    """Return whether the last action was blocked, or its goal out of reach, and no object is in the way."""
+    """Return whether the last action was blocked by fixtures alone, or its goal was out of reach."""
     return run.blocked is not None and not any(name in run.scene.shapes for name in run.blocked)
 
 
 def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
-    """Return the propositions of a state under which the last action would fail again.
+    """Return the propositions of a state under which the last action is expected to fail again.
 
     An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
     is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how

@@ -1,4 +1,4 @@
-"""Fault injection: faults in a running simulation, scheduled or as a person makes them; a seed determines them."""
+"""Fault injection: faults in a running simulation, scheduled or triggered by a user; a seed determines them."""
 
 from __future__ import annotations
 
@@ -19,60 +19,60 @@ from sim.world.places import Slot
 from sim.world.shapes import about_z
 
 STREAM = 2
-"""Number of the random stream for faults: the same seed gives the same start poses with and without."""
+"""Number of the random stream for faults, so that a seed gives the same start poses with and without faults."""
 
 LIFTED_HEIGHT_M = 0.01
-"""An object hangs in the hand when it is this much higher than where it was gripped."""
+"""An object counts as lifted when it is this much higher than where it was gripped."""
 
 SLIP_DELAY_S = 1.0
 """Greatest delay of a slip after the first moment at which it can happen."""
 
 SLIP_DURATION_S = 0.25
-"""How long the hand opens when an object slips from it."""
+"""How long the hand is open when an object slips from it."""
 
 SLIP_GAP_M = 0.02
-"""By how much it opens."""
+"""By how much the hand opens then."""
 
 RELOCATION_PROBABILITY = 0.3
-"""Chance that an object is moved to another location rather than to anywhere on the table."""
+"""Probability that an object is moved to a free location rather than to anywhere on the table."""
 
 BETWEEN_FINGERS_M = 0.0275
-"""An object that is nearer than this to the point between the pads is between the fingers."""
+"""An object nearer than this to the point between the pads counts as between the fingers."""
 
 MAX_DISTANCE_M, MAX_BEARING_RAD = 0.64, np.radians(65)
-"""Greatest distance from the base and angle from straight ahead at which a moved object is put down. They are the
-fault's, whatever the robot: those that ship reach 0.78 m there."""
+"""Greatest distance from the base and angle from straight ahead at which a moved object is put down, the same for every
+robot: those that ship reach 0.78 m there."""
 
 MAX_SLOT_OFFSET = np.array([0.005, 0.005, np.radians(5)])
-"""Greatest offset and turn from a slot of an object that is moved into it: m, m and rad."""
+"""Greatest offset along x, along y and about z of an object that is moved into a slot: m, m and rad."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
 """Range of an object's horizontal speed when it is knocked over, and its upward speed."""
 
 TUMBLE_SPEEDS_RAD_S = (8.0, 14.0)
-"""Range of its rotational speed."""
+"""Range of its rotational speed then."""
 
 PULL_RATE_RAD_S = 15.0
-"""Natural frequency of the spring, critically damped, by which a person pulls an object."""
+"""Natural frequency of the critically damped spring by which a user pulls an object."""
 
 MAX_PULL_N = 8.0
-"""Greatest force of that spring: less than a third of what the hand holds an object with."""
+"""Greatest force of that spring: less than a third of the hand's gripping force."""
 
 MAX_DRAWS = 500
-"""Poses drawn for a moved object until one is free."""
+"""Number of poses drawn for a moved object at most, until one is free."""
 
 
 class FaultInjector:
-    """Faults that are injected into a running simulation when they fall due, or at once.
+    """Injects faults into a running simulation when they fall due, or at once.
 
     Attributes:
-        happened: time of each fault that has happened, s, by its number.
+        happened: simulated time of each fault that has happened, s, by its index.
     """
 
     def __init__(
         self, cell: Workcell, skills: MutableMapping[str, Skill], faults: Sequence[Fault], *, seed: int | None
     ) -> None:
-        """Inject faults into a simulation and its skills, some of which it wraps; the seed is 0 if there is none."""
+        """Inject faults into a simulation and its skills, some of which are wrapped; without a seed it is 0."""
         self._cell, self._skills, self._action, self._seed = cell, skills, 0, seed or 0
         self._faults = list(enumerate(faults))
         self._spares: Iterator[str] = iter(cell.scene.spares)
@@ -97,7 +97,7 @@ class FaultInjector:
         self._tick()
 
     def inject(self, fault: Fault) -> bool:
-        """Let a fault happen now, whatever action it names; return whether it can."""
+        """Let a fault happen now if it can, whatever its action; return whether it does."""
         i = len(self._rng)
         self._rng.append(self._generator(i))
         self._delays.append(0.0)
@@ -105,14 +105,14 @@ class FaultInjector:
         return self._happens(i, fault)
 
     def pull(self, obj: str, target: np.ndarray) -> None:
-        """Pull an object towards a (3,) point, m, by a spring, until another call or `let_go`."""
+        """Pull an object towards a (3,) point, m, by a spring, until the next call or `let_go`."""
         if self._pulled is None or self._pulled[0] != obj:
             self.let_go()
             self._cell.log_event("fault", fault=f"pull:{obj}@{self._action}", object=obj)
         self._pulled = obj, target
 
     def let_go(self) -> None:
-        """Leave the object that was pulled."""
+        """Stop pulling."""
         if self._pulled is not None:
             self._cell.data.body(self._pulled[0]).xfrc_applied[:] = 0.0
         self._pulled = None
@@ -206,7 +206,7 @@ class FaultInjector:
         return {"object": obj}
 
     def _in_hand(self, obj: str) -> bool:
-        """Return whether an object is in the hand or between its open fingers, where nobody gets at it."""
+        """Return whether an object is in the hand or between its open fingers, where it cannot be moved."""
         contacts, data = self._cell.contacts, self._cell.data
         if contacts.handled == obj and data.time - contacts.pressed < CONTACT_FLICKER_S:
             return True
@@ -215,7 +215,7 @@ class FaultInjector:
         return self._cell.scene.shapes[obj].distance(beside) < BETWEEN_FINGERS_M
 
     def _is_free(self, slot: Slot) -> bool:
-        """Return whether an object can be placed in a slot on the table without a contact with another."""
+        """Return whether any object could be placed in a slot without contact; False on objects and where one fell."""
         scene, data = self._cell.scene, self._cell.data
         if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
             return False
@@ -234,7 +234,7 @@ class FaultInjector:
         joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0
 
     def _fits(self, obj: str, position: np.ndarray, yaw: float) -> bool:
-        """Return whether an object that stands at a pose is carried, and free of contacts just above that."""
+        """Return whether an object at a pose is supported from below, and without contact just above the support."""
         if not is_carried(self._cell, obj, ObjectPose(self._cell.scene.shapes[obj], position, about_z(yaw))):
             return False
         scratch = mujoco.MjData(self._cell.scene.mujoco)
@@ -248,7 +248,7 @@ class FaultInjector:
 
 
 class _HangingTime:
-    """How long an object has hung in the hand; to be asked in every control period."""
+    """How long an object has hung in the hand; `seconds` must be called in every control period."""
 
     def __init__(self, cell: Workcell) -> None:
         self._cell = cell

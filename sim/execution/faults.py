@@ -1,4 +1,4 @@
-"""Faults to inject, each written as a word, such as `slip@2` or `move:pink@3`."""
+"""Faults to inject, written as `slip@2` or `move:pink@3`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SPELLINGS = {
     "foreign": "foreign:LOCATION@K",
     "blind": "blind:SECONDS@K",
 }
-"""The kinds of faults as they are written; K is the number of the executed action, from 1, with which they fall due."""
+"""How each kind of fault is written; K is the number of the executed action, from 1, at which it falls due."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,9 @@ class Fault:
         kind: `slip` (the held object slips from the hand), `move` (an object is moved), `knock` (an object is knocked
             over), `miss` (grasps close on nothing), `foreign` (an unknown object is put at a location) or `blind` (no
             object is observed).
-        action: number of the executed action, from 1, with which it falls due; it happens as soon as it can from then
-            on.
+        action: number of the executed action, from 1, at which it falls due; it happens as soon after that as it can.
         target: the object or the location.
-        amount: how many grasps are missed, or for how many seconds nothing is seen.
+        amount: number of grasps missed, or duration for which nothing is observed, s.
     """
 
     kind: str
@@ -41,16 +40,16 @@ class Fault:
     amount: float = 0.0
 
     def __str__(self) -> str:
-        """Return it as it is written."""
+        """Return the fault as `read_fault` reads it."""
         what = self.target or (f"{self.amount:g}" if self.amount else "")
         return f"{self.kind}{':' if what else ''}{what}@{self.action}"
 
 
 def read_fault(text: str, model: ManipulationModel) -> Fault:
-    """Return the fault that a text says.
+    """Return the fault that a text describes.
 
     Raises:
-        SimulationError: it says none, or names what the model does not have.
+        SimulationError: it describes none, or names an object or a location that the model does not have.
     """
     kind = re.split("[:@]", text)[0]
     if kind not in SPELLINGS:

@@ -1,4 +1,4 @@
-"""Faulty devices: each wraps a sensor, the gripper or a skill, which know nothing of faults."""
+"""Faulty devices: each wraps a sensor, the gripper or a skill, which does not know of faults."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from sim.skills.skill import Skill
 from sim.world.scene import Scene
 
 MISS_GAP_M = 0.005
-"""Height over an object at which the fingers close when they miss it."""
+"""Height above an object at which the fingers close when they miss it."""
 
 
 class DropoutSensor:
     """A sensor that observes nothing for a while.
 
     Attributes:
-        samples, error: as of the sensor it wraps.
+        samples, error: those of the wrapped sensor.
     """
 
     def __init__(self, sensor: Sensor, *, until: float) -> None:
-        """Wrap a sensor; it observes again from a simulated time on, s."""
+        """Wrap a sensor; it observes again from the simulated time `until` on, s."""
         self.samples, self.error = sensor.samples, sensor.error
         self._sensor, self._until = sensor, until
 
@@ -38,15 +38,15 @@ class DropoutSensor:
 def slipping(
     gripper: Callable[[float], float], data: mujoco.MjData, *, least_width: float, until: float
 ) -> Callable[[float], float]:
-    """Return a gripper that opens at least so wide, m, until a simulated time, s."""
+    """Return a gripper that stays open by at least `least_width`, m, until a simulated time, s."""
     return lambda width: gripper(max(width, least_width) if data.time < until else width)
 
 
 class MissingGrasp(GraspSkill):
-    """A grasp whose fingers close above the object the first few times."""
+    """A grasp skill whose fingers close above the object the first few times."""
 
     def __init__(self, skill: Skill, *, misses: int) -> None:
-        """Wrap a skill, which is performed after a number of misses."""
+        """Wrap a skill, which is performed after this number of misses."""
         self._skill, self._misses = skill, misses
 
     def perform(self, cell: Workcell, action: Action) -> None:
@@ -57,7 +57,7 @@ class MissingGrasp(GraspSkill):
             self._skill.perform(cell, action)
 
     def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
-        """Return the pose of the tool at which the fingers close on nothing, or in the end on the object."""
+        """Return the pose of the tool at which the fingers close: above the object, or after all misses on it."""
         if not self._misses:
             return super().closing_pose(cell, obj, target)
         self._misses -= 1

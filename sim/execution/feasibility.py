@@ -1,4 +1,4 @@
-"""What the arm can do before anything runs: each object at each location, tried out by the skills of a run."""
+"""Feasibility checks before a run: each object at each location is tried out with the skills of a run."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 TAKEN, BROUGHT = 2, 4
-"""Number of actions after which an object has been taken where it is, and after which it has been put elsewhere."""
+"""Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
 
 
 @dataclass(frozen=True)
 class PlaceCheck:
-    """Whether an object can be taken at a location and put there.
+    """Whether an object can be grasped and put down at a location.
 
     Attributes:
         obj: name of the object.
         location: name of the location.
-        reason: why one of both cannot be done, or why it cannot be brought there from where it starts; None if all can.
-        take: whether it can be taken there, perhaps after others were moved away.
-        put: whether it can be put there, likewise.
+        reason: why it cannot be grasped or put down there, or not be brought there from its start; None if it can.
+        take: whether it can be grasped there, perhaps after other objects were moved away.
+        put: whether it can be put down there, likewise.
     """
 
     obj: str
@@ -39,16 +39,16 @@ class PlaceCheck:
 
 
 class ArmCheck:
-    """Tells what the arm can do in a scene, as it starts."""
+    """Finds what the arm can do in a scene with the objects at their starts."""
 
     def __init__(self, scene: Scene) -> None:
-        """Take a scene."""
+        """Check the arm in a scene."""
         self._scene = scene
         self._cell = KinematicCell(scene, initial_state(scene))
         self._remedies = Remedies(scene, self._cell)
 
     def check_start(self) -> str | None:
-        """Return why the hand cannot be over the location where it starts; None if it can, or starts elsewhere."""
+        """Return why the hand cannot reach its start location; None if it can, or does not start at a location."""
         start, model = self._scene.model.start, self._scene.model
         if start not in self._scene.slots:
             return None
@@ -56,9 +56,9 @@ class ArmCheck:
         return None if error is None else unable_to_begin(self._scene, error)
 
     def check(self, obj: str, location: str) -> PlaceCheck:
-        """Return whether an object can be brought to a location, put there and taken again; the model must allow that.
+        """Return whether an object can be brought to a location, put down and grasped again; the model must allow it.
 
-        Others are where they start; what lies on it, or where it is to be, is left out.
+        Other objects are at their starts; those on it or in its place are left out.
         """
         places = arranged(self._scene.model, obj, location)
         assert places is not None
@@ -67,7 +67,7 @@ class ArmCheck:
         brought, refused = 0, None
         if start != location:
             actions = f"transit {start}", take, f"transport {obj} {location}", put, take
-            with suppress(ModelError):  # what it lies on at the start may be what carries it there
+            with suppress(ModelError):  # its supports at the start may have to be its supports at the location
                 brought, refused = self._run(Rehearsal(actions, {**places, obj: start}, obj, location))
                 if refused is None:
                     return PlaceCheck(obj, location)
@@ -92,23 +92,23 @@ class ArmCheck:
     def _if_moved_away(
         self, staying: Rehearsal, done: int, error: SimulationError
     ) -> tuple[Rehearsal, int, SimulationError]:
-        """Return a refused rehearsal, how far it gets and what is in its way once no object is that may be elsewhere.
+        """Return a failed rehearsal without movable objects in the way, the number of its actions done and its error.
 
-        What carries its object stays. Where nothing is left that keeps it from being done, it is the given one.
+        The supports of its object stay. If it succeeds without the others, the arguments are returned.
         """
         model = self._scene.model
         carriers = under(model, staying.location)
         kept = {other.name for other in model.objects if other.fixed} | {staying.obj}
         places = {other: place for other, place in staying.places.items() if other in kept or place in carriers}
         alone = replace(staying, places=places)
-        with suppress(ModelError):  # what is fixed may lie on what can be moved
+        with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
             if left is not None and not self._may_change(left):
                 return alone, went, left
         return staying, done, error
 
     def _may_change(self, error: SimulationError) -> bool:
-        """Return whether an object is in the way that a plan may put elsewhere first."""
+        """Return whether a plan could remove the cause of an error by moving an object first."""
         movable = {other.name for other in self._scene.model.objects if not other.fixed}
-        # What else keeps a skill from its effect here is that there is no room, or that supports do not suit.
+        # Here a SkillError means that there is no space, or that the supports do not fit.
         return isinstance(error, SkillError) or (isinstance(error, BlockedError) and not movable.isdisjoint(error.by))

@@ -1,4 +1,4 @@
-"""Observations of all objects: taken when it is certain which one is held, and none of the others moves."""
+"""Observations of all objects, made when it is certain which one is held and the others are at rest."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from sim.perception.sensors import ObjectPose, on_table
 from sim.simulation.workcell import Workcell
 
 FALL_SPEED_M_S = 0.05
-"""An object that moves faster falls, rolls or was knocked: where it is says nothing yet."""
+"""An object that moves faster is falling, rolling or was knocked over: its pose is not final."""
 
 REST_SPEED_M_S = 0.005
 """Greatest mean speed of an object at rest between two observations: half of what a certificate allows at the end."""
 
 REST_PERIOD_S = 0.2
-"""Least time between two observations of objects that are to be at rest."""
+"""Least time between two observations that decide whether objects are at rest."""
 
 REST_TIMEOUT_S = 3.0
 """How long to wait for objects to come to rest."""
 
 REST_ERRORS = 6
-"""How many standard deviations of an observed position an object at rest may seem to move."""
+"""Apparent motion of an object at rest, in standard deviations of an observed position."""
 
 
 def await_grip(cell: Workcell) -> None:
@@ -31,7 +31,7 @@ def await_grip(cell: Workcell) -> None:
 
 
 def observed_poses(cell: Workcell) -> dict[str, ObjectPose]:
-    """Return the observed pose of every object once none falls, or after `REST_TIMEOUT_S`.
+    """Return the observed pose of every object once none moves faster than `FALL_SPEED_M_S`, or after `REST_TIMEOUT_S`.
 
     Raises:
         ObservationTimeoutError: an object is not observed for too long.
@@ -44,7 +44,7 @@ def poses_at_rest(cell: Workcell) -> tuple[dict[str, ObjectPose], list[str]]:
     """Return the observed pose of every object once all are at rest, or after `REST_TIMEOUT_S`.
 
     Returns:
-        The poses, and which objects move even then.
+        The poses, and the objects that still move.
 
     Raises:
         ObservationTimeoutError: an object is not observed for too long.
@@ -53,9 +53,9 @@ def poses_at_rest(cell: Workcell) -> tuple[dict[str, ObjectPose], list[str]]:
 
 
 def _poses_slower_than(cell: Workcell, speed: float, *, period: float) -> tuple[dict[str, ObjectPose], list[str]]:
-    """Return observed poses once no object but the held one is faster, m/s; and which ones are after the timeout.
+    """Return observed poses once no object but the held one is faster, m/s, and the objects that exceed the timeout.
 
-    A period, s, lies between two observations, or more: a noisy sensor tells a small speed only after some time.
+    At least a period, s, lies between two observations: a noisy sensor needs time to tell a small speed from 0.
     """
     period = max(period, REST_ERRORS * cell.sensor.error / speed)
     before, end = _certain_poses(cell), cell.data.time + REST_TIMEOUT_S
@@ -71,7 +71,7 @@ def _poses_slower_than(cell: Workcell, speed: float, *, period: float) -> tuple[
 
 
 def _certain_poses(cell: Workcell) -> dict[str, ObjectPose]:
-    """Return the observed pose of every object, taken when it is certain which object is held."""
+    """Return the observed pose of every object, at a time when it is certain which object is held."""
     poses = cell.survey(cell.shapes)
     while cell.in_doubt:
         await_grip(cell)

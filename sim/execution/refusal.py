@@ -1,4 +1,4 @@
-"""Why the arm cannot take an object at a location: by how much that is too far away, or what is above it too low."""
+"""Why the arm cannot grasp an object at a location: how much that is too far away, or the obstacle above too low."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 MOST_CM = 32
-"""Greatest distance by which a location, or what is above it, is shifted to see whether that would help."""
+"""Greatest distance by which a location, or the obstacle above it, is shifted to see whether that would help."""
 
 ROOF_START_M = 0.002
-"""Distance over an object from which what is above it is looked for, m."""
+"""Height above an object from which an obstacle above it is searched for, m."""
 
 GRASPS_TRIED = 12
-"""Number of grasps for which it is worked out which joints would have to turn farther."""
+"""Number of grasps for which the missing joint angles are computed."""
 
 
 class Remedies:
-    """Finds the least change of a scene after which what is refused in it would be possible."""
+    """Finds the least change of a scene after which a failed rehearsal would succeed."""
 
     def __init__(self, scene: Scene, cell: KinematicCell) -> None:
-        """Take the scene, and a cell in which to try things out."""
+        """Search for changes of a scene, in a cell in which to try them out."""
         self._scene, self._cell = scene, cell
         self._last: dict[tuple[str, str], int] = {}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
 
     def reason(self, refused: Rehearsal, error: SimulationError) -> str:
-        """Return why a rehearsal fails that takes an object where it is."""
+        """Return why a rehearsal that grasps an object at its location fails."""
         if isinstance(error, SkillError):
             return str(error)
         roof, blocked = self._roof(refused), isinstance(error, BlockedError)
@@ -61,13 +61,13 @@ class Remedies:
         return reason or (not blocked and self._joint_limit(refused)) or str(error)
 
     def _name(self, geom: int) -> str:
-        """Return the name of the fixture, or of a body of the user's own scene, to which a geom belongs."""
+        """Return the name of the fixture, or of the body of the user's scene, to which a geom belongs."""
         body = str(self._scene.mujoco.body(int(self._scene.mujoco.geom_bodyid[geom])).name)
         own = next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
         return own if self._scene.model.scene is None else own.removeprefix(f"{Path(self._scene.model.scene).stem}/")
 
     def _least(self, refused: Rehearsal, helps: partial[bool], most: int) -> int | None:
-        """Return the least change up to `most` that helps, cm, where greater ones do as well; None if none does."""
+        """Return the least change up to `most` that helps, cm, if greater changes help as well; None if none does."""
         known = refused.location, helps.func.__name__
         last = self._last.get(known, 0)
         if 0 < last <= most and helps(last) and (last == 1 or not helps(last - 1)):
@@ -84,7 +84,7 @@ class Remedies:
         return high
 
     def _nearer(self, refused: Rehearsal, centimetres: int) -> bool:
-        """Return whether it would work if the location, with what carries it, were nearer to the base by that much."""
+        """Return whether the rehearsal would succeed with the location and its supports so much nearer to the base."""
         moved = {refused.location, *under(self._scene.model, refused.location)}
         offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
         shift = centimetres / 100 * offset / np.linalg.norm(offset)
@@ -95,7 +95,7 @@ class Remedies:
         return refused.run(self._cell, replace(self._scene, slots=slots))[1] is None
 
     def _roof(self, refused: Rehearsal) -> int | None:
-        """Return the geom above the object that nothing moves; None if there is none."""
+        """Return the lowest geom of a fixture above the object; None if there is none."""
         self._arrange(refused)
         pose = self._cell.observe(refused.obj)
         top = pose.position + [0.0, 0.0, self._scene.shapes[refused.obj].half[2] + ROOF_START_M]
@@ -103,13 +103,13 @@ class Remedies:
         return geom if geom >= 0 else None
 
     def _raised(self, refused: Rehearsal, roof: int, centimetres: int) -> bool:
-        """Return whether it would work if what is above it, with what lies on that, were higher by that much."""
+        """Return whether the rehearsal would succeed with the geom above, and what lies on it, this much higher."""
         shift = np.array([0.0, 0.0, centimetres / 100])
         model = copy.copy(self._scene.mujoco)
         body = int(model.geom_bodyid[roof])
         underside = float(self._cell.data.geom_xpos[roof, 2])
         model.geom_pos[roof] += self._cell.data.xmat[body].reshape(3, 3).T @ shift
-        # The box round the whole body grows with it; those round its parts are left aside.
+        # The bounding box of the whole body grows as well; those of its parts are switched off.
         model.bvh_aabb[model.body_bvhadr[body], 3:] += shift.max()
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
         slots = {
@@ -121,7 +121,7 @@ class Remedies:
         return refused.run(cell, scene)[1] is None
 
     def _joint_limit(self, refused: Rehearsal) -> str | None:
-        """Return which joints would have to turn how much farther; None if the arm is too short even so."""
+        """Return which joints would have to turn how much farther; None if that would not suffice."""
         self._arrange(refused)
         cell, obj = self._cell, refused.obj
         pose = cell.observe(obj)
@@ -138,6 +138,6 @@ class Remedies:
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
 
     def _arrange(self, refused: Rehearsal) -> None:
-        """Put the objects where the rehearsal begins."""
+        """Put the objects where they are at the start of a rehearsal."""
         arrangement = staged(self._scene, refused.places)
         self._cell.begin(arrangement, positions(self._scene, arrangement))

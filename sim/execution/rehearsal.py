@@ -1,4 +1,4 @@
-"""Rehearsals: what a run would do, tried out without physics with the objects arranged for it."""
+"""Rehearsals: actions tried out as in a run, but without physics and with objects arranged for them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from sim.world.scene import Scene
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """Actions one after another, from home.
+    """A sequence of actions, from the arm's home pose.
 
     Attributes:
         actions: as in plans, such as `transport blue san`.
-        places: where the objects are; others are left out.
-        obj: the object that is taken.
+        places: locations of the objects; others are left out.
+        obj: the object to grasp.
         location: where it is put down.
     """
 
@@ -28,10 +28,10 @@ class Rehearsal:
     location: str
 
     def run(self, cell: KinematicCell, scene: Scene) -> tuple[int, SimulationError | None]:
-        """Return how many actions can be carried out in a cell of a scene, and why the next one cannot.
+        """Return how many actions succeed in a cell of a scene, and the error of the next one, or None.
 
         Raises:
-            ModelError: the objects cannot be so.
+            ModelError: the model does not allow these places.
         """
         arrangement = staged(scene, self.places)
         cell.begin(arrangement, positions(scene, arrangement))
@@ -45,5 +45,5 @@ class Rehearsal:
 
 
 def unable_to_begin(scene: Scene, error: SimulationError) -> str:
-    """Return in words that the hand cannot be over the location where it starts, and why."""
+    """Return the message that the hand cannot reach its start location, and why."""
     return f"model.start: the hand cannot begin over {scene.model.start!r}: {error}"

@@ -1,1 +1,1 @@
-"""Motion of the arm: tool paths, inverse kinematics and collision checks."""
+"""Motion of the arm: tool paths, inverse kinematics, motion planning and time parameterisation."""

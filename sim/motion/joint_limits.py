@@ -1,4 +1,4 @@
-"""Joint limits: how much farther joints would have to turn for the tool to come to a pose."""
+"""Joint limits: how much farther joints would have to move for the tool to reach a pose."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ MAX_STEPS = 200
 """Number of steps after which a pose counts as out of reach."""
 
 DAMPING = 1e-3
-"""Of the least-squares steps."""
+"""Damping of the least-squares steps."""
 
 MAX_TURN_RAD = 0.3
 """Greatest turn of a joint in one step."""
 
 
 def missing_turns(arm: Arm, goal: ToolPose) -> dict[str, float]:
-    """Return by how much joints would have to go beyond their ranges for the tool to be at a pose, rad or m, by name.
+    """Return by how much joints would have to exceed their ranges for the tool to reach a pose, rad or m, by name.
 
-    Empty if the tool does not come there even so, or if no joint would have to. The search is by damped least squares
-    from home, the joints' ranges left aside.
+    Empty if the tool does not reach the pose even so, or if no joint exceeds its range. The search is by damped least
+    squares from home and ignores the ranges.
     """
     model, names = arm.model, arm.robot.joints
     data, site = mujoco.MjData(model), model.site(arm.robot.tool).id

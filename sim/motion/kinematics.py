@@ -32,44 +32,44 @@ POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
 """Greatest errors of the tool at the end of a movement."""
 
 FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
-"""Weights of position (per m), orientation and posture (per rad): the posture decides the elbow alone."""
+"""Costs of position (per m), orientation and posture (per rad) errors: the posture only determines the elbow."""
 
 FRAME_WEIGHTS = np.repeat([[FRAME_COST**2], [TURN_COST**2]], 3, axis=0)
-"""(6, 1) of the squared errors of the tool along and about the axes."""
+"""(6, 1) weights of the squared errors of the tool along and about the axes."""
 
 SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
-"""A joint at this share of its greatest speed lags behind the tool's path, which is then followed at such a pace."""
+"""A joint at this share of its speed limit lags behind the tool's path, which is then slowed by this factor."""
 
 PACES = 5
-"""Number of paces that are tried at most."""
+"""Greatest number of paces that are tried."""
 
 JOINT_MARGIN_RAD = 0.01
-"""Distance that references keep from the ends of the joints, rad."""
+"""Distance of references from the joints' position limits, rad."""
 
 MIN_AXES_PRODUCT = np.cos(np.radians(10))
-"""Least scalar product of the tool's axes at the ends of a path on which it does not count as tilting."""
+"""Least scalar product of the tool's z axes at both ends of a path for the hand to count as not tilting."""
 
 MAX_GOAL_STEPS = 60
-"""Most IK steps to a goal; about 7 are used."""
+"""Greatest number of IK steps to a goal; usually about 7 are needed."""
 
 MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
-"""How far a joint turns at most in one of them if the hand points down, which seeds are near to; and in the last one:
-what is then left is a thousandth of that."""
+"""Greatest turn of a joint in an IK step if the hand points down, when the seed is near; and in the last step, after
+which the remaining error is a thousandth of that."""
 
 TILTED_MARGIN_RAD = 0.06
-"""Distance that the goals of a tilted hand keep from the ends of the joints, rad: commands run ahead of the joints."""
+"""Distance of the goals of a tilted hand from the joints' position limits, rad: commands lead the joints."""
 
 MAX_SEEDS, SEED_SPREAD_RAD = 6, 0.7
-"""Number of configurations about home from which goals of a tilted hand are searched, and their deviation, rad."""
+"""Number of random IK seeds for goals of a tilted hand, and their standard deviation from the first seed, rad."""
 
 MAX_KNOWN = 10_000
-"""Number of answers of inverse kinematics that are kept."""
+"""Greatest number of cached solutions of inverse kinematics."""
 
 MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
 
 LINE_SAMPLES = 16
-"""Number of parts of a straight movement of the joints of which the tool's path is measured."""
+"""Number of segments in which the tool's path is measured for a straight movement in joint space."""
 
 
 class Arm:
@@ -82,7 +82,7 @@ class Arm:
         self._frame = mink.FrameTask(robot.tool, "site", position_cost=FRAME_COST, orientation_cost=TURN_COST)
         self._site = self.model.site(robot.tool).id
         self._tool = self._configuration.data.site(robot.tool)
-        # Where the tool and the joints are drawn to: a quaternion and a position, m, and (n,) rad.
+        # Targets of the tool, a quaternion and a position, m, and of the posture, (n,) rad.
         self._target, self._rest = np.empty(7), robot.home
         self._posture_normal = POSTURE_COST**2 * np.eye(self.model.nv)
         self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)
@@ -108,7 +108,7 @@ class Arm:
         return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
 
     def limits(self, *ends: np.ndarray) -> MotionLimits:
-        """Return what a movement between (n,) configurations has to keep to."""
+        """Return the limits of a movement between (n,) configurations."""
         data, inertias = self._configuration.data, np.empty((len(ends), self.model.nv, self.model.nv))
         for q, inertia in zip(ends, inertias, strict=True):
             self._configuration.update(q)
@@ -137,18 +137,18 @@ class Arm:
         margin: float,
         seeds: int = MAX_SEEDS,
     ) -> Iterator[tuple[np.ndarray, ToolPose]]:
-        """Yield configurations that bring the tool to one of several poses, and that pose, the better ones first.
+        """Yield configurations that bring the tool to one of several poses, with that pose, preferred ones first.
 
-        Where the hand points down they depend on the goals alone: the search starts from home turned towards the goal
-        and stays in that vertical plane, so the elbow cannot wander from goal to goal. Of several poses the one whose
-        seed has the last joint nearest to the middle of its range is tried first. A tilted hand can be brought to a
-        pose with the elbow elsewhere, which the search finds from other seeds.
+        If the hand points down they depend on the goals alone: the search starts from home turned towards the goal and
+        stays in that vertical plane, so the elbow cannot drift from goal to goal. Of several poses the one whose seed
+        has the last joint nearest to the middle of its range is tried first. For a tilted hand, other seeds may lead to
+        solutions with another elbow.
 
         Args:
-            goals: poses that would do.
-            near: (n,) configuration near which one is searched first if the hand does not point down, rad.
-            margin: least distance from the ends of the joints if the hand does not point down, rad.
-            seeds: number of other configurations to search from if the hand does not point down.
+            goals: acceptable poses.
+            near: (n,) first seed if the hand does not point down, rad.
+            margin: least distance from the joints' position limits if the hand does not point down, rad.
+            seeds: number of random seeds if the hand does not point down.
         """
         down = all(goal.points_down for goal in goals)
         if near is not None and not down:
@@ -166,9 +166,9 @@ class Arm:
                 yield q, goal
 
     def _solved(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
-        """Return a configuration that brings the tool to a pose, searched from a seed; None if that does not arrive.
+        """Return a configuration that brings the tool to a pose, searched from a seed; None if the search fails.
 
-        Grasps that differ in the hand's opening alone ask the same, so answers are kept for a while.
+        Grasps that differ only in the hand's opening have the same pose, so solutions are cached.
         """
         question = goal.position.tobytes(), goal.rotation.tobytes(), seed.tobytes(), margin
         if question not in self._known:
@@ -178,7 +178,7 @@ class Arm:
         return self._known[question]
 
     def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
-        """Search as `_solved` says."""
+        """Search for a solution, see `_solved`."""
         self._configuration.update(seed)
         self._aim(goal.position, goal.rotation, seed)
         longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
@@ -193,7 +193,7 @@ class Arm:
         return q if self._arrived() and (q > low + margin).all() and (q < high - margin).all() else None
 
     def _seed(self, goal: ToolPose) -> np.ndarray:
-        """Return home with the first joint turned towards a pose and the last to its yaw, if they are vertical."""
+        """Return home with the first joint turned towards a pose and the last to its yaw if their axes are vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
         turn = self.robot.polar(goal.position)[1] - self._home_bearing
@@ -216,23 +216,23 @@ class Arm:
     ) -> np.ndarray:
         """Return the joint references along a `transfer_path`, slowed until the joints' limits allow it.
 
-        Where the hand tilts on the way, the joints go straight to the goal instead, or bulge so that the tool passes at
-        the height midway: on such a path they might have to turn round.
+        If the hand tilts on the way, the joints move straight to the goal instead, or on a curve with the tool at
+        the height midway: along a tool path they might have to reverse.
 
         Args:
-            q: (n,) where it starts.
-            goal: (n,) near where it ends, from `reach`: it decides how the elbow and the tool turn.
-            pose: where the tool ends.
+            q: (n,) start.
+            goal: (n,) configuration near the end, from `reach`: it determines how the elbow and the tool turn.
+            pose: goal of the tool.
             height: at which the tool passes, m; None for that of the higher end, and straight if the hand tilts.
-            drawn_in: how much nearer to the base it goes midway, m.
+            drawn_in: how much nearer to the base the tool passes midway, m.
             seconds: least duration, s.
-            ending: (M, n) what is left of the movement before, relative to q, rad; both together keep to the limits.
+            ending: (M, n) rest of the previous movement, relative to q, rad; the sum of both keeps the limits.
 
         Returns:
-            (N, n) rad or m, every `CONTROL_PERIOD_S`, without that ending.
+            (N, n) rad or m, every `CONTROL_PERIOD_S`, without `ending`.
 
         Raises:
-            SimulationError: the tool would not arrive within `POSITION_TOLERANCE_M` and `ANGLE_TOLERANCE_RAD`.
+            SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more.
         """
         start, limits = self.tool(q), self.limits(q, goal)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
@@ -266,9 +266,9 @@ class Arm:
         return references if ending is None else begun_late(limits, references, q, ending)
 
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
-        """Return (K,) times, s, and (K, n) configurations, rad, from one to another at the tool's usual speed.
+        """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
-        They are on a straight line, or on a parabola if the tool would be lower than a height, m, midway.
+        They lie on a straight line, or on a parabola if the tool would be lower than `height`, m, midway.
         """
         shares = np.linspace(0.0, 1.0, LINE_SAMPLES + 1)
         middle, bulge = (q + goal) / 2, np.zeros(len(q))
@@ -290,7 +290,7 @@ class Arm:
         return knots, points
 
     def _turn(self, q: np.ndarray, goal: np.ndarray) -> float:
-        """Return the tool's turn about z as the joints go straight from one configuration to another, rad."""
+        """Return the tool's turn about z on the straight line in joint space from q to goal, rad."""
         samples = 2 + int(np.abs(goal - q).sum())  # joints turn by at most 1 rad from one to the next
         yaws = [self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, samples)]
         return sum(wrap(after - before) for before, after in itertools.pairwise(yaws))
@@ -298,16 +298,16 @@ class Arm:
     def _follow(
         self, q: np.ndarray, goal: np.ndarray, path: ToolPath, fastest: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return (K,) times, s, and the (K, n) configurations, rad, in which the tool then is on its path.
+        """Return (K,) times, s, and (K, n) configurations, rad, in which the tool is on its path at these times.
 
-        There are fewer configurations if a joint is as fast as its (n,) `fastest`, rad/s: they end before that.
+        There are fewer configurations if a joint would reach its (n,) speed `fastest`, rad/s: they end before that.
         """
         knots = np.append(0.0, path.times)
         periods = np.diff(knots)
         rests = q + path.progress[:, None] * (goal - q)
         points = np.empty((len(knots), len(q)))
         points[0] = q
-        # The limits hardly ever bind: first without them, which takes two thirds of the time.
+        # The limits are rarely active: try first without them, which takes two thirds of the time.
         for limited in (False, True):
             self._configuration.update(q)
             targets = zip(periods, path.positions, path.rotations, rests, strict=True)
@@ -324,7 +324,7 @@ class Arm:
         return knots, points
 
     def _aim(self, position: np.ndarray, rotation: np.ndarray, rest: np.ndarray) -> None:
-        """Draw the tool to a (3,) position, m, and (3, 3) axes, and the joints to (n,) angles, rad."""
+        """Set the targets: a (3,) position, m, and (3, 3) axes of the tool, and the posture, (n,) rad."""
         mujoco.mju_mat2Quat(self._target[:4], rotation.ravel())
         self._target[4:] = position
         self._rest = rest
@@ -337,8 +337,8 @@ class Arm:
     def _solve(self, period: float, *, longest: float = np.inf) -> np.ndarray:
         """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.
 
-        Joints turn by less than the longest step, rad, which keeps most searches from afar within their ranges.
-        The limits hardly ever bind, and the least-squares problem without them costs a third: it comes first.
+        No joint turns by more than `longest`, rad, which keeps most searches from distant seeds within the ranges. The
+        limits are rarely active, so the least-squares problem without them, at a third of the time, is solved first.
         """
         step = self._step()
         if (farthest := np.abs(step).max()) > longest:
@@ -355,19 +355,19 @@ class Arm:
             raise SimulationError("the arm cannot move on within the limits of its joints") from None
 
     def _step(self) -> np.ndarray:
-        """Return the (n,) step of the joints that brings the tool towards its target without limits, rad."""
+        """Return the (n,) step of the joints towards the targets, without limits, rad."""
         jacobian, error = self._frame_residual()
         weighted = (jacobian * FRAME_WEIGHTS).T
         normal = weighted @ jacobian + self._posture_normal
         pull = weighted @ error + POSTURE_COST**2 * (self._rest - self._configuration.data.qpos)
-        _, step, _ = dposv(normal, pull)  # a tenth of the time of numpy's
+        _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
         return np.asarray(step)
 
     def _within_ranges(self, q: np.ndarray) -> bool:
         return bool(((q > self._low) & (q < self._high)).all())
 
     def _frame_residual(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the (6, n) Jacobian of the tool and (6,) its error, m and rad, in a fifth of the time mink takes."""
+        """Return the (6, n) Jacobian and the (6,) error of the tool, m and rad; takes a fifth of mink's time."""
         data, jacobian = self._configuration.data, np.empty((6, self.model.nv))
         mujoco.mj_jacSite(self.model, data, jacobian[:3], jacobian[3:], self._site)
         here, turn, error = np.empty(4), np.empty(4), np.empty(6)

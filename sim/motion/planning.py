@@ -1,4 +1,4 @@
-"""Motion planning in joint space: RRT-Connect and path simplification of OMPL, for any robot and any check.
+"""Motion planning in joint space: OMPL's RRT-Connect and path simplification, for any robot and collision check.
 
 J. J. Kuffner and S. M. LaValle, "RRT-Connect: An efficient approach to single-query path planning", ICRA 2000.
 """
@@ -13,34 +13,34 @@ from ompl import base, geometric, util
 from sim.errors import BlockedError
 
 MAX_CHECKS = 20000
-"""Number of configurations that the search for a path checks at most; paths round a wall take a few hundred."""
+"""Greatest number of configurations that a search checks; a path round a wall needs a few hundred."""
 
 MAX_SIMPLIFICATION_CHECKS = 3000
-"""Number of configurations that are checked at most to make a path shorter."""
+"""Greatest number of configurations that are checked to shorten a path."""
 
 SEARCHES = 3
-"""Usual number of searches of which the shortest path is taken, if the first one finds any."""
+"""Default number of searches, of which the shortest path is returned; if the first one fails, there are no others."""
 
 EDGE_STEPS_M = (0.02, 0.01, 0.005)
-"""Distances of two checks on an edge, by what the joints could move the robot at most. The usual one is coarse: the
-motion that is made of the path is checked once more, densely, and if that fails, the next one serves."""
+"""Distances between checks on an edge, as bounds on how far a point of the robot moves. The first one is coarse: the
+motion along the path is checked again, densely, and if that fails, the next distance is used."""
 
 PATH_MARGIN_RAD = 0.02
-"""Distance that planned paths keep from the ends of the joints, rad or m, unless they begin or end nearer to them."""
+"""Distance of planned paths from the joints' position limits, rad or m, unless they begin or end nearer to them."""
 
 Touches = Callable[[np.ndarray], Collection[str]]
 """Returns the names of the bodies in collision at (n,) joint angles, rad or m."""
 
 
 class MotionPlanner:
-    """Plans paths of n joints that are free of collisions. The same seed and question give the same path."""
+    """Plans collision-free paths of n joints. The same seed and query give the same path."""
 
     def __init__(self, ranges: np.ndarray, levers: np.ndarray, *, seed: int = 0, searches: int = SEARCHES) -> None:
         """Plan for joints.
 
         Args:
-            ranges: (n, 2) ends of their ranges, rad or m.
-            levers: (n,) how far each can move a point of the robot, m per rad or m. They say how long a path is.
+            ranges: (n, 2) position limits, rad or m.
+            levers: (n,) how far each joint can move a point of the robot, m per rad or m; weights of the path length.
             seed: of the sampling.
             searches: number of searches for a path.
         """
@@ -58,16 +58,16 @@ class MotionPlanner:
         Args:
             start: (n,) rad or m.
             goal: (n,) rad or m.
-            touches: what the robot touches somewhere.
-            step: distance of two checks on an edge, m; see `EDGE_STEPS_M`.
+            touches: the collision check.
+            step: distance between checks on an edge, m; see `EDGE_STEPS_M`.
 
         Raises:
             BlockedError: there is a collision at the start or the goal, or no path was found.
         """
-        for q, where in ((start, "it starts"), (goal, "it is to go")):
+        for q, where in ((start, "start"), (goal, "goal")):
             if met := touches(q):
-                raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} where {where}", set(met))
-        # Without the ends in its bounds, OMPL waits for others for ever.
+                raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} at its {where}", set(met))
+        # If start or goal is out of bounds, OMPL waits for other ones forever.
         low, high = np.min([self._low, start, goal], axis=0), np.max([self._high, start, goal], axis=0)
         found: list[np.ndarray] = []
         for number in range(self._searches):
@@ -78,7 +78,7 @@ class MotionPlanner:
             elif not found:
                 straight = np.linspace(start, goal, 2 + int(self._length(np.array([start, goal])) / step))
                 between = {name for q in straight for name in touches(q)} or search.met
-                words = f"no way past {' and '.join(sorted(between))} was found in {MAX_CHECKS} samples"
+                words = f"no path past {' and '.join(sorted(between))} was found in {MAX_CHECKS} samples"
                 raise BlockedError(words, between)
         return min(found, key=self._length)
 
@@ -90,7 +90,7 @@ class _Search:
     """One query in OMPL. Its states are joint angles times their levers, so that distances are in metres.
 
     Attributes:
-        met: names of the bodies that were in the way.
+        met: names of all bodies that were in collision.
     """
 
     def __init__(self, low: np.ndarray, high: np.ndarray, levers: np.ndarray, touches: Touches, step: float) -> None:
@@ -108,10 +108,10 @@ class _Search:
         self._info.setup()
 
     def path(self, start: np.ndarray, goal: np.ndarray, *, seed: int) -> np.ndarray | None:
-        """Return (K, n) configurations from start to goal, or None if none are found."""
+        """Return (K, n) configurations from start to goal, or None if no path is found."""
         util.RNG.setSeed(seed + 1)  # 0 is no seed
         problem, ends = base.ProblemDefinition(self._info), (self._state(start), self._state(goal))
-        # Rounded, an end may touch what it does not quite touch.
+        # Scaling rounds the ends, which may put them into collision.
         if not all(self._info.isValid(end) for end in ends):
             return None
         problem.setStartAndGoalStates(*ends)

@@ -8,18 +8,18 @@ from scipy.linalg.lapack import dgtsv
 
 
 def from_rest(knots: np.ndarray, points: np.ndarray) -> PPoly:
-    """Return the cubic spline through points that is at rest at both ends.
+    """Return the cubic spline through points with zero velocity at both ends.
 
     It is scipy's `CubicSpline(knots, points, bc_type="clamped")` digit for digit, in a quarter of the time.
 
     Args:
         knots: (K,) ascending times, s.
-        points: (K, n) where it is then.
+        points: (K, n) values at these times.
     """
     steps = np.diff(knots)
     spans = steps[:, None]
     slopes = np.diff(points, axis=0) / spans
-    # The velocities at the knots: neither velocities nor accelerations jump there.
+    # Solve for the velocities at the knots with which accelerations are continuous there.
     diagonal = np.concatenate([[1.0], 2 * (steps[:-1] + steps[1:]), [1.0]])
     rates = np.zeros_like(points)
     rates[1:-1] = 3 * (spans[1:] * slopes[:-1] + spans[:-1] * slopes[1:])

@@ -1,4 +1,4 @@
-"""Timing of joint references: as fast as a robot's limits allow, and out of a movement that is ending."""
+"""Time parameterisation of joint references within a robot's limits, also while the previous movement is ending."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
-"""Share of the joints' speed and acceleration limits a reference may use; the rest is for what the controller adds."""
+"""Share of the joints' speed and acceleration limits that a reference may use; the rest is for the controller."""
 
 JERK_HEADROOM = 0.1
-"""Share of the joints' jerk limits a reference may use: with more the torques would change too fast."""
+"""Share of the joints' jerk limits that a reference may use: with more the torques would change too fast."""
 
 TORQUE_RATE_HEADROOM = 0.42
-"""Share of the limits of torque rates that a reference may use by the arm's inertia alone, its jerks averaged over a
-control period; those of the simulated torques are 1.5 to 2.2 times as large."""
+"""Share of the torque rate limits that a reference may use, computed from the arm's inertia and the jerks averaged over
+a control period; the rates of the simulated torques are 1.5 to 2.2 times as large."""
 
 JUMP_HEADROOM = 0.85
-"""The same at the ends of a movement, where joints stop within a step, with what the motors' damping adds then. Wrists
-have little inertia, and what it adds is three times as much."""
+"""The same at the ends of a movement, where joints stop within a step, with the motors' damping added to the inertia;
+for wrists, which have little inertia, it adds three times as much."""
 
 JUMP_RATE_PER_S = 280.0
-"""Rate of a torque that jumps within a step of the simulation, over the jump, behind the low-pass
-filter of commanded torques (`sim.simulation.recorder`)."""
+"""Rate of a torque that jumps within a simulation step, divided by the jump, after the low-pass filter of commanded
+torques (`sim.simulation.recorder`)."""
 
 PLANNED_JERK_HEADROOM = 0.02
-"""The same for planned paths, on which joints that carry the stretched arm move together: 0.1 led to 173 % of the limit
-of torque rates."""
+"""The share of jerk limits for planned paths, on which joints that carry the stretched arm move together: 0.1 led to
+173 % of a torque rate limit."""
 
 SLOWING_MARGIN = 1.02
-"""Factor by which a movement is slowed beyond what is needed, since its references are then sampled again."""
+"""Factor by which a movement is slowed beyond what is needed, since its references are sampled again afterwards."""
 
 BRAKING_HEADROOM = 0.5
 """Share of the acceleration limits that braking uses; the path itself may use the rest."""
@@ -43,21 +43,21 @@ MIN_BRAKING_TIME_S = 0.1
 """Shortest time in which the arm stops."""
 
 GREATEST_JERK = 60.0
-"""Peak jerk of a smooth step, in lengths per duration cubed."""
+"""Peak jerk of a smooth step, as a multiple of length / duration^3."""
 
 DELAYS_TRIED, PAUSE = 4, 3
-"""Number of moments, from the present to the end of the movement before, at which a movement is tried to begin, and how
-many control periods after that end it begins at the latest: to stop and to begin at once may be too much."""
+"""Number of start times that are tried for a movement, from now to the end of the previous one, and control periods
+after that end at which it starts at the latest: stopping and starting at once may exceed the limits."""
 
 
 class MotionLimits(NamedTuple):
-    """What a movement has to keep to.
+    """The limits of a movement.
 
     Attributes:
         robot: whose n joints move.
-        inertias: (K, n, n) kg m^2, the arm's at the ends of the movement, where jerks are greatest.
-        damping: (n, n) kg m^2, what the motors' damping adds to an inertia when the acceleration jumps: the implicit
-            integrator lets it act within the step, which the motors' torques do not count.
+        inertias: (K, n, n) kg m^2, of the arm at the ends of the movement, where jerks are greatest.
+        damping: (n, n) kg m^2, which the motors' damping adds to the inertia when the acceleration jumps: the implicit
+            integrator lets it act within the step, without counting it in the motors' torques.
     """
 
     robot: Robot
@@ -66,12 +66,12 @@ class MotionLimits(NamedTuple):
 
 
 def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
-    """Return the references of a movement from rest to rest, slowed until it keeps to the limits.
+    """Return the references of a movement from rest to rest, slowed down until it is within the limits.
 
     Args:
-        limits: what it has to keep to.
+        limits: of the movement.
         knots: (K,) times, from 0 to a multiple of `CONTROL_PERIOD_S`, s.
-        points: (K, n) where the joints are then, rad.
+        points: (K, n) joint angles at these times, rad.
         seconds: least duration, s.
 
     Returns:
@@ -90,12 +90,12 @@ def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, second
 def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> np.ndarray:
     """Return the references of a movement from rest to rest along straight lines in joint space.
 
-    Each line is a movement of least jerk, which begins while the one before is ending. Their sum rounds the corners.
+    Each line is a minimum-jerk movement, which begins while the previous one is ending. Their sum rounds the corners.
 
     Args:
-        limits: what it has to keep to.
+        limits: of the movement.
         path: (K, n) configurations, rad.
-        overlap: share of a movement left when the next begins, 0 .. 1; 0 to come to rest at every configuration.
+        overlap: share of a line's duration left when the next line begins, 0 .. 1; 0 to stop at every configuration.
 
     Returns:
         (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the path.
@@ -115,13 +115,13 @@ def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> np.ndarr
 
 
 def begun_late(limits: MotionLimits, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
-    """Return references that begin so late that with the ending of the movement before they keep to the limits.
+    """Return references delayed until their sum with the end of the previous movement is within the limits.
 
     Args:
-        limits: what it has to keep to.
+        limits: of the movement.
         references: (N, n) of a movement from rest, rad.
         rest: (n,) where it begins, rad.
-        ending: (M, n) what is left of the movement before, relative to that, rad.
+        ending: (M, n) rest of the previous movement, relative to that, rad.
     """
     if not len(ending):
         return references
@@ -134,14 +134,14 @@ def begun_late(limits: MotionLimits, references: np.ndarray, rest: np.ndarray, e
 
 
 def summed(references: np.ndarray, ending: np.ndarray) -> np.ndarray:
-    """Return the references of a movement and of the ending of the one before together; arguments as above."""
+    """Return the sum of (N, n) references and the (M, n) end of the previous movement: (max(N, M), n), rad."""
     both = np.vstack([references, np.repeat(references[-1:], max(0, len(ending) - len(references)), axis=0)])
     both[: len(ending)] += ending
     return both
 
 
 def braking_time(robot: Robot, velocities: np.ndarray) -> float:
-    """Return how long joints of (n,) velocities, rad/s, take to stop smoothly (`JointTrajectory.braked`), s."""
+    """Return how long joints with (n,) velocities, rad/s, take to stop smoothly (`JointTrajectory.braked`), s."""
     speeds = np.abs(velocities)
     slowing = 1.5 * speeds / (BRAKING_HEADROOM * robot.acceleration_limits)
     jerking = np.sqrt(6 * speeds / (JERK_HEADROOM * robot.jerk_limits))
@@ -149,7 +149,7 @@ def braking_time(robot: Robot, velocities: np.ndarray) -> float:
 
 
 def _straight_duration(robot: Robot, line: np.ndarray) -> float:
-    """Return how long the joints take along a straight line from rest to rest, (n,) rad, within the limits, s."""
+    """Return the duration of a straight line from rest to rest, (n,) rad, within the limits, s."""
     limits = zip(robot.velocity_limits, np.broadcast_to(robot.acceleration_limits, line.shape), strict=True)
     lengths = np.abs(line)
     times = [duration(x, HEADROOM * v, HEADROOM * a) for x, (v, a) in zip(lengths, limits, strict=True)]
@@ -158,21 +158,21 @@ def _straight_duration(robot: Robot, line: np.ndarray) -> float:
 
 
 def _sampled(curve: PPoly, duration: float, slower: float) -> np.ndarray:
-    """Return the references along a curve of a duration, s, that is followed slower by a factor."""
+    """Return the references along a curve of a duration, s, slowed down by a factor."""
     count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
     return np.asarray(curve(np.arange(1, count + 1) * duration / count))
 
 
 def _from_rest(offsets: np.ndarray) -> np.ndarray:
-    """Return (3 + N, n) offsets from where joints rest before they move, rad."""
+    """Return (3 + N, n) offsets, rad: (N, n) ones after three at rest."""
     return np.vstack([np.zeros((3, offsets.shape[1])), offsets])
 
 
 def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
-    """Return by what factor joints are too fast that begin and end with (2, n) accelerations, rad/s^2.
+    """Return the factor by which a movement with (2, n) accelerations at its ends, rad/s^2, is too fast.
 
-    An arm that is almost stretched lags behind the tool's path, and catches up at its very end. Straight movements
-    of the joints (`along`) have no acceleration at their ends.
+    An almost stretched arm lags behind the tool's path and catches up at its very end. Straight movements in joint
+    space (`along`) have no acceleration at their ends.
     """
     bounds = (limits.inertias, TORQUE_RATE_HEADROOM), (limits.inertias + limits.damping, JUMP_HEADROOM)
     shares = [np.abs(accelerations @ inertias).max(axis=(0, 1)) / headroom for inertias, headroom in bounds]
@@ -180,7 +180,7 @@ def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
 
 
 def _excess(limits: MotionLimits, offsets: np.ndarray, *, jerk: float = JERK_HEADROOM) -> float:
-    """Return by what factor joints are too fast that pass (N, n) offsets to rest, rad; up to 1 they are not."""
+    """Return the factor by which a movement through (N, n) offsets to rest, rad, is too fast; <= 1 if it is not."""
     offsets = np.vstack([offsets, np.repeat(offsets[-1:], 3, axis=0)])
     greatest = []
     for order in (1, 2, 3):

@@ -1,4 +1,4 @@
-"""Paths of the tool, straight or over objects, with smooth steps in time."""
+"""Paths of the tool, straight or over objects, timed by smooth steps."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
 
 PATH_PERIODS = 3
-"""Number of control periods between two points of a path for which the joints are solved; a smooth curve joins them."""
+"""Control periods between two points of a path at which inverse kinematics is solved; a spline joins them."""
 
 SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
-"""Greatest speed and acceleration of the tool: a loaded block stays far from slipping (15 N hold 0.55 N)."""
+"""Greatest speed and acceleration of the tool: a held block is far from slipping (15 N hold 0.55 N)."""
 
 TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
-"""Greatest speed and acceleration of the tool about the vertical, and as it tilts."""
+"""Greatest angular speed and acceleration of the tool about the vertical, and of its tilt."""
 
 MIN_DOWN_COMPONENT = 0.999
-"""Least vertical component of the axis of a hand that points down."""
+"""Least downward component of the z axis of a hand that points down."""
 
 MIN_TILT_RAD = 1e-4
 """Least angle by which a tool counts as tilting, rad."""
@@ -33,12 +33,12 @@ ORIGIN = np.zeros(3)
 
 _FASTEST = 1.875
 _HARDEST = 10 / np.sqrt(3)
-"""Peak speed and acceleration of the smooth step below, in lengths per duration (squared)."""
+"""Peak speed and acceleration of the smooth step below, as multiples of length / duration and length / duration^2."""
 
 
 @dataclass(frozen=True)
 class ToolPose:
-    """Where the hand is.
+    """Pose of the hand's tool frame.
 
     Attributes:
         position: (3,) of the point between the pads, m.
@@ -50,7 +50,7 @@ class ToolPose:
 
     @classmethod
     def down(cls, position: np.ndarray, yaw: float) -> ToolPose:
-        """Return the hand pointing straight down, its closing direction at a heading, rad."""
+        """Return the pose of a hand that points straight down, with the closing direction at a heading, rad."""
         c, s = np.cos(yaw), np.sin(yaw)
         return cls(position, np.array([[-s, c, 0.0], [c, s, 0.0], [0.0, 0.0, -1.0]]))
 
@@ -65,7 +65,7 @@ class ToolPose:
         return bool(self.rotation[2, 2] < -MIN_DOWN_COMPONENT)
 
     def shifted(self, offset: np.ndarray | list[float]) -> ToolPose:
-        """Return the same hand, moved by (3,) m."""
+        """Return the pose moved by (3,) m."""
         return ToolPose(self.position + offset, self.rotation)
 
     def leaning(self, angle: float, offset: np.ndarray) -> ToolPose:
@@ -79,19 +79,19 @@ class ToolPose:
         return self.position + distance * self.rotation[:, 2]
 
     def symmetric_poses(self) -> tuple[ToolPose, ToolPose]:
-        """Return this pose and the one with the fingers exchanged, which takes an object as well."""
+        """Return this pose and the one with the fingers exchanged, which grasps an object just as well."""
         return self, ToolPose(self.position, self.rotation * [-1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
 class ToolPath:
-    """A movement of the hand, sampled every `PATH_PERIODS`, the first time after fewer; the last sample is the goal.
+    """A movement of the hand, sampled every `PATH_PERIODS` up to the goal; the first interval may be shorter.
 
     Attributes:
         times: (N,) multiples of `CONTROL_PERIOD_S`, s.
         positions: (N, 3) m.
         rotations: (N, 3, 3) of the tool frame.
-        progress: (N,) share of the whole done, 0 .. 1.
+        progress: (N,) share of the movement done, 0 .. 1.
     """
 
     times: np.ndarray
@@ -101,12 +101,12 @@ class ToolPath:
 
 
 def wrap(angle: float, period: float = 2 * np.pi) -> float:
-    """Return the equivalent of an angle that is nearest to zero, rad."""
+    """Return the angle equivalent up to multiples of the period that is nearest to zero, rad."""
     return float((angle + period / 2) % period - period / 2)
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return (3,) the axis of a (3, 3) rotation times its angle, rad; scipy takes twenty times as long."""
+    """Return the (3,) rotation vector of a (3, 3) rotation, rad; scipy takes twenty times as long."""
     quaternion, vector = np.empty(4), np.empty(3)
     mujoco.mju_mat2Quat(quaternion, rotation.ravel())
     mujoco.mju_quat2Vel(vector, quaternion, 1.0)
@@ -114,13 +114,13 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
 
 def smooth_step(u: np.ndarray) -> np.ndarray:
-    """Return a step from 0 to 1 for u from 0 to 1 of least jerk: at rest, without acceleration, at both ends."""
+    """Return the minimum-jerk step from 0 to 1 for u from 0 to 1, with zero velocity and acceleration at both ends."""
     u = np.clip(u, 0.0, 1.0)
     return u**3 * (10 - 15 * u + 6 * u**2)
 
 
 def duration(length: float, speed: float, acceleration: float) -> float:
-    """Return how long a smooth step of a length takes within a speed and an acceleration, s."""
+    """Return the duration of a smooth step of a length within a speed and an acceleration, s."""
     return float(max(_FASTEST * length / speed, np.sqrt(_HARDEST * length / acceleration)))
 
 
@@ -137,24 +137,23 @@ def transfer_path(
     pace: float = 1.0,
     straight: bool = False,
 ) -> ToolPath:
-    """Return a path that raises the tool, moves it over along an arc about the robot's base and lowers it.
+    """Return a path that raises the tool, moves it along an arc about the robot's base and lowers it.
 
-    The tool is within a fifth of the full height when it starts to the side, and almost above the goal before it comes
-    down. Rising and lowering alone are straight.
+    The tool has risen to within a fifth of the full height when it starts sideways, and is almost above the goal before
+    it descends. Paths that only rise or descend are straight.
 
     Args:
-        start: where it is.
-        goal: where it shall be.
-        turn: of the tool about the vertical along the path, rad; it tilts by what is left of the way to the goal's
-            orientation.
-        height: to pass at, m, or higher for a higher goal; from above it the tool descends along the path, since high
-            up the arm reaches less far. None: as high as the higher end.
-        drawn_in: how much nearer to the base midway, m.
+        start: current pose.
+        goal: goal pose.
+        turn: of the tool about the vertical along the path, rad; the rest of the rotation to the goal is its tilt.
+        height: at which to pass, m, or higher for a higher goal; a tool that starts above it descends along the path,
+            since high up the arm's reach is smaller. None for that of the higher end.
+        drawn_in: how much nearer to the base the tool passes midway, m.
         nearest: least distance from the base midway between the ends, m.
         axis: (3,) a point on the axis of the base, m.
         front: heading of the base, rad.
         pace: 1 for the usual speed, less for slower.
-        straight: rise, go over and descend all at once.
+        straight: whether to rise, move sideways and descend all at once.
     """
     top = max(goal.position[2], start.position[2] if height is None else height)
     rise, sink, drop = max(0.0, top - start.position[2]), max(0.0, start.position[2] - top), top - goal.position[2]
@@ -188,7 +187,7 @@ def transfer_path(
 
 
 def _turned(rotation: np.ndarray, tilt: np.ndarray, about_z: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return a (3, 3) rotation after (N,) shares of a tilt and then of a turn, (3,) rotation vectors: (N, 3, 3)."""
+    """Return (N, 3, 3): a (3, 3) rotation after (N,) shares of a tilt and then a turn, both (3,) rotation vectors."""
     if np.linalg.norm(tilt) > MIN_TILT_RAD:
         rotation = Rotation.from_rotvec(shares[:, None] * tilt).as_matrix() @ rotation
     return np.asarray(Rotation.from_rotvec(shares[:, None] * about_z).as_matrix() @ rotation)

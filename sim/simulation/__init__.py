@@ -1,1 +1,1 @@
-"""The running simulation, and what is recorded of it."""
+"""The running simulation and its records."""

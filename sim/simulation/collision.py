@@ -1,4 +1,4 @@
-"""Collision checks of the robot and its load, among themselves and with the world: at joint angles, and along paths."""
+"""Collision checks of the robot and its load, with the world and with each other, at joint angles and along paths."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
 ADJACENT_M = 0.01
-"""Links nearer than this to each other with the arm at home and the hand closed never count as in collision."""
+"""Links nearer than this to each other, with the arm at home and the hand closed, never count as in collision."""
 
 CHECK_STEP_M = 0.008
-"""Greatest distance that a point of the robot or its load moves between two checks along a path, or twice the clearance
-if that is more: what is farther away than half of it at both is not touched in between, however thin it is."""
+"""Greatest distance that a point of the robot or its load moves between two checks along a path (or twice the clearance
+if that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
 
 LOOK_AHEAD_M = 0.01
-"""Distance for the same rule: where nothing is nearer at both checks, they may be twice as far apart. The Panda's fifth
-and seventh link, either of which could come nearer to the other, are 2 cm apart wherever it goes."""
+"""By the same rule, where nothing is nearer than this at both checks, they may be twice this distance apart. The fifth
+and seventh link of the Panda are never nearer than 2 cm to each other."""
 
 MAX_NEARING_M = 0.001
-"""By how much the arm may come nearer to what it is near to when it starts, m."""
+"""By how much the arm may approach a body that is within the clearance at the start, m."""
 
 STEP_TARGET = 0.9
-"""Share of that distance that is aimed at, so that few steps must be shortened."""
+"""Share of the greatest distance between checks that steps aim at, so that few must be repeated with a shorter one."""
 
 HAND_DEPTH_M = 0.001
-"""Depth from which on the hand alone counts as inside a body, m: wherever the arm comes to rest, within the tolerances
-of its kinematics, the hand touches that body then."""
+"""Least penetration at which the hand alone counts as inside a body, m: then the hand is in collision for every
+solution within the tolerances of inverse kinematics."""
 
 
 class CollisionChecker:
-    """A copy of the scene in which configurations of the robot are checked, q being (n,) joint angles, rad or m."""
+    """A copy of the scene in which configurations q of the robot, (n,) rad or m, are checked."""
 
     def __init__(self, scene: Scene) -> None:
-        """Copy the scene; nothing is held until `see` is called."""
+        """Copy the scene, without a held object."""
         self._model = model = copy.copy(scene.mujoco)
         self._data = mujoco.MjData(model)
         self._robot = robot = scene.robot
@@ -63,7 +63,7 @@ class CollisionChecker:
 
     @property
     def levers(self) -> np.ndarray:
-        """(n,) how far each joint moves a point of the robot at most, m per rad or m: stretched, from the joint on."""
+        """(n,) bounds on how far each joint moves a point of the robot, m per rad or m: the reach beyond the joint."""
         model, data = self._model, self._data
         anchors = np.array([data.joint(name).xanchor for name in self._robot.joints])
         links = np.linalg.norm(np.diff(anchors, axis=0), axis=1)
@@ -82,14 +82,14 @@ class CollisionChecker:
         held: bool = False,
         width: float | None = None,
     ) -> None:
-        """Take over a state, from which the next checks start.
+        """Set the state of the world for the next checks.
 
         Args:
-            now: the present state, of which the robot knows its own part.
+            now: the current state, for the joints of the robot.
             poses: last observed poses of the objects.
             handled: the object that the fingers may touch.
-            held: whether it moves with the hand; then it must not touch anything else.
-            width: between the pads, m; None for the present one.
+            held: whether it moves with the hand as its load, which is checked for collisions, too.
+            width: between the pads, m; None for the current one.
         """
         model, data = self._model, self._data
         data.qpos[:] = now.qpos
@@ -110,11 +110,11 @@ class CollisionChecker:
     def touches(
         self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
     ) -> frozenset[tuple[str, str]]:
-        """Return the collisions at a configuration: names of a body of the robot or the load, and of another.
+        """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
         Args:
             q: joint angles to check.
-            width: between the pads, m; None for the one that was set last.
+            width: between the pads, m; None for the last one.
             clearance: bodies nearer than this count as in collision, m.
         """
         if width is not None:
@@ -124,9 +124,9 @@ class CollisionChecker:
         return self._named(clearance)
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
-        """Return whether the hand alone, opened to a width, m, would be inside a body with its tool in a pose.
+        """Return whether the hand, opened to a width, m, would be inside a body if its tool were at a pose.
 
-        The pads may be inside the handled object. False says nothing of the arm, nor whether it comes there.
+        The pads may be inside the handled object. The rest of the arm, and whether it reaches the pose, are ignored.
         """
         model, data = self._model, self._data
         data.qpos[self._widths] = self._robot.gripper.positions(width)
@@ -148,11 +148,11 @@ class CollisionChecker:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
 
         A body that is within the clearance at the start, such as an object that slipped against a finger, counts only
-        if the arm comes nearer, comes near it again after leaving it, or never leaves it. What the load touches at the
-        end of the path, it may touch on the way: that carries it.
+        if the arm comes nearer, comes back after leaving it, or never leaves it. The load may touch its supports at the
+        end of the path on the whole path.
 
         Args:
-            path: joint angles, straight between one row and the next.
+            path: joint angles, rad or m, interpolated linearly between rows.
             clearance: bodies nearer than this count as in collision, m.
         """
         short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
@@ -190,7 +190,7 @@ class CollisionChecker:
         return frozenset(near)
 
     def _let_collide(self) -> None:
-        """Let the robot and its load collide with the world, and nothing in the world with the rest of it."""
+        """Let the robot and its load collide with the world, and no bodies of the world with each other."""
         model, world = self._model, self._is_world
         is_load = world & (model.geom_bodyid == self._load)
         model.geom_contype[world], model.geom_conaffinity[world] = 1, is_load[world]
@@ -202,7 +202,7 @@ class CollisionChecker:
         self._clearance = np.nan
 
     def _keep(self, clearance: float) -> None:
-        """Let contacts be found within a clearance of what moves, m."""
+        """Set the margins so that contacts within a clearance, m, of the robot and its load are found."""
         if clearance != self._clearance:
             self._clearance = clearance
             margins = np.zeros(self._model.ngeom)
@@ -210,7 +210,7 @@ class CollisionChecker:
             set_margins(self._model, margins)
 
     def _place(self, q: np.ndarray) -> None:
-        """Move the robot, and its load with the hand, and find what is near to them."""
+        """Move the robot and its load, and find the contacts."""
         self._move(q)
         mujoco.mj_collision(self._model, self._data)
 
@@ -229,11 +229,11 @@ class CollisionChecker:
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())
 
     def _pose(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return (m, 3) positions and (m, 9) rotations of the shapes that move."""
+        """Return the (m, 3) positions, m, and (m, 9) rotations of the geoms that move."""
         return self._data.geom_xpos.take(self._moving, axis=0), self._data.geom_xmat.take(self._moving, axis=0)
 
     def _distance(self, before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> float:
-        """Return a bound of the distance between where any point of a shape was and is, m.
+        """Return an upper bound on the distance by which any point of the moving geoms moved, m.
 
         A rotation by an angle a changes the matrix by sqrt(8) sin(a / 2), and moves a point at a distance r from the
         centre by at most 2 r sin(a / 2).
@@ -244,10 +244,9 @@ class CollisionChecker:
         return float(moved.max())
 
     def _pairs(self, geoms: np.ndarray) -> set[tuple[int, int]]:
-        """Return the pairs of bodies with (N, 2) geoms that are near to each other and must not touch.
+        """Return the pairs of bodies of (N, 2) geoms in contact, except for pairs that may touch.
 
-        The first is the one that moves, or of two that do the one with the lower number. The hand and its load do not
-        move towards each other.
+        The first body is the one that moves, or the one with the lower index if both do. The hand may touch its load.
         """
         found: set[tuple[int, int]] = set()
         bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
@@ -261,7 +260,7 @@ class CollisionChecker:
         return found - self._adjacent
 
     def _named(self, clearance: float) -> frozenset[tuple[str, str]]:
-        """Return the names of the bodies within a clearance, m; most contacts are those of the check before."""
+        """Return the names of the pairs of bodies within a clearance, m; cached, since contacts change rarely."""
         contact, geoms = self._data.contact, self._data.contact.geom
         if clearance < self._clearance:
             geoms = geoms[contact.dist < contact.includemargin * (clearance / self._clearance)]
@@ -271,14 +270,14 @@ class CollisionChecker:
         return self._known[contacts]
 
     def _nearest(self, others: set[str]) -> float:
-        """Return the least distance in a contact with one of several bodies, m; infinite if there is none."""
+        """Return the least distance in a contact with one of these bodies, m; infinite if there is none."""
         contact, body = self._data.contact, self._model.geom_bodyid
         touched = [{self._names[body[geom]] for geom in pair} & others for pair in contact.geom]
         return min((float(d) for d, names in zip(contact.dist, touched, strict=True) if names), default=np.inf)
 
 
 def _rigid_with(model: mujoco.MjModel, body: int) -> np.ndarray:
-    """Return (nbody,) bool: a body, what is fixed to it, and what hangs on those."""
+    """Return (nbody,) bool: the bodies welded to a body, and their descendants."""
     found = np.arange(model.nbody) == model.body_weldid[body]
     for other in range(model.nbody):
         found[other] |= found[model.body_parentid[other]]

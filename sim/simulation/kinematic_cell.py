@@ -1,4 +1,4 @@
-"""A workcell without physics: the arm is where it is sent at once, and what the hand holds moves with it."""
+"""A workcell without physics: the arm is at its goal at once, and a held object moves with the hand."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
 PRESSED_N = 2.75
-"""Force on each pad as its tip presses an object down, N: what the skill keeps to (`sim.skills.drawing`)."""
+"""Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drawing`)."""
 
 PARALLEL = 0.99
-"""Least cosine of the angle between the closing directions of the hand and of a grasp that it is for."""
+"""Least cosine of the angle between the closing directions of the hand and of the pair of surfaces that it holds."""
 
 
 class KinematicCell(Workcell):
-    """A workcell in which skills are tried out: they plan and check all that they do in a run, and nothing slips.
+    """A workcell in which skills are tried out: they plan and check the same motions as in a run, and nothing slips.
 
-    It can be put into one state after another, in which some objects of the scene may be missing.
+    `begin` sets its state, in which some objects of the scene may be missing.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, arm: Arm | None = None) -> None:
-        """See `Workcell`. Any path will do: the same searches as in a run, but only the first of them."""
+        """See `Workcell`. Paths need not be short, so only the first of a run's searches is made."""
         super().__init__(scene, data, arm=arm, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
         self._foreseen: tuple[str | None, bool] | None = None
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
-        """Go to a state of the same MuJoCo model with the arm at rest.
+        """Set a state of the same MuJoCo model with the arm at rest.
 
         Args:
-            scene: with the objects that are there.
+            scene: a scene with the objects that are present.
             qpos: (nq,) positions of all joints.
         """
         self.scene, self._in_hand, self.destination = scene, None, None
@@ -57,14 +57,14 @@ class KinematicCell(Workcell):
             self.latest_pose(obj)
 
     def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
-        """Put the arm where the movement ends; the closed hand comes down on an object, and draws it, row by row."""
+        """Put the arm at the end of the references; an empty closed hand follows them row by row, as it may drag."""
         self._tick()
         for q in references if self._is_closed() and self._in_hand is None else references[-1:]:
             self._go(q)
             watch()
 
     def _go(self, q: np.ndarray) -> None:
-        """Put the arm at (n,) joint angles, rad, with what it holds or presses down."""
+        """Put the arm at (n,) joint angles, rad, with the object that it holds or drags."""
         obj, pressed, before = self.contacts.handled, self._presses(), self._tool()[1]
         self.reference = q
         self.data.qpos[self._qpos] = q
@@ -75,7 +75,7 @@ class KinematicCell(Workcell):
         self._tick()
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
-        """See `Workcell.collisions`; until something moves, the objects are observed once."""
+        """See `Workcell.collisions`; objects are observed again only after something has moved."""
         if width is None:
             self.collision_checker()
         else:
@@ -83,7 +83,7 @@ class KinematicCell(Workcell):
         return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
-        """See `CollisionChecker.hand_is_inside`; a test that spares inverse kinematics."""
+        """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
         self._foresee()
         return self._checker.hand_is_inside(tool, width=width)
 
@@ -102,7 +102,7 @@ class KinematicCell(Workcell):
         return super().collision_checker(held=held, width=width, touching=touching)
 
     def _tick(self) -> None:
-        """Close or open the hand as commanded."""
+        """Close or open the hand as commanded, and let a control period pass."""
         self._widths.clear()
         self._foreseen = None
         self.data.time += CONTROL_PERIOD_S
@@ -122,12 +122,12 @@ class KinematicCell(Workcell):
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
 
     def _is_closed(self) -> bool:
-        """Return whether the hand is commanded to be narrower than the object that it handles."""
+        """Return whether the commanded width is less than that of the handled object."""
         obj = self.contacts.handled
         return obj is not None and self.width < self._extent(obj) - CONTACT_M
 
     def _presses(self) -> bool:
-        """Return whether the tips of the closed hand are on top of the object that it handles."""
+        """Return whether the fingertips of the closed hand press on the top of the handled object."""
         obj = self.contacts.handled
         if obj is None or self._in_hand is not None or not self._is_closed():
             return False
@@ -153,13 +153,13 @@ class KinematicCell(Workcell):
         return site.xmat.reshape(3, 3).copy(), site.xpos.copy()
 
     def _extent(self, obj: str) -> float:
-        """Return how wide an object is along the closing direction, m; 0 for a cup, which draws it."""
+        """Return the width of an object along the closing direction, m; 0 for a suction cup, which has no width."""
         if isinstance(self.scene.robot.gripper, SuctionGripper):
             return 0.0
         shape, turn = self.scene.shapes[obj], self.data.body(obj).xmat.reshape(3, 3)
         axes, tool = self._tool()
         closing, position = turn.T @ axes[:, 1], turn.T @ (tool - self.data.body(obj).xpos)
-        # A mesh may be held by a part of it, such as a handle.
+        # A mesh may be held by a part, such as a handle.
         pairs = [pair for pair in shape.pairs if abs(pair.direction @ closing) > PARALLEL]
         if pairs:
             return min(pairs, key=lambda pair: float(np.linalg.norm(pair.position - position))).width

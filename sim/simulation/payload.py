@@ -1,4 +1,4 @@
-"""The payload: a heavy load whose weight the arm bears by design, as robots do that know the mass that they hold."""
+"""Payload compensation: the commands are offset for the weight of a held object of known mass."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
 from sim.world.scene import Scene
 
 SHIFT_DURATION_S = 0.4
-"""How long a weight takes to go over from what carries it to the arm, or back."""
+"""How long the compensated weight takes to change."""
 
 
 class Payload:
-    """A mass at the tool, and how far the commands of n joints exceed their references to hold it.
+    """A mass at the tool, and the offsets of the commands of n joints from their references that compensate for it.
 
-    Without that, the Panda sags by 2 mm under 2 kg, and presses what it puts down on its support with as much again.
+    Without them, the Panda sags by 2 mm under 2 kg, and presses the object with as much force again on its support.
     """
 
     def __init__(self, scene: Scene, stiffness: np.ndarray) -> None:
@@ -28,21 +28,21 @@ class Payload:
 
     @property
     def mass(self) -> float:
-        """What is borne when no weight is going over any more, kg."""
+        """The compensated mass once no change is under way, kg."""
         return self._coming[-1] if self._coming else self._mass
 
     @property
     def is_borne(self) -> bool:
-        """Whether any weight is borne now or soon."""
+        """Whether any mass is compensated for, now or after a change that is under way."""
         return bool(self._mass or self._coming)
 
     def shift(self, mass: float) -> None:
-        """Begin to bear another mass, kg, without a jolt; one control period after the other."""
+        """Begin to change the compensated mass smoothly to another one, kg, within `SHIFT_DURATION_S`."""
         shares = smooth_step(np.linspace(0, 1, round(SHIFT_DURATION_S / CONTROL_PERIOD_S) + 1)[1:])
         self._coming = (self._mass + shares * (mass - self._mass)).tolist()
 
     def offsets(self, data: mujoco.MjData, steps: int) -> np.ndarray:
-        """Return by how much the (steps, n) commands of the next control period exceed the references, rad or m."""
+        """Return the (steps, n) offsets of the commands from the references in the next control period, rad or m."""
         if self._coming:
             self._mass = self._coming.pop(0)
         jacobian = np.empty((3, self._model.nv))

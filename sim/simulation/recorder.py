@@ -1,7 +1,7 @@
-"""What is recorded of a running simulation.
+"""Recording of a running simulation.
 
-States frame by frame with the greatest loads between two frames, and all that is needed to simulate it again bit by
-bit: the command of every step, and every state that something else than a step of the simulation brought about.
+States frame by frame with the greatest loads between frames, and everything that is needed to simulate the run again
+bit by bit: the commands of every step, and every state that was set by something other than a step of the simulation.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ COMMANDS_PER_UNIT = 2**24
 """Resolution of the commands sent to the actuators, a power of two: 6e-8 rad or m, as integers in the log."""
 
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
-"""What a step of MuJoCo depends on besides its commands."""
+"""The state on which a step of MuJoCo depends besides the commands."""
 
 
 FIRST_ROWS = 2**15
-"""Number of steps for which there is space at first: 65 s. Memory that nothing is written to costs nothing."""
+"""Number of steps for which memory is reserved at first: 65 s. Memory that is not written to costs nothing."""
 
 TORQUE_CUTOFF_HZ = 100.0
 """Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
@@ -31,14 +31,14 @@ a contact that the simulation misses for a single step counts as a jump of the t
 
 
 class Recorder:
-    """Frames of a simulation, `FRAME_RATE_HZ` a second; loads are sampled at every step between them.
+    """Records frames of a simulation, `FRAME_RATE_HZ` per second; loads are sampled at every step between them.
 
-    Accelerations and rates are differences between two steps. MuJoCo's own accelerations do not count: the implicit
+    Accelerations and rates are differences between two steps. MuJoCo's own accelerations are not used: the implicit
     integrator overstates them.
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Begin without a frame."""
+        """Begin without frames."""
         self._model = model = scene.mujoco
         self._dofs, self._period = scene.robot.dofs(model), float(model.opt.timestep)
         motor = model.actuator(scene.robot.gripper.actuator).id
@@ -46,7 +46,7 @@ class Recorder:
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
         self._felt: list[int] = []
-        # What was felt at every step; more rows than steps, doubled when they are full.
+        # Loads at every step; more rows than steps, doubled when they are full.
         self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
         self._samples = 0
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
@@ -56,15 +56,15 @@ class Recorder:
         self._due, self._effort, self._summed = 0.0, Effort(), 0
 
     def begin_period(self, data: mujoco.MjData, controls: np.ndarray, references: np.ndarray) -> np.ndarray:
-        """Record the commands of a control period, and the state if the last one did not end in it.
+        """Record the commands of a control period, and the state if it differs from the end of the last period.
 
         Args:
             data: the state in which the period begins.
             controls: (steps, nu) commands of the actuators.
-            references: (steps, n) positions at which the arm's joints are to be after each step, rad.
+            references: (steps, n) references of the arm's joints after each step, rad or m.
 
         Returns:
-            (steps, nu) the commands rounded to their resolution, to be sent.
+            (steps, nu) the commands to send, rounded to their resolution.
         """
         mujoco.mj_getState(self._model, data, self._found, STATE)
         if self._found.tobytes() != self._left.tobytes():
@@ -76,17 +76,17 @@ class Recorder:
         return rounded / COMMANDS_PER_UNIT
 
     def end_period(self, data: mujoco.MjData) -> None:
-        """Note the state in which a control period ends."""
+        """Record the state in which a control period ends."""
         mujoco.mj_getState(self._model, data, self._left, STATE)
 
     def feel(self, data: mujoco.MjData) -> bool:
-        """Add a state just simulated; return whether the time has come for another frame."""
+        """Record the loads of a step that was just simulated; return whether a frame is due."""
         row = self._samples
         if row == len(self._speeds):
             self._speeds, self._torques = (
                 np.concatenate([rows, np.empty_like(rows)]) for rows in (self._speeds, self._torques)
             )
-        # Copying all joints takes a quarter of the time that picking out the arm's does.
+        # Copying all joints takes a quarter of the time of selecting the arm's.
         self._speeds[row] = data.qvel
         self._torques[row] = data.qfrc_actuator
         if self._cup is not None:
@@ -95,7 +95,7 @@ class Recorder:
         return bool(data.time >= self._due)
 
     def _pull(self, data: mujoco.MjData, cup: int) -> np.ndarray:
-        """Return the (nv,) torques of a suction cup: MuJoCo counts them, though its contact balances them."""
+        """Return the (nv,) torques of a suction cup: MuJoCo counts them, although the cup's contact balances them."""
         pull = np.zeros(self._model.nv)
         first = data.moment_rowadr[cup]
         row = slice(first, first + data.moment_rownnz[cup])
@@ -103,7 +103,7 @@ class Recorder:
         return pull
 
     def record(self, data: mujoco.MjData, *, glow: int) -> None:
-        """Add a frame; `glow` is the index of the marking location at work, -1 for none."""
+        """Add a frame; `glow` is the index of the location that marks an object now, -1 for none."""
         frame = {
             "times": float(data.time),
             "qpos": data.qpos.copy(),
@@ -117,7 +117,7 @@ class Recorder:
 
     @property
     def effort(self) -> Effort:
-        """What the simulation took of the arm so far."""
+        """Effort of the arm so far."""
         speeds, torques = self._of_arm(self._speeds, self._summed), self._of_arm(self._torques, self._summed)
         travel, energy = (self._period * float(np.abs(rates).sum()) for rates in (speeds, speeds * torques))
         self._effort += Effort(self._period * len(speeds), travel, energy)
@@ -126,7 +126,7 @@ class Recorder:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What was recorded, by the names it has in a `Frames`; loads since the last frame are added to it."""
+        """The recorded arrays by their names in `Frames`; the last frame has the loads up to now as well."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
         speeds, torques = self._of_arm(self._speeds), self._of_arm(self._torques)
         samples = {
@@ -142,24 +142,24 @@ class Recorder:
         return arrays
 
     def _of_arm(self, rows: np.ndarray, first: int = 0) -> np.ndarray:
-        """Return the (K, n) values of the arm's joints out of those of all joints, from a step on."""
+        """Return the (K, n) values of the arm's joints from those of all joints, from step `first` on."""
         return rows[first : self._samples, self._dofs]
 
     def _filtered(self, torques: np.ndarray) -> np.ndarray:
-        """Return (K, n) torques after the low-pass filter that a controller of the arm sends them through."""
+        """Return (K, n) torques, N m, after the low-pass filter of the arm's controller."""
         if not len(torques):
             return torques
         gain = self._period / (self._period + 1 / (2 * np.pi * TORQUE_CUTOFF_HZ))
-        # y[k] + (gain - 1) y[k - 1] = gain x[k]. `scipy.signal` has it ready, but takes half a second to import.
+        # y[k] + (gain - 1) y[k - 1] = gain x[k]. `scipy.signal` can do this, but takes half a second to import.
         diagonals = np.tile([[1.0], [gain - 1]], len(torques))
         driven = gain * (torques - torques[0])
         return np.asarray(solve_banded((1, 0), diagonals, driven, check_finite=False) + torques[0])
 
     def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
-        """Return the (T, n) greatest values since the frame before of the rate-th derivative of what was felt."""
+        """Return the (T, n) greatest absolute rate-th derivatives of the samples since the frame before."""
         greatest = np.zeros((len(self._frames), len(self._dofs)))
         if len(rows):
-            # Nothing moves before the first step.
+            # Before the first step all values are constant.
             rows = np.vstack([np.repeat(rows[:1], rate, axis=0), rows])
             loads = np.abs(np.diff(rows, rate, axis=0)) / self._period**rate
             greatest[1:] = np.maximum.reduceat(loads, self._felt[:-1])

@@ -1,4 +1,4 @@
-"""What one execution of a plan leaves behind: recorded frames, steps, events and measures."""
+"""The record of one execution of a plan: frames, steps, events and measures."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from prefplan.models.manipulation.model import ManipulationState
 from sim.robots.robot import Robot
 
 REST_SPEED_RAD_S = 0.02
-"""The arm rests while every joint is slower than this, whatever the fingers do: at 0.5 m that is 1 cm/s."""
+"""The arm rests while every joint is slower than this (at 0.5 m that is 1 cm/s); the fingers may move."""
 
 FRAME_RATE_HZ = 30
-"""Recorded (and rendered) states a simulated second."""
+"""Recorded (and rendered) states per simulated second."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """What a stretch of a simulation took of the arm.
+    """Time, joint travel and energy of the arm in a part of a simulation.
 
     Attributes:
         time: s.
-        travel: sum over the arm's joints of the angle covered, there and back, rad.
-        energy: integral of |torque * speed| summed over the arm's joints, J. The torque is what the motors of the
-            real arm give: they carry its weight, and braking costs as much as driving.
+        travel: integral of |speed| summed over the arm's joints, rad.
+        energy: integral of |torque * speed| summed over the arm's joints, J. The torque is that of the real arm's
+            motors: it includes the arm's weight, and braking costs as much as driving.
     """
 
     time: float = 0.0
@@ -34,11 +34,11 @@ class Effort:
     energy: float = 0.0
 
     def __add__(self, other: Effort) -> Effort:
-        """Return both together."""
+        """Return the sum of both."""
         return Effort(self.time + other.time, self.travel + other.travel, self.energy + other.energy)
 
     def __sub__(self, other: Effort) -> Effort:
-        """Return what was added to the other."""
+        """Return the difference from an earlier effort."""
         return Effort(self.time - other.time, self.travel - other.travel, self.energy - other.energy)
 
 
@@ -50,10 +50,10 @@ class Step:
         action: as in the plan, e.g. `transport blue san`.
         start: simulated time at which it began, s.
         end: simulated time at which it ended, s.
-        predicted: the state the model expects afterwards.
-        observed: the state read back from the simulation afterwards.
-        cost: what the model charges for the action where it was begun, whether or not it works out.
-        effort: what it took of the arm.
+        predicted: the state that the model predicts after it.
+        observed: the state grounded in an observation after it.
+        cost: of the action in the model, in the state in which it began, whether or not it succeeded.
+        effort: of the arm.
     """
 
     action: str
@@ -85,19 +85,19 @@ class Frames:
     """Frames of a simulation, `FRAME_RATE_HZ` a second, and what is needed to simulate it again.
 
     Attributes:
-        times: (T,) s, when each frame was taken.
+        times: (T,) simulated time of each frame, s.
         qpos: (T, nq) positions of the scene's MuJoCo model.
         qvel: (T, nv) velocities.
-        glow: (T,) index into the model's locations of the marking location at work, -1 for none.
+        glow: (T,) index of the location that marks an object at that time, -1 for none.
         speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
         accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
         jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
         torques: (T, n) greatest torque of each arm joint since the frame before, N m.
         torque_rates: (T, n) greatest rate of that torque, low-pass filtered as by the arm's controller, N m/s.
-        pad_forces: (T, pads) with which each of the gripper's pads was pressed, N.
+        pad_forces: (T, pads) contact force on each of the gripper's pads, N.
         controls: (S, nu) int64, the actuators' commands at each step, in `COMMANDS_PER_UNIT` of their units.
-        interventions: (K, 1 + m) number of a step, and the state that it began in, as `STATE` of the recorder, wherever
-            this is not the one in which the step before it ended; the first is the start.
+        interventions: (K, 1 + m) number of a step and the state in which it began (`STATE` of the recorder), for every
+            step that did not begin in the state in which the previous one ended; the first row is the start.
     """
 
     times: np.ndarray
@@ -123,10 +123,10 @@ class Rollout(Frames):
         reason: why not, in one sentence; None when completed.
         steps: the actions that were carried out, in order.
         events: in order of time.
-        sim_seconds: simulated time in all.
-        wall_seconds: real time in all.
+        sim_seconds: total simulated time.
+        wall_seconds: total real time.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
-        robot: whose arm has the n joints.
+        robot: the robot, whose arm has n joints.
         model_sha256: hash of the compiled MuJoCo model.
     """
 

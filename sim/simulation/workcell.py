@@ -33,43 +33,43 @@ from sim.world.scene import Scene
 from sim.world.shapes import ObjectShape
 
 CONTACT_FLICKER_S = 0.18
-"""Pads that lose contact for less than this still hold their object: simulated contacts flicker."""
+"""Pads that lose contact for less than this still count as holding their object: simulated contacts flicker."""
 
 WATCH_PERIOD_S = 0.05
-"""Time between two observations of what a movement depends on."""
+"""Time between two checks during a movement."""
 
 BLEND_TIME_S = 0.3
-"""Longest part of a movement that runs into the next one."""
+"""Longest part of a movement that is blended with the next one."""
 
 HOLD_DISTANCE_M = 0.005
-"""Greatest distance of a held object from the point between the pads: beyond, they only brush it."""
+"""Greatest distance of a held object from the point between the pads: farther away, they only brush it."""
 
 OBSERVATION_ERRORS = 3
-"""By how many standard deviations of an observed position it may seem to be farther away."""
+"""Tolerance of that distance for sensor noise, in standard deviations of an observed position."""
 
 CONTACT_EPISODE_S = 0.5
 """Contacts of the same two bodies within this time are one event."""
 
 
 class Workcell:
-    """A scene in motion.
+    """A running simulation of a scene, with the interface that skills use.
 
     Attributes:
-        scene: what is simulated.
+        scene: the simulated scene.
         data: the MuJoCo state.
         arm: kinematics of the arm.
         planner: plans paths of the arm.
         contacts: monitors contacts.
         recorder: records every frame.
-        reference: (n,) where the arm rests, or comes to rest when its movement ends, rad.
+        reference: (n,) joint angles at which the arm rests, or will rest when its movement ends, rad.
         events: in order of time.
-        glowing: index of the marking location at work now, or -1.
+        glowing: index of the location that marks an object now, or -1.
         sensor: observes the objects.
-        width: commanded between the pads at the end of their movement, m; less than that of a held object, so that
-            they press it.
+        width: commanded width between the pads at the end of their movement, m; less than that of a held object, so
+            that they press it.
         gripper: maps this width to the one that is sent to the hand; faults wrap it.
-        disturb: called before every control period is simulated.
-        destination: location at which the object that is taken next is to be put down; None if that is not known.
+        disturb: called before every control period.
+        destination: location at which the object that is grasped next will be put down; None if that is not known.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class Workcell:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given.
 
         Args:
-            scene: what is simulated.
+            scene: the scene to simulate.
             data: its state.
             sensor: observes the objects.
             seed: of the search for paths.
-            arm: kinematics of the same robot, which remember what they were asked; None for new ones.
+            arm: kinematics of the same robot, whose cache of solutions is reused; None for new ones.
             searches: number of searches for a path.
         """
         model = scene.mujoco
@@ -101,7 +101,7 @@ class Workcell:
         stiffness, damping = -model.actuator_biasprm[self._motors, 1:3].T
         self._lag, self._payload = damping / stiffness, Payload(scene, stiffness)
         self._substeps = round(CONTROL_PERIOD_S / model.opt.timestep)
-        # Of the last control period, one a simulation step; and those on their way to the actuators.
+        # Commands of the last control period, one per simulation step, and those delayed by the latency.
         self._commands = np.repeat(data.ctrl[None], self._substeps, axis=0)
         self._delayed = np.repeat(data.ctrl[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
@@ -122,23 +122,23 @@ class Workcell:
         self.recorder.record(data, glow=self.glowing)
 
     def log_event(self, kind: str, **detail: Any) -> None:
-        """Add an event at the present time."""
+        """Add an event at the current time."""
         self.events.append(Event(float(self.data.time), kind, detail))
 
     @property
     def effort(self) -> Effort:
-        """What the simulation took of the arm so far."""
+        """Effort of the arm so far."""
         return self.recorder.effort
 
     @property
     def shapes(self) -> dict[str, ObjectShape]:
-        """The shapes of the model's objects, and of others that are observed on the table."""
+        """The shapes of the model's objects, and of other objects observed on the table."""
         known = {obj.name for obj in self.scene.model.objects}
         shapes = self.scene.shapes.items()
         return {obj: shape for obj, shape in shapes if obj in known or on_table(self.latest_pose(obj))}
 
     def latest_pose(self, obj: str) -> ObjectPose | None:
-        """Return the pose of an object as observed now, or None if it is not."""
+        """Return the pose of an object as observed now, or None if it is not observed."""
         pose = self.sensor.observe(self.scene, self.data, obj)
         if pose is not None:
             self._seen[obj] = pose
@@ -176,7 +176,7 @@ class Workcell:
         return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in samples.items()}
 
     def held(self) -> str | None:
-        """Return the object between the pads that both press, short losses of contact aside, or None."""
+        """Return the object that both pads press, with short losses of contact ignored, or None."""
         obj = self.contacts.handled
         if obj is None or self._lost_contact:
             return None
@@ -184,22 +184,22 @@ class Workcell:
 
     @property
     def _lost_contact(self) -> bool:
-        """Whether the pads have pressed nothing for so long that they may not regain it."""
+        """Whether the pads have pressed nothing for longer than `CONTACT_FLICKER_S`."""
         return bool(self.data.time - self.contacts.pressed > CONTACT_FLICKER_S)
 
     def _is_between_pads(self, obj: str) -> bool:
-        """Return whether an object is where the hand could hold it; True if it is not observed now."""
+        """Return whether an object is near enough to the pads to be held; True if it is not observed now."""
         pose = self.latest_pose(obj)
         if pose is None:
             return True
         tool = self.data.site(self.scene.robot.tool)
         distance = self.scene.shapes[obj].distance(pose.rotation.T @ (tool.xpos - pose.position))
-        # The error of a measurement is that of the mean of its observations.
+        # `sensor.error` is that of a mean of `samples` observations; this is a single one.
         return distance < HOLD_DISTANCE_M + OBSERVATION_ERRORS * np.sqrt(self.sensor.samples) * self.sensor.error
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the pads have just lost contact with the handled object, and may regain it."""
+        """Whether the pads have just lost contact with the handled object and may regain it."""
         return self.contacts.handled is not None and 0 < self.data.time - self.contacts.pressed <= CONTACT_FLICKER_S
 
     @property
@@ -209,23 +209,23 @@ class Workcell:
 
     @property
     def ending(self) -> np.ndarray:
-        """(M, n) how far from `reference` the arm still is, rad, one row a control period; none at rest."""
+        """(M, n) offsets of the rest of the movement from `reference`, rad, per control period; no rows at rest."""
         return self._movement.positions[self._passed + self._substeps - 1 :: self._substeps] - self.reference
 
     def blended(self, references: np.ndarray) -> np.ndarray:
-        """Return (N, n) references with what is left of the movement before added, as the arm follows them, rad."""
+        """Return (N, n) references, rad, with the rest of the previous movement added, as the arm will follow them."""
         return summed(references, self.ending)
 
     def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
-        """Drive the arm along (N, n) references, rad, one a control period; it brakes early if it loses its load.
+        """Drive the arm along (N, n) references, rad, one per control period; it brakes if it loses its load.
 
-        They begin at `reference`. What is left of the movement before is added to them, so that the arm need not rest
-        in between (`JointTrajectory.out_of`).
+        They begin at `reference`. The rest of the previous movement is added to them, so that the arm need not stop in
+        between (`JointTrajectory.out_of`).
 
         Args:
-            references: where it goes.
-            within: return once the tool is this near to its goal, m, at most `BLEND_TIME_S` before its end: the arm
-                goes on while time passes. 0 to return when it is at rest.
+            references: joint angles, rad.
+            within: return once the tool is this near to its goal, m, at most `BLEND_TIME_S` before the end: the arm
+                continues to its goal as time passes. 0 to return when the arm is at rest.
             watch: called every `WATCH_PERIOD_S`; if it raises an error, the arm brakes.
         """
         movement = through(np.vstack([self.reference, references]), self._substeps)
@@ -258,38 +258,38 @@ class Workcell:
             self.settle()
 
     def settle(self) -> None:
-        """Let the arm end its movement."""
+        """Wait until the arm has ended its movement."""
         while self._samples_left:
             self._tick()
 
     def set_width(self, width: float, seconds: float) -> None:
-        """Begin to bring the commanded width between the pads evenly to `width`, m."""
+        """Begin to change the commanded width between the pads linearly to `width`, m, in some seconds."""
         now = self._widths[0] if self._widths else self.width
         self._widths = np.linspace(now, width, max(1, round(seconds / CONTROL_PERIOD_S)) + 1)[1:].tolist()
         self.width = width
 
     def grip(self, width: float, seconds: float) -> None:
-        """Bring the commanded width between the pads evenly to `width`, m."""
+        """Change the commanded width between the pads linearly to `width`, m, and wait until that is done."""
         self.set_width(width, seconds)
         while self._widths:
             self._tick()
 
     def bear(self, obj: str) -> None:
-        """Begin to bear the weight of an object, see `Payload`, until `unload`, or until the pads lose it."""
+        """Begin to compensate for the weight of an object (`Payload`) until `unload`, or until the pads lose it."""
         self._payload.shift(self.scene.shapes[obj].mass)
 
     def unload(self) -> None:
-        """Give up the weight that the arm bears, if any, and wait until it has gone over."""
+        """End the compensation for a weight, if there is any, and wait until the support carries it."""
         if self._payload.mass:
             self._payload.shift(0.0)
             self.wait(SHIFT_DURATION_S)
 
     def glow(self, location: str, seconds: float) -> None:
-        """Let a marking location work for a while, s."""
+        """Let the lamp of a location that marks objects glow for some seconds."""
         self.glowing, self._dark = list(self.scene.slots).index(location), self.data.time + seconds
 
     def wait(self, seconds: float) -> None:
-        """Let time pass; what is left of a movement goes on."""
+        """Let time pass, during which a movement continues."""
         for _ in range(round(seconds / CONTROL_PERIOD_S)):
             self._tick()
 
@@ -299,9 +299,9 @@ class Workcell:
         return sorted({other for _, other in touches})
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
-        """Return whether it is known before the arm is there that the hand is inside a body; a run looks there alone.
+        """Return False: in a run, where each check needs another observation, only reachable poses are checked.
 
-        Every look at objects is another observation.
+        `KinematicCell` rejects poses of the hand before inverse kinematics.
         """
         return False
 
@@ -323,7 +323,7 @@ class Workcell:
         return self._checker
 
     def _periods_within(self, distance: float) -> int:
-        """Return the number of last control periods of the movement in which the tool stays so near to its goal, m."""
+        """Return the number of final control periods of the movement in which the tool is this near to its goal, m."""
         goal = self.arm.tool(self.reference).position
         ending = self.ending[-round(BLEND_TIME_S / CONTROL_PERIOD_S) - 1 : -1] if distance else self.ending[:0]
         for periods, offset in enumerate(ending[::-1]):
@@ -332,17 +332,17 @@ class Workcell:
         return len(ending)
 
     def _begin(self, movement: JointTrajectory) -> None:
-        """Begin to follow a movement instead of what is left of the one before."""
+        """Begin to follow a movement instead of the rest of the previous one."""
         self._movement, self._passed = movement, 0
         self._leading = movement.positions + self._lag * movement.velocities
 
     @property
     def _samples_left(self) -> int:
-        """Number of samples of the movement that the arm has not come to yet."""
+        """Number of samples of the movement that are left."""
         return len(self._leading) - self._passed
 
     def _tick(self) -> None:
-        """Simulate one control period, in which the arm and the fingers go on with their movements."""
+        """Simulate one control period, in which the arm and the fingers continue their movements."""
         data, commands, steps = self.data, self._commands, self._substeps
         self.disturb()
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)

@@ -58,7 +58,7 @@ def test_what_an_end_touches_when_it_is_looked_at_again_is_named() -> None:
         looks.append(bool(np.array_equal(q, GOAL)))
         return {"edge"} if sum(looks) > 1 and looks[-1] else set()
 
-    with pytest.raises(BlockedError, match="no way past edge was found"):
+    with pytest.raises(BlockedError, match="no path past edge was found"):
         planner().plan(START, GOAL, touches)
 
 
@@ -71,9 +71,9 @@ def test_the_seed_alone_decides_the_path() -> None:
 @pytest.mark.parametrize(
     ("touches", "blocker", "words"),
     [
-        pytest.param(wall(half=2.0), "wall", "no way past wall was found", id="no way round"),
-        pytest.param(lambda q: {"lid"} if q[0] > 0.7 else set(), "lid", "touch lid where it is to go", id="goal"),
-        pytest.param(lambda q: {"box"} if q[0] < -0.7 else set(), "box", "touch box where it starts", id="start"),
+        pytest.param(wall(half=2.0), "wall", "no path past wall was found", id="no path"),
+        pytest.param(lambda q: {"lid"} if q[0] > 0.7 else set(), "lid", "touch lid at its goal", id="goal"),
+        pytest.param(lambda q: {"box"} if q[0] < -0.7 else set(), "box", "touch box at its start", id="start"),
     ],
 )
 def test_without_a_path_what_is_in_the_way_is_named(touches: Touches, blocker: str, words: str) -> None:
