@@ -1,4 +1,4 @@
-"""What tests of several commands share."""
+"""Fixtures for tests of several commands."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def signed_log(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
-    """The signed log of a run, and nothing else of it but its certificate."""
+    """The signed log of a run, with only its certificate beside it."""
     folder = tmp_path_factory.mktemp("cup")
     (folder / "cup.toml").write_text(CUP)
     how = ["--no-video", "--seed", "3", "--key", str(keys / "pem"), "--out", str(folder)]
@@ -76,7 +76,7 @@ def signed_log(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def chromium() -> tuple[str, str]:
-    """Where Chromium and its driver are; without them skip, or fail where PREFPLAN_NEEDS_CHROMIUM says so."""
+    """Paths of Chromium and its driver; without them skip, or fail if PREFPLAN_NEEDS_CHROMIUM is set."""
     found, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if found and driver:
         return found, driver

@@ -24,11 +24,11 @@ def arch_log() -> Log:
 
 @pytest.fixture(scope="session")
 def relaxed_log() -> Log:
-    """A cup put onto the tray as it is: washing is skipped, and the tray takes it for clean."""
+    """A cup put onto the tray unwashed: washing is skipped, and the other task assumes that the cup is clean."""
     return log_of_run(loads(RELAXED_CUP, name="relaxed"))
 
 
 @pytest.fixture
 def claims_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave out forces and contacts, most of a certificate's work, where only what is said of a run is judged."""
+    """Leave out the checks of forces and contacts, most of a certificate's work, where only claims are tested."""
     monkeypatch.setattr(certificate, "_physics", lambda log, world: ())

@@ -1,4 +1,4 @@
-"""What `import sim` offers: each name is loaded when it is asked for, and has the type that its file gives it."""
+"""The names of the package `sim`: each is loaded on first access, and has the type that its module gives it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The comparison with another tool's collection of formulas, on one made for the test."""
+"""The comparison with another tool's collection of formulas, with a small made-up collection."""
 
 from __future__ import annotations
 

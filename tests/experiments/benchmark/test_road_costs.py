@@ -1,4 +1,4 @@
-"""Fronts of several costs on the made-up city: another search over the files that are written finds the same points."""
+"""Fronts of several costs on the made-up city: a second search over the written files finds the same points."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_the_points_are_those_of_a_search_over_the_files(tmp_path: Path) -> None
 
 
 def points_by_comparison(costs: dict[tuple[int, ...], Costs], source: int, target: int, count: int) -> list[Costs]:
-    """Return the front of any number of costs by comparing each path with all others to where it leads."""
+    """Return the front of any number of costs by comparing each path with all others to the same node."""
     kept: dict[int, list[Costs]] = {}
     frontier = [((0,) * count, source)]
     while frontier:

@@ -1,4 +1,4 @@
-"""Fronts of two costs on published road networks: their format is read, and another search finds the same."""
+"""Fronts of two costs on published road networks: their format is read, and a second search finds the same points."""
 
 from __future__ import annotations
 

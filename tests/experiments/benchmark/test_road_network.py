@@ -1,4 +1,4 @@
-"""The made-up city: a network as its scenario has it, in which every place can be reached."""
+"""The made-up city: its roads are those of the scenario that ships, and every place can be reached."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds(c
     kinds = {number[name]: kinds[0] for name, kinds in city.model.labels.items()}
     start = number[str(city.model.start)]
     is_library = np.array([kinds.get(i) == "library" for i in range(len(number))])
-    # No library before the charger: no road that leaves one, either.
+    # No library may be passed before the charger, so no road that leaves one is used.
     seconds = {charged: distances(network, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
     wanted = [("pharmacy", "clinic"), ("depot", "post"), ("bakery", "school"), ("market",), ("charger",)]
     wanted += [("workshop",), ("library", "bank")]
@@ -92,7 +92,7 @@ def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds(c
 
 
 def distances(network: Network, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:
-    """Return driving times from each place to every crossing, on roads that leave no barred crossing."""
+    """Return driving times from each place to every crossing, without the roads that leave a barred crossing."""
     kept = ~barred[network.sources]
     size = len(network.states)
     ends = network.sources[kept], network.targets[kept]

@@ -1,4 +1,4 @@
-"""Results on disk: nothing finished is lost, and no other experiment is mixed in."""
+"""Journals: no finished result is lost, and results of different experiments are not mixed."""
 
 from __future__ import annotations
 

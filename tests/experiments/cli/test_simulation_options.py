@@ -20,7 +20,7 @@ from sim.world.scene import Scene, build_scene
 
 
 def watched_scene() -> Scene:
-    """Return a scene whose robot's MJCF has a camera of its own."""
+    """Return a scene whose robot's MJCF has a camera."""
 
     def spec(meshes: bool | None) -> mujoco.MjSpec:
         found = PANDA.mjcf(meshes)

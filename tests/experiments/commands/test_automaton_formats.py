@@ -1,4 +1,4 @@
-"""`prefplan automaton`: the formats that other programs read, read back, and the table."""
+"""`prefplan automaton`: the formats for other programs, read back, and the table."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def is_true(label: LabelExpression, letter: set[int]) -> bool:
 
 
 def assert_same(read: HOA, dfa: Automaton) -> None:
-    """Compare what was read with the automaton itself, for every state and letter."""
+    """Compare what was read with the automaton, for every state and letter."""
     names = tuple(str(name).strip('"') for name in read.header.propositions or ())
     assert names == dfa.propositions
     assert [list(conjunction) for conjunction in read.header.start_states or ()] == [[0]]

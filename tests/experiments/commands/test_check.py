@@ -1,4 +1,4 @@
-"""`prefplan list` and `prefplan check`: what is said of scenarios without planning them."""
+"""`prefplan list` and `prefplan check`: what they print about scenarios without planning."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ formula = "F fruit"
 [preference]
 kind = "max"
 """
-"""Three states, of which the island is out of reach."""
+"""Three states, one of which, the island, is unreachable."""
 
 
 def task(name: str, formula: str, more: str = "") -> str:

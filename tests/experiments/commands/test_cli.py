@@ -166,7 +166,7 @@ def test_quiet_bars_are_not_drawn(capsys: pytest.CaptureFixture[str], monkeypatc
 
 @pytest.fixture
 def program() -> list[str]:
-    """The installed script, or the module it starts where it is not on this machine's path."""
+    """The installed script, or its module if the script is not on this machine's path."""
     script = Path(sys.executable).with_name("prefplan")
     return [str(script)] if script.exists() else [sys.executable, "-m", "prefplan"]
 

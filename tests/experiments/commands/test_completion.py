@@ -33,7 +33,7 @@ def folder(run: Run, tmp_path: Path) -> Path:
 
 
 def offered(run: Run, folder: Path, shell: str, *words: str) -> set[str]:
-    """Return what a shell offers for the last of some words."""
+    """Return the completions that a shell offers for the last of these words."""
     if shutil.which(shell) is None:
         pytest.skip(f"no {shell} here")
     (folder / "script").write_text(run("completion", shell).out)

@@ -1,4 +1,4 @@
-"""`prefplan doctor`: what it finds, and that what it names mends it."""
+"""`prefplan doctor`: what it finds, and that the commands that it names repair it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`prefplan front` and `prefplan plan`: what they print for people and programs, bounds, and why there is no plan."""
+"""`prefplan front` and `prefplan plan`: text and JSON, bounds, and why there is no plan."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from prefplan.planner import Planner
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have output made as for a terminal without colours."""
+    """Print as on a terminal without colours."""
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "dumb")
 
@@ -256,7 +256,7 @@ def test_time_is_counted_from_the_first_line_of_a_file_on(run: Run, tmp_path: Pa
 def test_a_front_that_was_stopped_has_the_plan_of_an_index_or_the_nearest(
     detour: Path, below: int | None, number: int, best: int | None
 ) -> None:
-    """`best` is the index of the plan that is told as the best so far, None where the wanted one is certain."""
+    """`best` is the index of the plan reported as the best so far, None if the plan asked for is certain."""
     plans = tuple(Plan(cost, -cost, {}, {}, (), ()) for cost in (5, 15, 25))
     planner = Planner(scenarios.find("detour.toml").problem())
     planner.front = lambda **_: Front(plans, ended="interrupt", complete_below=below)  # type: ignore[method-assign]

@@ -1,4 +1,4 @@
-"""The help teaches by example: every command shows calls that work."""
+"""The help has examples: every command shows calls that work."""
 
 from __future__ import annotations
 

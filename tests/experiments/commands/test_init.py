@@ -1,4 +1,4 @@
-"""`prefplan init`: the scenarios to start from plan as they are."""
+"""`prefplan init`: the scenarios to start from can be planned as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`prefplan measure`, and plans whose costs it measured."""
+"""`prefplan measure`, and plans with costs that it measured."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SCENARIO = cup_scenario(costs='{ measured = "energy" }')
 MEASURED = [name for name in scenarios.names() if measurements_file(scenarios.FOLDER / f"{name}.toml").exists()]
 
 EXECUTED = {"case_study_3_energy": -1, "kitchen_energy": 4}
-"""Plans that are carried out: the preferred one, and of the kitchen's the one whose costs were the least exact."""
+"""Plans that are carried out: the preferred one, and in the kitchen the one with the least accurate costs."""
 
 PAIRS = 2 + 2 + 2 + 2 + 2
 """Transits from the start pose and between the places, transports, grasps, releases."""
@@ -78,7 +78,7 @@ def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, run: R
 
 
 def stand_in(limit: int | None = None, end: type[BaseException] = KeyboardInterrupt) -> Callable[..., Iterator[Any]]:
-    """Return a way to measure that takes no time, and ends early after some actions."""
+    """Return a stand-in for measurements that takes no time, and ends early after some actions."""
 
     def measure_all(scene: Any, wanted: Any, *, jobs: int) -> Iterator[Any]:
         for count, pair in enumerate(wanted):
@@ -121,7 +121,7 @@ def test_what_was_measured_otherwise_is_measured_anew(
     else:
         contents = json.loads(measurements_file(scenario).read_text())
         measurements_file(scenario).write_text(json.dumps(contents | {changed: 1}))
-    # Skills that changed are no reason not to plan.
+    # Planning still works after the skills have changed.
     assert run("front", "cup.toml")[0] == (0 if changed == "sources" else 2)
     status, out, _ = run("measure", "cup.toml")
     assert status == 0 and "before" not in out

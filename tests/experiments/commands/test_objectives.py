@@ -27,7 +27,7 @@ hill = ["view"]
 
 @pytest.fixture
 def depot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where a fast way and a frugal one lead to a goal."""
+    """A goal that can be reached by a fast path and by one that saves energy."""
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "depot.toml"
     file.write_text(DEPOT)

@@ -1,7 +1,7 @@
 """Minimal DFAs against Spot, another tool's LTL translator; skipped where its wheel cannot be imported.
 
-Of two minimal automata of one language each state has its like in the other. So a word is a good prefix of a formula,
-which is what leads to the accepting state, for both or for none.
+Two minimal automata of the same language are isomorphic. So both agree on which words are good prefixes of a formula,
+those that lead to the accepting state.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from prefplan.logic.dfa import automaton
 spot = pytest.importorskip("spot", reason="the extra 'spot' is not installed", exc_type=ImportError)
 
 NUMBER = 300
-"""Formulas drawn."""
+"""Number of random formulas."""
 
 
 def random_formula(seed: int) -> str:

@@ -16,7 +16,7 @@ from experiments.cli.output import number
 inventory = pytest.importorskip("sphinx.util.inventory")
 build_main = pytest.importorskip("sphinx.cmd.build").build_main
 
-# Sphinx tells its extensions what they are to change before its next version.
+# Sphinx warns extensions of changes in its next version.
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::PendingDeprecationWarning")
 
 ROOT = Path(__file__).parents[3]

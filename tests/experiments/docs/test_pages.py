@@ -52,10 +52,10 @@ PAGES = [
         "docs/guide/extending",
     )
 ]
-"""In the order in which they are read."""
+"""The pages, in reading order."""
 
 FAST = ("first_grid", "own_preference", "partial_satisfaction", "extending")
-"""Pages on which nothing is simulated."""
+"""Pages without simulation."""
 
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
@@ -65,7 +65,7 @@ OUTPUT = ("text", "json")
 """Languages of blocks that show what is printed."""
 
 SLURM = {"srun": 'exec "$@"'}
-"""Stand-ins for Slurm: a step of a job runs here and now."""
+"""Stand-ins for Slurm: a step of a job runs at once on this machine."""
 
 PORT = "8786"
 """The pages use Dask's usual port; here another test may have taken it."""
@@ -79,7 +79,7 @@ def run_pytest(arguments: list[str]) -> int:
 
 
 IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "python -m pytest": run_pytest}
-"""Programs that are functions, too."""
+"""Programs that are called as functions."""
 
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
@@ -87,8 +87,8 @@ READ_ONLY = (
     r"prefplan run (tidy.toml --plan|.* --(camera|inset)) |MUJOCO_GL|"
     r"prefplan (sweep tidy|report|draw|export|view|doctor)\b"
 )
-"""Commands that have tests of their own or are done on a later page, and leave nothing that a page needs: only their
-words are read."""
+"""Commands that have separate tests or are run on a later page, and produce nothing that a page needs: only their
+arguments are parsed."""
 
 MISTAKE = ' || echo "exit status $?"'
 """Ends a line that shows a mistake, and what is said of it."""
@@ -169,13 +169,13 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def rolled_out_alike(sweep: job.Sweep, numbers: Sequence[int], **options: Any) -> Iterator[job.Record]:
-    """Carry out the last rollout only, and say that all others went the same; each takes a second."""
+    """Carry out the last rollout only, and record the same for all others; each would take a second."""
     record = job.roll_out(sweep, numbers[-1])
     return (record | {"rollout": number} for number in numbers)
 
 
 def measured_alike(scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int) -> Iterator[Measurement]:
-    """Measure the first action only, and say that all others take the same; each takes a second."""
+    """Measure the first action only, and record the same for all others; each would take a second."""
     pair, samples = next(iter(wanted.items()))
     measured = cost_measurement.measure(scene, pair, samples[:1])
     assert isinstance(measured, Measurement)
@@ -244,7 +244,7 @@ def line_printed_by(line: str, *, shown: bool) -> str:
 
 
 def in_this_process(program: str, words: str, *, wrong: bool) -> str:
-    """Call a program without a process of its own, which takes a second or two to load everything."""
+    """Call a program in this process; another process would need a second or two to load everything."""
     out = io.StringIO()
     err = out if wrong else io.StringIO()  # a mistake is shown, and what is said of it
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -285,7 +285,7 @@ def assert_alike(shown: Any, real: Any) -> None:
 
 
 def free_port() -> int:
-    """Return a port that nothing listens at, below those that Linux gives to connections meanwhile."""
+    """Return an unused port, below those that Linux assigns to connections in the meantime."""
     for port in random.sample(range(20_000, 32_000), 100):
         with socket.socket() as server, contextlib.suppress(OSError):
             server.bind(("127.0.0.1", port))

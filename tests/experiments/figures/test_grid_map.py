@@ -1,4 +1,4 @@
-"""Maps of grids: paths that do not lie on themselves, goals where tasks are satisfied, cells a page can find."""
+"""Maps of grids: paths that do not overlap themselves, goals where tasks are satisfied, cells that a page can find."""
 
 from __future__ import annotations
 

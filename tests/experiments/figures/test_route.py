@@ -30,7 +30,7 @@ def ring(size: int, labelled: int) -> TransitionSystem:
 
 
 def steps(found: Route) -> dict[int, tuple[str, str]]:
-    """Return by its first step which action is marked where: the names of the states at its ends."""
+    """Return the numbered actions by their first step, each with the names of the states at the ends of its edge."""
     return {
         int(match[1]): (found.nodes[edge.source].text[0], found.nodes[edge.target].text[0])
         for edge in found.edges

@@ -1,4 +1,4 @@
-"""The paper done again: what agrees, what differs and what cannot be done is said, on the page and by the status."""
+"""Reproduction of the paper: the page and the exit status say what agrees, what differs and what failed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""prefplan installed, and used in a folder whose packages bear the same names as some of ours."""
+"""prefplan installed, and used in a folder whose packages have the same names as some of ours."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _bring_compiled(packages: Path) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Somebody's folder, with packages of their own."""
+    """A user's folder, with packages of theirs."""
     for name in COMMON:
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text('OWNER = "me"\n')
@@ -105,7 +105,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def call(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """Call a program as somebody does who knows nothing of this checkout."""
+    """Call a program as a user does, without this checkout on the path."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "PYTEST"))}
     return subprocess.run(
         list(map(str, command)), cwd=cwd, env=environment, capture_output=True, text=True, check=False

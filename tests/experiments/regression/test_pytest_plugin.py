@@ -1,4 +1,4 @@
-"""The fixtures for pytest, as somebody uses them who tests their own scenario."""
+"""The fixtures for pytest, used as by a user who tests their own scenario."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CUP = cup_scenario(costs="{ transit = 3, grasp = 1, transport = 5.5, release = 1
 
 @pytest.fixture
 def reader(pytester: pytest.Pytester) -> pytest.Pytester:
-    """Somebody's folder, in which pytest is started with the plugin and nothing else of this project."""
+    """A user's folder, in which pytest is started with the plugin and nothing else of this project."""
     pytester.makefile(".toml", cup=CUP)
     # By module, whether or not the package is installed so that its entry point is known.
     # Without what collects garbage for seconds.

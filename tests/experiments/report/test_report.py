@@ -1,4 +1,4 @@
-"""`prefplan report`: a folder with a page, and what it says where not all went well."""
+"""`prefplan report`: a folder with a page, and what it says when something failed."""
 
 from __future__ import annotations
 

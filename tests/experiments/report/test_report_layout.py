@@ -1,4 +1,4 @@
-"""Every report at every width: nothing is cut or covered, all text can be read, and all can be done by keyboard."""
+"""Reports at every width: nothing is cut off or covered, all text is legible, and everything works by keyboard."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def opened(chrome: webdriver.Chrome, path: Path) -> Page:
 
 
 def complaints(page: Page, *of: str) -> list[str]:
-    """Return what parts of the audit say of a page once it has come to rest."""
+    """Return the complaints of parts of the audit about a page once it has stopped changing."""
     parts = ", ".join(f"...audit.{part}()" for part in of)
     script = f"const done = arguments[0]; audit.settled(() => done([{parts}]))"
     found: list[str] = page.browser.execute_async_script(script)

@@ -1,4 +1,4 @@
-"""Reports of three and more objectives: parallel coordinates, and what a wish costs, judged by the plans themselves."""
+"""Reports of three and more objectives: parallel coordinates, and the price of a wish, checked against the plans."""
 
 from __future__ import annotations
 

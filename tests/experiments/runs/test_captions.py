@@ -23,7 +23,7 @@ from sim.simulation.rollout import Event, Rollout, Step
 
 
 def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Outcome:
-    """Return the outcome of a plan, one action a second, that goes well, or as observed."""
+    """Return the outcome of a plan with one action per second, as predicted or with the given observations."""
     expected = cast(tuple[ManipulationState, ...], plan.states)
     together = enumerate(zip(plan.actions, expected[1:], (states or expected)[1:], strict=True))
     costs = cast(ManipulationModel, scenario.model).costs

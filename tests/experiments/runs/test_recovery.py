@@ -1,4 +1,4 @@
-"""Surprises that a run gets over: what fell and is not needed, crooked towers, walls, and motion at the end."""
+"""Mismatches from which a run recovers: fallen objects that it does not need, crooked towers, walls, late motion."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def recover(tmp_path: Path) -> Recover:
 
 
 def final_speed(outcome: Outcome, first: int) -> float:
-    """Return how fast an object moves at the end, m/s, whose position begins at a column of the recorded states."""
+    """Return the final speed, m/s, of the object whose position begins at this column of the recorded states."""
     last = outcome.rollout.qpos[-2:, first : first + 3]
     return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE_HZ
 
@@ -196,7 +196,7 @@ def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
     [
         # The hand is still round the can's top when it has risen by 5 cm from its middle.
         pytest.param(4245214700, ["knock:can@3"], id="knocked over as the hand leaves it"),
-        # Its top brushes a finger between two frames; nothing is seen until it lies.
+        # Its top brushes a finger between two frames; no frame shows this until it lies.
         pytest.param(1596810411, ["slip@4", "blind:1.8@4"], id="slips unseen"),
     ],
 )

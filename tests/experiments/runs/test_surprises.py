@@ -1,4 +1,4 @@
-"""The closed loop: retries, plans made again from what is seen, and honest ends."""
+"""The closed loop: retries, new plans from observations, and truthful results."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ FAULTY = [
 
 @pytest.fixture(scope="module")
 def stocked(arch: Scenario) -> Scene:
-    """The scene of the arch with one object in store."""
+    """The scene of the arch with one spare object."""
     return scene_of(arch, faults=[read_fault("foreign:san@1", arch.model)])  # type: ignore[arg-type]
 
 
@@ -59,7 +59,7 @@ def told(outcome: Outcome, kind: str) -> list[dict[str, object]]:
 
 
 def assert_consistent(outcome: Outcome) -> None:
-    """Fail unless the plan that was followed last is what was done, and worth what it says."""
+    """Fail unless the last plan has the actions that were carried out, and its costs and penalty are right."""
     assert outcome.rollout.completed, outcome.rollout.reason
     assert outcome.executed == outcome.plan.actions
     assert outcome.ledger.final.cost == outcome.plan.cost
@@ -91,7 +91,7 @@ def test_with_noise_of_a_millimetre_blocks_are_still_placed_well(pursue: Callabl
 
 
 def test_the_choice_of_the_user_is_kept(pursue: Callable[..., Outcome]) -> None:
-    """An unknown block on the sanitizer, and another at its place: clearing it costs, but the order can be kept."""
+    """An unknown block is on the sanitizer: clearing the sanitizer costs more, but keeps the preferred order."""
     outcomes = {choice: pursue("foreign:san@2", choice=choice, whole=False) for choice in ("cost", "preference", 1)}
     assert all(outcome.interrupted and outcome.pursuit.replans == 1 for outcome in outcomes.values())
     worth = {choice: outcome.plan for choice, outcome in outcomes.items()}
@@ -176,7 +176,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
 ) -> None:
     """No path leads over the desk, for an object or a fixture, until the jug is taken away from the shelf.
 
-    Paths are raised over all that rests, so that it has to be told that they are blocked.
+    Real paths pass above all objects at rest, so the test raises the error that they are blocked.
     """
     scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
     desk, shelf = scene_of(scenario).slots["desk"][0].position, scene_of(scenario).slots["shelf"][0].position
@@ -193,7 +193,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
         check(cell, references, **options)
 
     def planned_path(cell: Workcell, goal: np.ndarray, **options: float) -> np.ndarray:
-        refuse(cell, goal)  # before a path is sought in vain, which takes seconds
+        refuse(cell, goal)  # before a search for a path, which would fail after seconds
         return plan(cell, goal, **options)
 
     monkeypatch.setattr(transfer, "check_path", check_path)
@@ -260,7 +260,7 @@ def test_what_would_spoil_a_task_that_cannot_be_done_now_is_left(
 def test_of_the_plans_for_the_other_tasks_one_is_taken_that_spoils_none_left_out(
     small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the desk the jug would spoil the other task for good; on the rack, which costs the same, it does not."""
+    """On the desk the jug would make the other task impossible; on the rack, which costs the same, it does not."""
     text = small(fixtures="rack = { at = [0.35, 0.30] }").text.replace("!cup_shelf U", "!jug_desk U")
     (tmp_path / "floor.toml").write_text(text.replace('"F jug_desk"', '"F (jug_desk | jug_rack)"'))
     outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
@@ -283,7 +283,7 @@ def test_a_task_that_would_spoil_one_left_out_is_left_out_too(
 def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As the hand takes the cup from the desk it cannot bring it to the tray; as it takes it from elsewhere, it can."""
+    """In the grasp at the desk the hand cannot bring the cup to the tray; in a grasp at another location it can."""
     scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
     choose = transport.choose_placement_of_held
 

@@ -49,7 +49,7 @@ def search(run: Run) -> Run:
 
 @pytest.fixture
 def made_up(search: Run, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
-    """Rollouts that fail from a bias of 6 mm on; returns those that were carried out."""
+    """Make rollouts fail from a bias of 6 mm on; return those that were carried out."""
     Path("cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
     carried_out: list[tuple[str, int]] = []
 

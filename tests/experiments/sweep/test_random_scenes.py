@@ -1,4 +1,4 @@
-"""Scenes drawn at random: the same by seed, of all kinds, and told as they ended."""
+"""Random scenes: reproducible by seed, of all kinds, and reported with their results."""
 
 from __future__ import annotations
 

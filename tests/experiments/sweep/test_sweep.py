@@ -1,4 +1,4 @@
-"""`prefplan sweep`: processes that are killed and interrupted, on this machine and on a cluster, and nothing lost."""
+"""`prefplan sweep`: killed and interrupted processes, on this machine and on a cluster, lose no rollout."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def cup(run: Run, tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Records:
-    """What a sweep finds that nobody disturbs, rolled out in this process."""
+    """The results of an undisturbed sweep, rolled out in this process."""
     file = tmp_path_factory.mktemp("undisturbed") / "cup.toml"
     file.write_text(CUP)
     return {number: timeless(roll_out(sweep_of(file), number)) for number in range(ROLLOUTS)}
@@ -91,20 +91,20 @@ def results(folder: Path) -> Records:
 
 
 def timeless(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a record as it is in its file, without what a clock measured."""
+    """Return a record as in its file, without measured times."""
     written: dict[str, Any] = json.loads(json.dumps(record))
     return {key: value for key, value in written.items() if key not in ("cpu_seconds", "wall_seconds")}
 
 
 def begin() -> subprocess.Popen[str]:
-    """Start a sweep into the folder `out`, in a session of its own."""
+    """Start a sweep into the folder `out`, in a separate process session."""
     pipe = subprocess.PIPE
     command = [*PROGRAM, *SWEEP, "--out", "out", "--json"]
     return subprocess.Popen(command, env=environment(), stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 def await_records(count: int, process: subprocess.Popen[str]) -> None:
-    """Wait until so many rollouts are recorded."""
+    """Wait until this many rollouts are recorded."""
     file = Path("out", "rollouts.jsonl")
     while not file.exists() or file.read_bytes().count(b"\n") < 1 + count:
         assert process.poll() is None, process.communicate()
@@ -144,7 +144,7 @@ def job(cup: Path) -> Sweep:
 
 @pytest.fixture
 def light(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Send other processes nothing for which they would load the simulation, which takes each of them two seconds."""
+    """Send other processes nothing for which they would have to load the simulation, which takes two seconds each."""
     monkeypatch.setattr(Sweep, "__reduce__", lambda self: (str, ()), raising=False)
     cloudpickle.register_pickle_by_value(workers)
     yield
@@ -321,7 +321,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 def test_a_cluster_that_loses_a_worker_loses_no_rollout(
     job: Sweep, cup: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """That a cluster finds what this machine does is shown by the tutorial."""
+    """The test of the tutorial shows that a cluster finds the same results as this machine."""
     lost = cup / "lost"
 
     def slow(sweep: Sweep, number: int) -> dict[str, Any]:

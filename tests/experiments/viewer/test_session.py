@@ -1,4 +1,4 @@
-"""A page without a browser: plans are chosen, and a user meddles while they are carried out."""
+"""A page without a browser: plans are chosen, and a user injects faults while they are carried out."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sim.world.scene import Scene, build_scene
 SCENARIO = loads(cup_scenario(places=PLACES_NEARBY))
 
 TIMEOUT_S = 120.0
-"""Longest wait for a run to come to something."""
+"""Longest wait for an expected state of a run, s."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def scene() -> Scene:
 
 @pytest.fixture
 def session(scene: Scene) -> Iterator[Session]:
-    """A page on which the only plan is there twice, as if it were a front of two."""
+    """A page whose front has the only plan twice."""
     problem = SCENARIO.problem()
     plans = [*pareto_front(problem)] * 2
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)

@@ -1,4 +1,4 @@
-"""`prefplan view`: the real command, and what a browser makes of it."""
+"""`prefplan view`: the real command, shown in a real browser."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
         return browser.execute_script(f"return document.querySelector('.status {part}')?.textContent ?? ''")
 
     def until(happens: Callable[[], bool]) -> None:
-        # What is drawn again between being found and being used is looked for once more.
+        # An element that is redrawn after it was found is searched for again.
         WebDriverWait(browser, TIMEOUT_S, 0.1, [StaleElementReferenceException]).until(lambda _: happens())
 
     def press(part: str) -> bool:

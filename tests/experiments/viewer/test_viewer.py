@@ -52,7 +52,7 @@ def playback(finished: LiveRun) -> Playback:
 
 def test_the_costs_are_known_before_every_action_and_at_the_end(finished: LiveRun) -> None:
     seen = [(status.done, status.costs.cost, status.costs.preference) for status in finished.statuses]
-    # Lifted at cost 4, tidied at 10; what is open costs what was spent so far.
+    # Lifted at cost 4, tidied at 10; an unsatisfied task costs the total so far.
     assert seen == [(0, 0, 0), (0, 0, 0), (1, 3, 9), (2, 4, 12), (3, 9, 17), (4, 10, 18)]
     end = finished.statuses[-1]
     assert end.ended == "completed" and end.costs.task_costs == {"lift": 4, "tidy": 10}

@@ -1,4 +1,4 @@
-"""Certificates of true logs, and what the checker refuses and relies on."""
+"""Certificates of genuine logs, and what the checker refuses and relies on."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_nothing_finer_than_a_tenth_of_a_micrometre_is_kept(arch_log: Log) -> No
 
 
 def test_the_robot_is_needed(arch_log: Log) -> None:
-    """Without it nothing tells what its motors give: a log with forged torques would be confirmed."""
+    """Without it the torques of its motors are unknown, and a log with forged torques would be confirmed."""
     with pytest.raises(LogError, match="the log cannot be checked: unknown robot 'zeus'"):
         certify(telling(arch_log, robot="zeus"))
 
@@ -93,7 +93,7 @@ def test_a_run_in_which_a_stranger_was_cleared_away_is_certified() -> None:
 
 
 def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
-    """A block that is not in the scenario, and a place it does not have, may have been seen."""
+    """A run may observe a block or a place that is not in the scenario."""
     actions = tuple(replace(a, label=(*a.label, "foreign_table", "green_spot_1")) for a in arch_log.about.actions)
     joints = arch_log.about.joints | {"foreign": arch_log.qpos.shape[1]}
     strange = np.tile([0.3, 0.45, 0.0225, 1, 0, 0, 0], (len(arch_log.times), 1))

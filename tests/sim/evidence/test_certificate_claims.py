@@ -1,4 +1,4 @@
-"""Certificates of logs that claim or tell something else than the frames show."""
+"""Certificates of logs whose claims or events contradict the frames."""
 
 from __future__ import annotations
 
@@ -70,6 +70,6 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     forged = (*actions[:k], replace(actions[k], cost=other), *actions[k + 1 :])
     words = refutations(telling(log, actions=forged))["action costs"]
     assert words == f"action {k + 1} `transport blue bin1` costs {actions[k].cost}, not {other}"
-    # After a surprise the arm has seen for itself what lies where.
+    # After a mismatch the arm has observed all objects.
     surprise = Event(actions[k].start, "replan", {})
     assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))

@@ -20,7 +20,7 @@ from sim.simulation.rollout import Event
 from sim.skills import transfer, transport
 
 GRAZE_M = 0.002
-"""How deep a load is in a bystander as it passes over it."""
+"""How deep a load penetrates another object as it passes over it, m."""
 
 
 @pytest.mark.usefixtures("claims_alone")
@@ -70,7 +70,7 @@ def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_th
 
 
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
-    """While pink is said to be handled, the fingers hold blue."""
+    """The log claims that pink is handled while the fingers hold blue."""
     actions = tuple(replace(a, action=a.action.replace("blue", "green")) for a in arch_log.about.actions)
     found = refutations(telling(arch_log, actions=actions))
     assert "touches blue" in found["contacts"]
@@ -84,7 +84,7 @@ def test_the_arm_may_not_touch_itself(arch_log: Log) -> None:
 
 
 def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The controller is careless and its log keeps silent: the can on top of a tower is grazed."""
+    """The controller lets the load brush the can on top of a tower, and its log has no event for this contact."""
     can_top = 0.06 + 0.045 + 0.06
     monkeypatch.setattr(transfer, "check_path", lambda *args, **options: None)
     monkeypatch.setattr(transport, "transfer_height", lambda *args, **options: can_top + 0.0225 - GRAZE_M)

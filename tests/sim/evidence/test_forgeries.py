@@ -1,4 +1,4 @@
-"""Forged logs are refuted at the level that promises it, by the check that is meant to."""
+"""Forged logs are refuted at the documented level, by the intended check."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_the_honest_log_is_confirmed_at_every_level(cup_log: Log, scenario: Scen
 
 @pytest.mark.parametrize("fault", ["knock:cup@1", "slip@3", "miss:1@2", "foreign:tray@1", "move:cup@1"])
 def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With this seed the cup is moved to where nothing carries it: it falls for metres, and does not leap."""
+    """With this seed the cup is moved beyond the table: it falls for metres, which is no jump."""
     monkeypatch.setattr(fault_injection, "is_carried", lambda *place: True)
     late = "latency=30" if fault.startswith("slip") else ""  # the gripper opens later than it is told to
     faults = [read_fault(fault, scenario.model)]  # type: ignore[arg-type]

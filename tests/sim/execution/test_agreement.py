@@ -1,4 +1,4 @@
-"""The run and the checker of its log, which share no code, see the same in the same moment."""
+"""The run and the checker of its log, which share no code, ground each state in the same way."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ARRANGEMENTS = 100
 
 
 def arrangements(scene: Scene) -> Iterator[dict[str, np.ndarray]]:
-    """Yield places for three blocks, apart from one another, crowded round the slots of some locations."""
+    """Yield positions for three blocks without overlap, close to the slots of some locations."""
     rng = np.random.default_rng(1)
     slots = [slot.position for name in ("table", "right", "left", "bin1") for slot in scene.slots[name]]
     made = 0
@@ -63,7 +63,7 @@ def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch
 
 @pytest.mark.parametrize("before", [-0.02, 0.01, 0.05, 0.12])
 def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) -> None:
-    """The hand opens for a moment, so many seconds before the grasp would have ended."""
+    """The hand opens for a moment, this many seconds before the grasp would have ended."""
     model = loads(CUP).model
     assert isinstance(model, ManipulationModel)
     scene = build_scene(model)

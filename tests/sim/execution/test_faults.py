@@ -1,4 +1,4 @@
-"""Faults: how they are written, and that each does to the simulation what it says."""
+"""Faults: how they are written, and what each does to the simulation."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_wrong_spelling_is_told_with_what_would_be_right(scene: Scene, text: s
 
 
 def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Execution:
-    """Return an execution after some actions, up to the first that goes wrong."""
+    """Return an execution after some actions, up to the first that fails."""
     read = [read_fault(text, scene.model) for text in faults]
     run = Execution(scene, initial_state(scene), faults=read, seed=seed)
     for action in actions:

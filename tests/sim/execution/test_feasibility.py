@@ -1,4 +1,4 @@
-"""What `check` says of objects at locations: what it refuses works once the scene is changed by what it names."""
+"""Feasibility of objects at locations: what is refused works once the scene is changed as the reason says."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from sim.world.scene import Scene, build_scene, initial_state
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 POST = Fixture("post", "box", at=(0.9, 0.11, 0.02), size=(0.3, 0.02, 0.04))
-"""A low wall: what has something beside it is not refused before anything is tried out."""
+"""A low wall: an object beside an obstacle is not refused without a trial."""
 
 
 def check_cup(at: tuple[float, ...], *fixtures: Fixture) -> PlaceCheck:
-    """Return what an arm with a suction cup, which has few grasps, can do with a cup where it starts."""
+    """Return the check of a suction cup, which has few grasps, with the object `cup` at its start."""
     places, cup = (Location("here", at=at),), (Object("cup", "here"),)
     model = ManipulationModel("home", COSTS, places, cup, fixtures=fixtures, robot="panda_suction")
     return ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
 
 
 def missing(found: PlaceCheck, words: str) -> float:
-    """Return the distance, m, that words name which a refusal must be."""
+    """Return the distance, m, in a reason, which must be of the expected form."""
     match = re.fullmatch(words, found.reason or "")
     assert match is not None and not found.take, found.reason
     return int(match[1]) / 100

@@ -1,4 +1,4 @@
-"""Objects from mesh files: their parts, what is said of bad ones, and one that is carried."""
+"""Objects from mesh files: their parts, messages about bad files, and a run that carries one."""
 
 from __future__ import annotations
 

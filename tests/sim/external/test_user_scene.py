@@ -1,4 +1,4 @@
-"""A scene of the user's own: what it is built from, what is refused, and a run in it."""
+"""Scenes from the user's MJCF: how they are built, what is refused, and a run in one."""
 
 from __future__ import annotations
 

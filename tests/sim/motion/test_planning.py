@@ -1,4 +1,4 @@
-"""Paths in joint space past what collides, on two sliding joints whose obstacles can be drawn on paper."""
+"""Collision-free paths in the plane of two sliding joints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def planner(seed: int = 0) -> MotionPlanner:
 
 
 def wall(*, half: float) -> Touches:
-    """Return a wall 10 cm thick across the middle, so long to each side."""
+    """Return a wall 10 cm thick across the middle, with this half length, m."""
     return lambda q: {"wall"} if abs(q[0]) < 0.05 and abs(q[1]) < half else set()
 
 
@@ -45,7 +45,7 @@ def test_with_nothing_in_the_way_the_path_is_straight() -> None:
 
 @pytest.mark.parametrize("off", [(0.19, 0.0), (0.2, 1.0)])
 def test_a_path_may_begin_and_end_at_the_ends_of_the_joints(off: tuple[float, float]) -> None:
-    """The first is nearer to the end of its range than paths are elsewhere."""
+    """The first joint begins nearer to its limit than paths are elsewhere."""
     goal = GOAL + off
     path = planner().plan(-goal, goal, wall(half=0.5))
     assert np.array_equal(path[[0, -1]], [-goal, goal])

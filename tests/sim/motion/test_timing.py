@@ -11,14 +11,14 @@ from sim.robots.panda import PANDA
 from sim.simulation.recorder import TORQUE_CUTOFF_HZ
 
 STEPS = 5
-"""Steps of a simulation in a control period."""
+"""Number of simulation steps in a control period."""
 
 STEP_S = CONTROL_PERIOD_S / STEPS
 
 LIMITS = Arm(PANDA).limits(PANDA.home)
 
 STRETCHED = np.array([0.0, 1.2, 0.0, -0.5, 0.0, 1.7, 0.8])
-"""The arm reaches far, rad."""
+"""Joint angles of the stretched arm, rad."""
 
 
 def turn(angle: float, seconds: float, joint: int = 1) -> np.ndarray:
@@ -28,7 +28,7 @@ def turn(angle: float, seconds: float, joint: int = 1) -> np.ndarray:
 
 
 def shares(positions: np.ndarray, period: float) -> list[float]:
-    """Return the greatest speed, acceleration and jerk as shares of the limits, rest at both ends included."""
+    """Return the greatest speed, acceleration and jerk as shares of the limits, with rest before and after."""
     rows = np.vstack([np.repeat(positions[:1], 3, axis=0), positions, np.repeat(positions[-1:], 3, axis=0)])
     limits = PANDA.velocity_limits, PANDA.acceleration_limits, PANDA.jerk_limits
     return [float((np.abs(np.diff(rows, k, axis=0)).max(axis=0) / period**k / limits[k - 1]).max()) for k in (1, 2, 3)]
@@ -73,7 +73,7 @@ def test_no_torque_jumps_where_joints_catch_up_at_the_end(joint: int, most: floa
 
 
 def test_a_stretched_arm_is_turned_more_gently() -> None:
-    """Torques change by the arm's inertia times the jerk; about the first joint it is then the largest."""
+    """Torques change by the arm's inertia times the jerk; stretched, its inertia about the first joint is largest."""
     limits = Arm(PANDA).limits(STRETCHED)
     points = np.vstack([PANDA.home, turn(0.3, 0.4, joint=0)])
     knots = np.arange(len(points)) * CONTROL_PERIOD_S
@@ -115,7 +115,7 @@ def test_an_ending_longer_than_the_movement_is_followed_to_its_end() -> None:
 
 
 def test_a_movement_against_the_ending_begins_later() -> None:
-    """The joint brakes at its limit of acceleration, and turning back would add to that."""
+    """The joint brakes at its acceleration limit, and turning back would add to that."""
     references = timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, np.vstack([PANDA.home, turn(0.8, 0.6)]))
     ending = references[len(references) // 2 :] - references[-1]
     back = 2 * references[-1] - references

@@ -39,7 +39,7 @@ def arrange(scene: Scene) -> Arrange:
 
 
 def observe(scene: Scene, data: mujoco.MjData, **options: Any) -> ManipulationState:
-    """Return what is observed by a sensor that sees everything as it is."""
+    """Return the state grounded in exact poses."""
     return observe_poses(scene, data, true_poses(scene, data), **options)
 
 

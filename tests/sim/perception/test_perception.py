@@ -1,4 +1,4 @@
-"""Perception: what sensors see, and what is made of it."""
+"""Perception: sensors, and the states grounded in their observations."""
 
 from __future__ import annotations
 

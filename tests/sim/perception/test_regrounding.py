@@ -1,4 +1,4 @@
-"""Regrounding: models and scenes made to fit what is seen."""
+"""Regrounding: models and scenes that are extended to fit an observation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Videos made of finished ones."""
+"""Videos composed of finished ones."""
 
 from __future__ import annotations
 

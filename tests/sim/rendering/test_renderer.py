@@ -1,4 +1,4 @@
-"""Pictures: cameras, lamps at work, smooth edges, and machines without OpenGL."""
+"""Pictures: cameras, glowing lamps, smooth edges, and machines without OpenGL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots of one's own: a table in a scenario, and an MJCF beside it."""
+"""Robots from the user's MJCF, described by a table in a scenario."""
 
 from __future__ import annotations
 

@@ -41,12 +41,12 @@ def test_the_cup_draws_only_while_it_holds(rollout: Rollout) -> None:
 
 
 def test_its_pull_is_no_torque_of_the_arm(rollout: Rollout) -> None:
-    """Where it is switched on or off the arm's torques go on smoothly."""
+    """The arm's torques do not jump when the suction is switched on or off."""
     assert rollout.torque_rates.max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
 
 
 def test_a_heavy_object_is_taken_within_the_limits(arch_model: ManipulationModel) -> None:
-    """It neither pulls the cup out beyond its stop, nor does the arm that bears it come up before it is lifted."""
+    """The object does not pull the cup beyond its stop, and the payload compensation does not raise it too early."""
     objects = tuple(replace(obj, mass=1.5) if obj.name == "pink" else obj for obj in arch_model.objects)
     scene = build_scene(replace(arch_model, objects=objects), robot="panda_suction", meshes=False)
     rollout = execute(scene, ["transit top", "grasp pink", "transport pink bin1"])

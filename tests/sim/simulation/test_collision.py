@@ -1,4 +1,4 @@
-"""Collision checks along paths: nothing is passed through between two checks, and what is wanted is no collision."""
+"""Collision checks along paths: no body is missed between two checks, and intended contacts are no collisions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from sim.world.scene import Scene, build_scene, initial_state
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 SWEEP = np.array([[-1.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.8], [1.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.8]])
-"""The hand passes from right to left, 60 cm before the base and 15 cm over the table."""
+"""The hand passes from right to left, 60 cm in front of the base and 15 cm above the table."""
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def checker(scene: Scene) -> CollisionChecker:
 
 
 def board(y: float, thickness: float) -> dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]:
-    """Return a board on edge across the path of the finger tips, which it reaches by a centimetre."""
+    """Return a board on edge across the path of the fingertips, 1 cm higher than their path."""
     return {"board": ((0.6, y, 0.05), (0.15, thickness / 2, 0.14))}
 
 

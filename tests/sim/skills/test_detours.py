@@ -1,4 +1,4 @@
-"""Motions past walls, where every arch of the tool collides."""
+"""Motions past walls, where every tool path over the wall collides."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from sim.world.scene import Scene, build_scene, initial_state
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 WALL: dict[str, Box] = {"wall": ((0.6, 0.12, 0.4), (0.2, 0.01, 0.4))}
-"""Taller than the arm reaches with its hand down; the way is round its near end."""
+"""A wall taller than the arm reaches with its hand pointing down; the path leads round its near end."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""An object between two walls higher than it is drawn or rolled free before it is taken."""
+"""An object between two walls higher than itself is dragged or rolled free before it is grasped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Objects that lie: they are taken by a tilted hand, and set upright where they are put."""
+"""Lying objects are grasped with a tilted hand and set upright where they are put down."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOCATIONS = Location("near", at=(0.45, -0.2)), Location("dish", at=(0.5, 0.2), k
 
 
 def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
-    """Return a running simulation in which x lies near with a heading, rad, to be put onto the dish."""
+    """Return a running simulation in which x lies at `near` with a heading, rad, to be put onto the dish."""
     model = ManipulationModel("home", COSTS, LOCATIONS, (Object("x", "near", kind=kind, size=size),))
     scene = build_scene(model, meshes=False)
     data = initial_state(scene)
@@ -88,7 +88,7 @@ def test_a_miss_closes_once_over_what_lies_higher_than_it_stands() -> None:
     skill = MissingGrasp(grasp.GraspSkill(), misses=1)
     missed = skill.closing_pose(cell, "x", target)
     assert missed.position[2] - target.position[2] > 0.05
-    # A grasp that is tried several times, since the way is blocked, asks again.
+    # A grasp that is tried several times, since its path is blocked, is searched again.
     assert skill.closing_pose(cell, "x", target) == target
 
 
@@ -110,7 +110,7 @@ def test_what_cannot_be_raised_the_way_the_hand_came(
         return hand.move_tool(cell, goals, **options)
 
     monkeypatch.setattr(grasp, "move_tool", move_tool)
-    monkeypatch.setattr(grasp, "find_draw", lambda *_: None)  # nor drawn away from y
+    monkeypatch.setattr(grasp, "find_draw", lambda *_: None)  # nor dragged away from y
     perform(cell, "transit near")
     with nullcontext() if held else pytest.raises(BlockedError):
         perform(cell, "grasp x")

@@ -163,7 +163,7 @@ def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
 
 
 def test_the_hand_opens_less_where_a_wall_is_near(scene: Scene) -> None:
-    """6.5 mm off its slot, along the closing direction, a block leaves them no room in a bin."""
+    """A block 6.5 mm off its slot along the closing direction leaves the opened fingers no room in a bin."""
     slot = scene.slots["bin1"][0]
     data = initial_state(scene)
     along = np.array([np.cos(slot.yaw), np.sin(slot.yaw)])
@@ -187,7 +187,7 @@ def test_the_hand_opens_less_where_it_lets_go_beside_others(own_scene: Scene) ->
 
 
 def assert_taken(scene: Scene, data: mujoco.MjData, obj: str, location: str) -> None:
-    """Fail unless the hand takes an object at a location without a collision."""
+    """Fail unless the hand grasps an object at a location without a collision."""
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
     perform(cell, f"transit {location}")
@@ -197,7 +197,7 @@ def assert_taken(scene: Scene, data: mujoco.MjData, obj: str, location: str) -> 
 
 
 def lying_in_bin1(scene: Scene, *, along: float, across: float, yaw: float) -> Workcell:
-    """Return the hand over bin1, where pink lies so far from the middle along and across the closing direction, m."""
+    """Return the hand over bin1, with pink this far from its centre along and across the closing direction, m."""
     slots = scene.slots["bin1"]
     direction = np.array([np.cos(slots[0].yaw), np.sin(slots[0].yaw)])
     middle = np.mean([slot.position for slot in slots], axis=0)
@@ -225,9 +225,9 @@ def test_what_lies_near_a_rim_is_held_by_its_top(scene: Scene, along: float, acr
 @pytest.mark.parametrize(
     ("along", "across", "yaw"),
     [
-        # Open, one finger would come down outside the bin: closing, it would press the wall instead of the block.
+        # With the hand open, one finger would come down outside the bin, and press on its wall when closing.
         pytest.param(0.017, 0.042, 2, id="wall-between-the-fingers"),
-        # The open fingers would just fit in, were the arm always where it is sent.
+        # The open fingers would just fit in if the arm had no tracking error.
         pytest.param(0.0047, 0.0286, 82.4, id="wall-close-by"),
     ],
 )
@@ -290,7 +290,7 @@ def test_what_rubs_on_the_wall_of_a_bin_is_raised_gently(scene: Scene, pose: lis
 
 
 class LowSensor(NoisySensor):
-    """A noisy sensor that happens to observe everything so much lower than it is, m."""
+    """A noisy sensor that happens to observe everything this much too low, m."""
 
     low = CUBE_EDGE_M / 2 + 0.006
 

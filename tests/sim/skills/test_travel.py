@@ -1,4 +1,4 @@
-"""The arm on its way: past lamps, over and behind towers, far out and all round, without a touch or a limit passed."""
+"""Motions of the arm past lamps, over and behind towers, far out and all round, without contact, within its limits."""
 
 from __future__ import annotations
 

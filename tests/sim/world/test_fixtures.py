@@ -1,4 +1,4 @@
-"""Fixtures: what stands on the table, carries locations, is in the way, and is judged by the certificate."""
+"""Fixtures: they stand on the table, carry locations, are obstacles, and are considered by the certificate."""
 
 from __future__ import annotations
 

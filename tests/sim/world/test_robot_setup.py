@@ -1,4 +1,4 @@
-"""A robot whose base stands elsewhere: the same scene moved and turned, and a run in it."""
+"""A robot with another base pose: the same scene moved and turned, and a run in it."""
 
 from __future__ import annotations
 
