@@ -18,5 +18,5 @@ def test_formulas_are_counted_and_their_automata_compared(tmp_path: Path, capsys
     assert dialect.main([str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert "| some | 4 | 1 | 1 | 1 | 1 |" in printed
-    assert "1 different co-safe formulas; Owl publishes an automaton of 1 of them" in printed
+    assert "1 different co-safe formulas; Owl publishes the size of its automaton for 1 of them" in printed
     assert "- fewer here: 1" in printed and "  `F a & X b`: 5, Owl 7" in printed

@@ -165,7 +165,7 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
     assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
-    assert "knock: happens as soon as the run goes on" in html
+    assert "knock: happens when the run continues" in html
     narrow = status_html(tasks, status, 1.25, state="playing", heading="Plan 1", colour="#228be6")
     assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
 
