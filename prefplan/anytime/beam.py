@@ -1,8 +1,8 @@
-"""Better plans with more work: beam search.
+"""Beam search: wider beams take longer and find better plans.
 
-Of each layer, only the best product states are expanded, at most the width of the beam: those of the least sum of what
-was spent and an estimate of what is left, where mu may weigh, too (B. Lowerre, "The Harpy speech recognition system",
-1976). Whatever is found is a plan; beam search does not bound how far it is from the best.
+In each layer only the best product states are expanded, at most as many as the beam is wide: those with the least sum
+of cost so far and estimated cost-to-go, to which weighted mu may be added (B. Lowerre, "The Harpy speech recognition
+system", 1976). Every plan found is valid; beam search does not bound how far it is from optimal.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Beam(NamedTuple):
     """Product states of a layer.
 
     Attributes:
-        code: (n,) int64. cost: (n,) int64, mu: (n,) int64, of getting there. origin: (n,) int64, place in the layer
-            before.
-        rank: (n,) float64, cost and weighted mu so far, and an estimate of what is left of both.
+        code: (n,) int64. cost: (n,) int64, mu: (n,) int64, of the path there. origin: (n,) int64, index of the
+            predecessor in the layer before.
+        rank: (n,) float64, cost plus weighted mu, both so far and estimated ahead.
         done: (n,) bool, whether no task is left.
     """
 
@@ -48,7 +48,7 @@ class Beam(NamedTuple):
     done: np.ndarray
 
     def of(self, kept: np.ndarray) -> Beam:
-        """Return some of them."""
+        """Return some of the product states, given by index or mask."""
         return Beam(*(column[kept] for column in self))
 
 
@@ -56,10 +56,10 @@ def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: floa
     """Return the plan of the least weighted sum of cost and mu that a beam finds, or None.
 
     Args:
-        search: begins where plans do, with what `Prepared.for_beams` gives.
-        width: product states of a layer that are followed.
-        most: bound of the plan's cost, in units; it must be less.
-        weight: what a unit of mu weighs, in units of cost.
+        search: made with `Prepared.for_beams`; only its start, bounds and buffers are used.
+        width: most product states of a layer that are expanded.
+        most: exclusive bound of the plan's cost, in units.
+        weight: weight of a unit of mu, in units of cost.
 
     Raises:
         LimitError: a limit was reached.
@@ -71,7 +71,7 @@ def beam_search(search: BiObjectiveSearch, width: int, most: float, weight: floa
     now = Beam(search.buffer.code[:starts].copy(), nothing, paid, np.arange(starts), nothing * 0.0, nothing > 0)
     limit = INFINITE if most == math.inf else int(most) << search.product.shift
     passed, path, best = [now], list[tuple[int, int]](), math.inf
-    # Where automata have cycles, a beam might go on for long; where they have none, it ends much earlier.
+    # Where automata have cycles, the beam might go on forever; where they have none, it ends much earlier.
     for _ in range(int(search.product.sizes.sum()) * min(search.prepared.view.nodes, NODE_LIMIT)):
         after = _expanded(search, now, limit, weight)
         goals = np.flatnonzero(after.done & (after.rank < best))
@@ -105,7 +105,7 @@ def _expanded(search: BiObjectiveSearch, now: Beam, limit: int, weight: float) -
 
 
 def _narrowed(layer: Beam, width: int) -> Beam:
-    """Return the path of least rank to each product state, and of these paths only the `width` of least rank."""
+    """Return the `width` product states of least rank, each with its path of least rank."""
     order = np.lexsort((layer.rank, layer.code))
     code = layer.code[order]
     layer = layer.of(order[np.concatenate([[True], code[1:] != code[:-1]])] if len(code) else order)
@@ -113,7 +113,7 @@ def _narrowed(layer: Beam, width: int) -> Beam:
 
 
 def _path(layers: list[Beam], at: int) -> list[tuple[int, int]]:
-    """Return (code, cost) of the product states on the way to one of the last layer."""
+    """Return (code, cost) of the product states on the path to one of the last layer."""
     path = []
     for layer in reversed(layers):
         path.append((int(layer.code[at]), int(layer.cost[at])))
@@ -133,7 +133,7 @@ def expand_layer(
     buffer: Successors,
     made: Beam,
 ) -> tuple[Integer, Integer]:
-    """Write the successors of a layer's states from one on, as far as the buffer reaches.
+    """Write the successors of a layer's states from number `first` on, as far as the buffer reaches.
 
     Returns:
         the first state whose successors are not written, and the number of those written.

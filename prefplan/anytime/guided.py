@@ -16,17 +16,17 @@ from prefplan.search.driver import Found, Search, in_units
 from prefplan.search.labels import AT, END
 
 WIDER = 4
-"""How many times as wide the next beam is, and how many times as many labels the exact search expands before it."""
+"""Factor by which the width of beams grows, and the number of labels that the exact search expands between them."""
 
 WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
-"""Weights of the sum of what is left of each task. With 1 the search heads straight for a plan; with less it finds
-better ones, as tasks share paths."""
+"""Weights of the sum of the tasks' own costs-to-go. With 1 the search heads straight for a plan; with smaller ones it
+finds better plans, since tasks share paths."""
 
 MOST_EXPANDED = 200_000
-"""Labels that each weight may take: about half a second."""
+"""Most labels expanded for each weight: about half a second."""
 
 DRAFT_WIDTHS, DRAFT_WEIGHTS = (1, 30), (0.0, 0.1, 0.5, 2.0, 1e6)
-"""Widths of beams for a draft of a front, and how much mu weighs in each, next to cost: all take 0.1 s for 10 tasks."""
+"""Widths of the beams for a draft of a front, and relative weights of mu for each: all take 0.1 s for 10 tasks."""
 
 
 class CheapestSearch:
@@ -34,11 +34,11 @@ class CheapestSearch:
 
     Attributes:
         incumbent: the cheapest plan known.
-        least_cost: no plan costs less, in units.
+        least_cost: lower bound of every plan's cost, in units.
     """
 
     def __init__(self, product: Product, options: Options, limits: Limits, max_cost: float) -> None:
-        """Take what to search, and an inclusive bound of the total cost, in units."""
+        """Take what to search, and `max_cost`, an inclusive bound of the total cost, in units."""
         self._product, self._options, self._limits = product, options, limits
         self._max_cost = max_cost
         self._beams: BiObjectiveSearch | None = None
@@ -46,7 +46,10 @@ class CheapestSearch:
         self.least_cost = 0.0
 
     def search(self) -> Search:
-        """Return a search for the least mu among the cheapest plans, after one of these is found."""
+        """Find a cheapest plan, then return a search for the least mu among the cheapest plans.
+
+        If no cheapest plan was found, the search for one is returned.
+        """
         if len(self._product.problem.tasks) >= self._options.guided_tasks:
             self._find_some_plan()
         prepared = Prepared(self._product, self._options, single=True, max_bytes=self._limits.bytes)
@@ -62,7 +65,7 @@ class CheapestSearch:
     def _find_some_plan(self) -> None:
         options = replace(self._options, heuristic=1, preference_bound=False)
         light = Prepared(self._product, options, single=True, max_bytes=self._limits.bytes)
-        # No plan costs less than the bound of the start.
+        # The bound of the start is a lower bound of every plan's cost.
         self.least_cost = int(begun(light, cost_only=True).counters[AT.LOWEST]) >> self._product.shift
         if len(light.bounds.landmarks.price):
             self._beams = BiObjectiveSearch(light.for_beams(), cost_only=True)
@@ -100,7 +103,7 @@ class CheapestSearch:
 
 
 def prepare_draft(product: Product, options: Options, max_bytes: float) -> Prepared:
-    """Return what a draft of a front is made with: a table for each task alone, which takes little time.
+    """Return the preprocessing for a draft of a front: a table for each single task, which takes little time.
 
     Raises:
         LimitError: a limit was reached.
@@ -109,7 +112,7 @@ def prepare_draft(product: Product, options: Options, max_bytes: float) -> Prepa
 
 
 def draft(light: Prepared, max_cost: float) -> Iterator[Found]:
-    """Yield plans that are close to the front, or some of them: cheap ones, preferred ones, and some in between.
+    """Yield plans, most of them close to the front: cheap ones, preferred ones, and some in between.
 
     Args:
         light: from `prepare_draft`.
@@ -136,11 +139,11 @@ def weighted(prepared: Prepared, limits: Limits, max_cost: float) -> Iterator[Fo
     """Yield plans by weighted A*, each cheaper than the one before.
 
     Args:
-        prepared: what to search; each task's own table guides the search.
+        prepared: what to search; the tables of the single tasks guide the search.
         limits: of time and memory.
         max_cost: inclusive bound of the total cost, in units.
     """
-    # How far these searches get proves nothing.
+    # These searches prove no bound, so the caller's `complete_below` must not change.
     limits = replace(limits)
     for weight in WEIGHTS:
         search = BiObjectiveSearch(prepared.guided(weight), cost_only=True)

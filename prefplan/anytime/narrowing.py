@@ -1,12 +1,11 @@
-"""Ever more exact fronts, and what is proven of a front whose search was stopped.
+"""Approximate fronts of ever smaller tolerances, and what is proven of a front whose search was stopped.
 
-With a tolerance of p percent a label is left out if a goal that is known costs at most 1 + p/100 times the label's
-bound of cost, and the same holds for mu. Labels are taken by cost + (1 + p/100) * bound of the cost-to-go (weighted A*,
-I. Pohl, 1970): whatever is still open when a goal is taken can lead only to goals that the first is within p percent
-of in cost. So every point of the exact front is within p percent of a goal found, or still ahead of a label that is
-open. Labels of a product state are compared as in the exact search; those that A*pex would merge (H. Zhang et al.,
-"A*pex: Efficient approximate multi-objective search on graphs", ICAPS 2022) are few in products, where most states have
-one label.
+With a tolerance of p percent a label is pruned if a known goal costs at most 1 + p/100 times the label's bound of cost,
+and the same holds for mu. Labels are popped by cost + (1 + p/100) * bound of the cost-to-go (weighted A*, I. Pohl,
+1970): no label that is open when a goal is popped leads to a goal that costs less than the popped one by more than p
+percent. So every point of the exact front is within p percent of a goal found, or still ahead of an open label. Labels
+of a product state are compared as in the exact search; those that A*pex would merge (H. Zhang et al., "A*pex: Efficient
+approximate multi-objective search on graphs", ICAPS 2022) are few in products, where most states have one label.
 """
 
 from __future__ import annotations
@@ -30,21 +29,21 @@ from prefplan.search.labels import AT, COL, NONE
 from prefplan.search.vector_search import VectorSearch
 
 PARTS_OF_PERCENT = 10
-"""A percentage that is proven is rounded up to the next tenth."""
+"""Proven percentages are rounded up to the next tenth."""
 
 MARGIN = 1e-6
-"""Share of a tenth that counts as an error of floats, not as a larger percentage."""
+"""Excess over a whole number of tenths, in tenths, that is taken for a floating-point error."""
 
 
 OpenSearch = BiObjectiveSearch | VectorSearch
-"""Searches whose open labels tell what may still be found."""
+"""Searches whose open labels bound what may still be found."""
 
 
 class NarrowingSearch:
-    """Searches for fronts within ever smaller percentages; each omits what earlier plans approximate well enough."""
+    """Searches for fronts within ever smaller percentages; each leaves out what earlier plans approximate."""
 
     def __init__(self, prepared: Prepared, tolerance: Percent, *, max_cost: float, drafted: Sequence[Found]) -> None:
-        """Make the search ready; arguments as of `BiObjectiveSearch`."""
+        """Make the search ready; arguments are those of `BiObjectiveSearch`."""
         self._drafted = drafted
         self.prepared, self.product = prepared, prepared.product
         self._tolerance, self._max_cost = tolerance, max_cost
@@ -70,7 +69,7 @@ class NarrowingSearch:
 
     @property
     def work(self) -> Stats:
-        """What was done so far, by all searches; memory is that of the last."""
+        """The work of all searches so far; memory is that of the last."""
         if self._search is None:
             return self._done
         now, before = self._search.work, self._done
@@ -82,7 +81,7 @@ class NarrowingSearch:
         )
 
     def proven(self, points: Sequence[tuple[Fraction, Fraction]]) -> Fraction | None:
-        """Return within how many percent of these points every other is, as `proven_percent`."""
+        """Return the tolerance that these points are proven to meet; see `proven_percent`."""
         known = [self._reached] if self._reached is not None else []
         if self._search is not None:
             now = proven_percent(self._search, points)
@@ -91,14 +90,14 @@ class NarrowingSearch:
 
 
 def proven_percent(search: OpenSearch, points: Sequence[tuple[Fraction, Fraction]]) -> Fraction | None:
-    """Return within how many percent of some points every point of the front is, as far as a stopped search proves it.
+    """Return within what percentage of some points every point of the front is, as far as a stopped search proves it.
 
     Args:
-        search: the search. What it left out because of its last goal, which may be none of the points, counts as open.
+        search: the search. What it pruned because of its last goal, which may be none of the points, counts as open.
         points: (cost, mu) of plans that were found, in the user's units.
 
     Returns:
-        The smallest percentage that follows from the labels still open, rounded up; None if none does.
+        The smallest percentage that follows from the open labels, rounded up; None if no percentage does.
     """
     if not points:
         return None
@@ -111,19 +110,19 @@ def proven_percent(search: OpenSearch, points: Sequence[tuple[Fraction, Fraction
     gap = 100 * (float(worst.max(initial=1)) - 1)
     if not math.isfinite(gap):
         return None
-    # The margin is far more than what floats are off by.
+    # The margin is far larger than the floating-point errors here.
     return max(search.tolerance.value, Fraction(max(0, math.ceil(PARTS_OF_PERCENT * gap - MARGIN)), PARTS_OF_PERCENT))
 
 
 def _ratio(worth: float, bounds: np.ndarray) -> np.ndarray:
-    """Return by what factor a value may exceed each of some bounds; infinite for a bound of 0."""
+    """Return (n,) the factors by which a value may exceed lower bounds (n,); infinite for a bound of 0."""
     if worth <= 0:
         return np.ones(len(bounds))
     return np.divide(worth, bounds, out=np.full(len(bounds), np.inf), where=bounds > 0)
 
 
 def _open_corners(search: OpenSearch) -> np.ndarray:
-    """Return lower bounds (n, 2) of cost and mu, in units, of all that a search may still find."""
+    """Return (n, 2) lower bounds of cost and mu, in units: every goal still to be found is bounded by one of them."""
     counters, labels, known = search.counters, search.labels, search.states.known
     ahead = search.queue.items[: counters[AT.OPEN]]
     if counters[AT.NEXT] < counters[AT.COUNT]:

@@ -1,16 +1,16 @@
-"""Tables of a manipulation model too large to list, on projections that leave out what some tasks do not see.
+"""Cost-to-go tables of a manipulation model too large to list, on projections that omit what some tasks do not see.
 
-For a set K of tasks, the projection keeps the objects of which K's formulas tell. Objects left out are never in the
-way: pre-conditions on them, and supports, are dropped, and slots are not told apart. All locations for one object that
-K does not see are alike, unless costs are measured and the table stays small without. Every step of the model is a
-step of the projection, or none: what is done with an object left out moves the hand at the most. A step of the
-projection costs the least of all steps that it stands for; of measured costs, that between any poses of the hand that
-are one in the projection. So costs-to-go there are lower bounds, and consistent: a bound falls along a step by no more
-than the step's cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
+For a set K of tasks, the projection keeps the objects that occur in K's propositions. Objects left out never block an
+action: preconditions on them, and supports, are dropped, and slots are not told apart. All locations of capacity one
+that K does not mention are merged, unless costs are measured and the table is small without that. Every step of the
+model maps to a step of the projection or to none: an action on an object left out moves at most the hand. A step of the
+projection costs the least of all steps that map to it; with measured costs, the least over all poses of the hand that
+are merged. So costs-to-go there are lower bounds, and consistent: a bound falls along a step by no more than the step's
+cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
 
-The bounds of several projections can be added if every action's cost is counted in one of them at the most. What is
-done with an object, and a transit to a location for one object that holds it, counts in the first projection that
-keeps the object; the other transits count nowhere.
+The bounds of several projections can be added if every action's cost is counted in at most one of them. An action on an
+object, and a transit to a location of capacity one that holds it, counts in the first projection that keeps the object;
+other transits count nowhere.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import view
 
 GROUP_ENTRIES = 200_000
-"""Entries of a table of several tasks, by an upper bound, up to which tasks that see the same objects are joined."""
+"""Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
 
 KINDS = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
 
 NOWHERE = 2**62
-"""Cost of what stands for no action; more than any."""
+"""Stands for the cost of an action that does not exist; larger than any cost."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,12 @@ class _Projection:
     Attributes:
         number: of the projection.
         tasks: the set.
-        space: its states' codes.
-        view: its model, and what is alike in it.
-        system: its states.
+        space: how its states are encoded.
+        view: its model, and which of its locations are merged.
+        system: its transition system.
         codes: (S,) int64, of its states.
-        places: of each location of the model the number here, -1 for those that are alike.
-        hands: (H,) of each of the model's poses of the hand the number here, -1 over those locations.
+        places: by location of the model, the number here; -1 for merged ones.
+        hands: (H,) by pose of the hand in the model, the number here; -1 over merged locations.
     """
 
     number: int
@@ -74,10 +74,10 @@ class _Projection:
 
 
 class Projected:
-    """A product of a model that is not listed, made ready for looking back on its projections.
+    """Cost-to-go tables of a product whose states are generated, filled by backward searches on projections.
 
     Attributes:
-        costs: (4 H H,) int64, one of the costs of actions, as `Moves` has them.
+        costs: (4 H H,) int64, one of the costs of actions, as in `Moves`.
         sizes: (N,) int64, states of each automaton.
         shift: 0: costs do not count actions.
     """
@@ -96,7 +96,7 @@ class Projected:
         return other
 
     def objects_of(self, tasks: Sequence[int]) -> list[str]:
-        """Return the objects of which some tasks tell."""
+        """Return the objects that occur in the propositions of some tasks."""
         names = self._names(tasks)
         return [
             obj.name
@@ -108,7 +108,7 @@ class Projected:
         return frozenset().union(*(self.product.automata[i].propositions for i in tasks))
 
     def entries_of(self, tasks: Sequence[int]) -> int:
-        """Return an upper bound of the number of entries of a table of some tasks, marks left out."""
+        """Return an upper bound of the number of entries of a table of some tasks, not counting marks."""
         return self._entries(tasks, self._view(tasks))
 
     def _entries(self, tasks: Sequence[int], relaxed: View) -> int:
@@ -118,7 +118,7 @@ class Projected:
         return states * math.prod(int(self.sizes[i]) for i in tasks)
 
     def _view(self, tasks: Sequence[int]) -> View:
-        """Return the model without supports, slots and costs, and what is alike in it for some tasks."""
+        """Return the model without supports, slots and costs, and which of its locations are merged for some tasks."""
         places = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in self._model.locations)
         relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
         if isinstance(self._model.costs, MeasuredCosts):
@@ -132,7 +132,7 @@ class Projected:
         return self._projection(tasks).system.size
 
     def projection_of(self, tasks: Sequence[int]) -> int:
-        """Return the number of the projection in which tables of some tasks are."""
+        """Return the number of the projection that the tables of some tasks are over."""
         return self._projection(tasks).number
 
     def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
@@ -142,7 +142,7 @@ class Projected:
         return self._table(found, costs, factors, idle=self._cheapest)
 
     def shared_cost_to_go(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
-        """Return least costs until some tasks are satisfied or dropped, of the actions that count in this projection.
+        """Return the least costs until some tasks are satisfied or dropped, of actions that count in this projection.
 
         Args:
             tasks: one of the groups.
@@ -155,7 +155,7 @@ class Projected:
         return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
 
     def groups(self) -> list[tuple[int, ...]]:
-        """Return all tasks in disjoint sets: those that see the same objects together, where tables stay small."""
+        """Return a partition of the tasks: those that see the same objects are together, where tables stay small."""
         found: list[tuple[int, ...]] = []
         for i in range(len(self.sizes)):
             joined: tuple[int, ...] = (i,)
@@ -207,10 +207,10 @@ class Projected:
 
         Args:
             found: the projection.
-            loads_seen: whether a transit is one in the model, too; else its hand may carry an object that is left out.
+            loads_seen: whether a transit stands for transits only; else also for transports of objects left out.
         """
         over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
-        # Poses over locations that are alike are one.
+        # All poses over merged locations are one.
         whole, small = np.where(found.hands < 0, poses, found.hands), np.arange(poses)
         small[[found.space.locations.index(name) for name in found.view.neutral]] = poses
         stays = over[:, None] == over[None, :]
@@ -220,7 +220,7 @@ class Projected:
             np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, NOWHERE))
         if not loads_seen:
             least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
-        # What no action does may cost anything.
+        # Where no action exists, any cost will do.
         least[least == NOWHERE] = self._cheapest
         return least[:, small[:, None], small[None, :]]
 
@@ -231,7 +231,7 @@ class Projected:
         return int(known.min()) if len(known) else 0
 
     def _edge_costs(self, found: _Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
-        """Return the costs of a projection's edges; only those about some objects count, unless all do."""
+        """Return the costs of a projection's edges; if `own` is given, 0 for actions that concern no object of it."""
         system, space = found.system, found.space
         after = found.codes[system.targets]
         hands = space.digit(np.repeat(found.codes, np.diff(system.offsets)), 0), space.digit(after, 0)
@@ -261,7 +261,7 @@ class Projected:
         return backward.cost_to_go(np.arange(len(found.tasks)), factors)
 
     def _rows(self, found: _Projection) -> tuple[list[int], list[int], list[int], list[int]]:
-        """Return weights of digits, locations, poses of the hand, and places of a projection."""
+        """Return the rows `weights`, `slots`, `hands` and `places` of `Projections` for one projection."""
         whole, space = self._space, found.space
         weights = [0] * len(whole.radices)
         for o, obj in enumerate(space.objects):
@@ -274,7 +274,7 @@ class Projected:
         return weights, slots, found.hands.tolist(), [space.locations.index(name) for name in found.view.neutral]
 
     def _numbers_in(self, space: StateCodes, alike: Collection[str]) -> tuple[list[int], np.ndarray]:
-        """Return `places` and `hands` of a projection with such states, and locations that are alike."""
+        """Return `places` and `hands` of a projection, given the names of merged locations."""
         whole = self._space
         places = [-1 if name in alike else space.locations.index(name) for name in whole.locations]
         elsewhere = len(places)
@@ -291,7 +291,7 @@ class Projected:
 
 
 def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
-    """Return a model with some objects only, and of the locations that are alike only as many as these need."""
+    """Return a model with only some objects, and only as many merged locations as these need."""
     needed = view.neutral[: len(kept) + 1]
     locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
     free: Iterator[str] = iter(needed)
@@ -314,7 +314,7 @@ def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple
 
 
 def _with_idling(system: TransitionSystem, cost: int) -> TransitionSystem:
-    """Return a system in which every state has one more action, that leads nowhere else."""
+    """Return a system in which every state has one more action, a self-loop."""
     states = np.arange(system.size)
     source = np.concatenate([np.repeat(states, np.diff(system.offsets)), states])
     order = np.argsort(source, kind="stable")

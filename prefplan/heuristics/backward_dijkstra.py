@@ -14,13 +14,13 @@ from prefplan.product.product_view import ProductView, active_nodes
 
 
 class ReverseView(NamedTuple):
-    """A product turned round: who leads to a node, and which automaton states lead to one.
+    """The reverse of a product: the predecessors of each node, and of each automaton state.
 
     Attributes:
         offsets: (S + 1,) int64, sources: (E,) int32, costs: (E,) int64: edges by target.
         classes: (S,) int32.
-        first: (N, Q, C + 1) int64: `first[i, q, c] : first[i, q, c + 1]` are the states that reading class c may lead
-            from to q. states: (X,) int32.
+        first: (N, Q, C + 1) int64, states: (X,) int32: `states[first[i, q, c] : first[i, q, c + 1]]` are those from
+            which reading class c may lead to q.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         sizes: (N,) int64.
         near: (S, S) int64, edges as a matrix, NO_EDGE for none; empty unless the graph is contracted.
@@ -75,7 +75,7 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
 
 
 def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
-    """Return a contracted product with only those edges that end where a label matters to some tasks."""
+    """Return a contracted product with edges only to nodes whose label can change the automata of some tasks."""
     if not len(reverse.near):
         return reverse
     matters = reverse.active[tasks].any(axis=0)
@@ -87,11 +87,11 @@ def restricted(reverse: ReverseView, tasks: np.ndarray) -> ReverseView:
 
 
 class _Readings(NamedTuple):
-    """Buffers for the readings by which the automata of k tasks may come to a combination of their states.
+    """Buffers for the combinations of automaton states of k tasks from which a reading may lead to a given one.
 
     Attributes:
-        before: (M,) int64, combinations before the reading, as part of a cell. satisfied: (M,) int64, their satisfied
-            tasks as bits.
+        before: (M,) int64, the combinations, as part of a cell's index. satisfied: (M,) int64, their satisfied tasks as
+            bits.
         low: (k,) int64, high: (k,) int64, at: (k,) int64: scratch.
     """
 
@@ -170,10 +170,10 @@ def _finished(reverse: ReverseView, tasks: np.ndarray, combination: Integer) -> 
 
 @kernel
 def dijkstra(reverse: ReverseView, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, stop: np.ndarray) -> None:
-    """Fill a table with least costs, those of edges weighted by what is satisfied; return early once `stop` is set.
+    """Fill a table with least costs, weighted by the set of satisfied tasks; return early once `stop` is set.
 
-    Costs from INFINITE on are entered as the largest finite number, still a lower bound. Cells whose node no edge leads
-    to have no predecessors, and need not enter the open list.
+    Costs of INFINITE and more are entered as INFINITE - 1, still a lower bound. Cells whose node has no incoming edge
+    have no predecessors, and need not enter the open list.
     """
     offsets, sources, costs = reverse.offsets, reverse.sources, reverse.costs
     nodes = reverse.classes.shape[0]

@@ -1,6 +1,6 @@
 """Exact cost-to-go for a few tasks at a time on T x A_K (equation 4 for one task).
 
-What is minimised can be the growth of mu, too: an edge of cost w taken while S is the satisfied set adds rate(S) w.
+The growth of mu can be minimised in the same way: an edge of cost w adds rate(S) w while the tasks in S are satisfied.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
 
 WATCHED_ENTRIES = 100_000
-"""Entries of a table from which on filling it is watched; fewer take less than a tenth of a second."""
+"""Limits and Ctrl-C can stop the filling of tables of at least this many entries; others take less than 0.1 s."""
 
 
 class Backward:
-    """A product made ready for looking back from where tasks are satisfied.
+    """Cost-to-go tables of a product, filled backwards from where tasks are satisfied.
 
     Attributes:
-        nodes: of the graph.
+        nodes: number of nodes of the graph.
         sizes: (N,) int64, states of each automaton.
-        shift: the low bits of costs, that count actions and do not make mu grow.
+        shift: number of low bits of costs, which count actions and do not make mu grow.
         stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
             swept; else None.
-        monotone: whether besides no automaton ever loses by reading a label.
+        monotone: whether, in addition, reading a label never leads an automaton to a worse state (`never_lose`).
     """
 
     def __init__(self, product: Product, forward: ProductView, *, sweep: bool = True) -> None:
-        """Turn a product round; `sweep` as in `Options`."""
+        """Take the product, and its view for the kernels; `sweep` as in `Options`."""
         self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
         self._product, self._forward = product, forward
         self.stages = stages_of(product, forward) if sweep else None
@@ -114,7 +114,7 @@ class Backward:
 
     @cached_property
     def reverse(self) -> ReverseView:
-        """Who leads to a node, and which automaton states lead to one."""
+        """The reverse of the product."""
         return reverse_view(self._product, self._forward)
 
 

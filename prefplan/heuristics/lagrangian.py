@@ -1,15 +1,15 @@
 """Lower bounds of the cost of plans whose preference value stays below a limit, by Lagrangian relaxation.
 
-The cheapest plans are seldom the preferred ones, which bounds of cost and of mu by themselves do not know. For weights
-a and b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may
-grow by no more than B on the way, that costs at least (h - b B) / a: the bound of a constrained shortest path (G. Y.
-Handler and I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980), by which its
-enumeration is pruned (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
+The cheapest plans are seldom the preferred ones, which separate bounds of cost and of mu do not reflect. For weights a
+and b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may
+grow by no more than B until then, the cost-to-go is at least (h - b B) / a: the bound of a constrained shortest path
+(G. Y. Handler and I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980), which prunes
+its enumeration (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
 constrained shortest-path problems", Networks 2008). On a front, mu must end below that of the last plan found.
 
-h is tabulated for all tasks together, as `dag_sweep` does for a few: where automata only go on, and over the least
-costs between nodes, whatever lies on the way, which is a relaxation. Entries are kept only for automaton states that
-reading a node's label leads to, as a search comes to a node by reading its label.
+h is tabulated for all tasks together, as `dag_sweep` does for a few: only for automata that are acyclic up to
+self-loops, and over least costs between nodes that ignore the labels passed, which is a relaxation. Entries are kept
+only for automaton states that reading a node's label leads to, since a search reaches a node by reading its label.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MOST_TABLES = 2
 
 
 class Weights(NamedTuple):
-    """What a unit of cost and a unit of mu weigh, both positive, and the unit of the sums in a table."""
+    """The weights of a unit of cost and of a unit of mu, both positive, and the unit of the sums in a table."""
 
     cost: int
     mu: int
@@ -47,7 +47,7 @@ class Lagrangian(NamedTuple):
         weights: (T, 3) int64, the `Weights` of each.
         first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where
             a place is -1.
-        table: (MOST_TABLES, E) uint16, in units: LARGEST stands for all larger sums, too.
+        table: (MOST_TABLES, E) uint16, sums in units, cut off at LARGEST.
     """
 
     weights: np.ndarray
@@ -68,7 +68,7 @@ def entries_of(stages: Stages) -> int:
 
 
 def without_tables(stages: Stages) -> Lagrangian:
-    """Return where entries are, and memory for them, but no tables yet."""
+    """Return the layout of the entries, and memory for them, but no tables yet."""
     nodes, (tasks, most, _) = len(stages.classes), stages.delta.shape
     first, place = np.zeros(nodes, dtype=np.int64), np.full((nodes, tasks, most), -1, dtype=np.int64)
     entries = 0
@@ -83,9 +83,9 @@ def without_tables(stages: Stages) -> Lagrangian:
 
 
 def _entered(stages: Stages) -> list[list[np.ndarray]]:
-    """Return for each node the states of each automaton that reading its label leads to, nothing if it changes none.
+    """Return for each node the states of each automaton that reading its label leads to, none if it changes nothing.
 
-    Where it can change one automaton only, a search comes there to change that.
+    Where it can change one automaton only, a search goes there only to change that one.
     """
     found: list[list[np.ndarray]] = []
     for v, label in enumerate(stages.classes):
@@ -101,9 +101,9 @@ def _entered(stages: Stages) -> list[list[np.ndarray]]:
 
 
 def weights_along(begin: tuple[int, int], end: tuple[int, int]) -> Weights | None:
-    """Return weights for which two plans, of (cost, mu), the second preferred, weigh about the same; None if none do.
+    """Return weights that give two plans (cost, mu) about the same sum; None unless the second is dearer and better.
 
-    These are best for what lies between on a front, as in the search for its supported points (Y. P. Aneja and
+    These are best for the points between them on a front, as in the search for its supported points (Y. P. Aneja and
     K. P. K. Nair, "Bicriteria transportation problem", Management Science 1979).
     """
     dearer, better = end[0] - begin[0], begin[1] - end[1]
@@ -117,13 +117,13 @@ def weights_along(begin: tuple[int, int], end: tuple[int, int]) -> Weights | Non
 
 
 def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
-    """Return tables and one more.
+    """Return the tables with one more.
 
     Args:
         known: the tables so far.
         stages: the product.
         rates: (2^N,) int64, how much mu grows for each unit of cost while a set of tasks is satisfied.
-        shift: the low bits of costs, that do not count.
+        shift: number of low bits of costs to leave out.
         weights: of the new table.
 
     Raises:
@@ -164,14 +164,14 @@ def _bits(sets: np.ndarray) -> np.ndarray:
 
 
 class LagrangianSweep(NamedTuple):
-    """What fills a table of S nodes, N tasks of at most Q states and R rates.
+    """Input for filling a table of S nodes, N tasks of at most Q automaton states and R rates.
 
     Attributes:
         order: (N, Q) int64, sizes: (N,) int64, ends: (N, 2) int32: see `Stages`.
         active: (N, Q) uint64, nodes whose label changes a state. kept: (N, Q) uint64, nodes that have entries for it.
-        first: (S,) int64. here: (N, Q, S) int64, the state's part of the place of a node's entry. onward: (N, Q, S)
+        first: (S,) int64. here: (N, Q, S) int64, what the state adds to the index of a node's entry. onward: (N, Q, S)
             int64, the same after reading the node's label.
-        steps: (R, S, NODE_LIMIT) uint16, weighted cost of getting to a node from all others.
+        steps: (R, S, NODE_LIMIT) uint16, weighted cost to a node from all others.
         kind: (2^N,) int64, number of the rate for each set of satisfied tasks.
     """
 
@@ -189,9 +189,9 @@ class LagrangianSweep(NamedTuple):
 
 @kernel
 def fill(sweep: LagrangianSweep, table: np.ndarray, stop: np.ndarray) -> None:
-    """Fill a table, one combination of automaton states after all that it leads to; return early once `stop` is set.
+    """Fill a table, each combination of automaton states after all its successors; return early once `stop` is set.
 
-    What the states of the tasks from one on add up to is kept, as it is the first task's state that changes most often.
+    Partial sums over the last tasks are kept, as the first task's state changes most often.
     """
     tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
     here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
@@ -238,16 +238,16 @@ def _least_sums(
     table: np.ndarray,
     costs: np.ndarray,
 ) -> None:
-    """Write the least sum from every node, through those whose label changes something.
+    """Write the least sum from every node, through those whose label changes some automaton.
 
-    After that label the entry of a node is its sum of `others`, and of the `first` task.
+    After reading it, the index of node v's entry is others[v] + first[v].
     """
     for u in range(NODE_LIMIT):
         costs[u] = np.uint16(LARGEST)
     for v in range(first.shape[0]):
         if stops >> np.uint64(v) & np.uint64(1):
             rest, step = table[others[v] + first[v]], steps[v]
-            # A loop of fixed length becomes four instructions.
+            # A loop of fixed length is vectorised: it becomes four instructions.
             for u in range(NODE_LIMIT):
                 cost = np.uint16(step[u] + rest)
                 costs[u] = cost if cost < costs[u] else costs[u]
@@ -256,13 +256,13 @@ def _least_sums(
 def least_sum(
     tables: Lagrangian, t: int, nodes: np.ndarray, automata: np.ndarray, costs: np.ndarray, mus: np.ndarray
 ) -> int | None:
-    """Return the least weighted sum of table t to which some paths can lead, None if it has entries for none.
+    """Return the least weighted sum, by table t, of plans that continue some paths; None if it has entries for none.
 
     Args:
         tables: the tables.
         t: which of them.
         nodes: (n,) int64, where the paths end.
-        automata: (n, N) int64, in which states.
+        automata: (n, N) int64, the automaton states there.
         costs: (n,) int64, of the paths, without low bits.
         mus: (n,) int64, of the paths.
     """
@@ -275,7 +275,7 @@ def least_sum(
 
 @bare_kernel
 def lagrangian_bound(tables: Lagrangian, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
-    """Return the least cost to the end of plans along which mu grows by no more than this, without low bits."""
+    """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
     bound = np.int64(0)
     if tables.weights.shape[0] == 0:
         return bound

@@ -1,14 +1,14 @@
-"""Lower bounds of the cost-to-go by places that every plan still visits, as in the travelling salesman problem.
+"""Lower bounds of the cost-to-go by landmarks and minimum spanning trees, as in the travelling salesman problem.
 
-A *landmark* of a product state is a set of nodes one of which every run to the end still reads (J. Hoffmann, J.
-Porteous and L. Sebastia, "Ordered landmarks in planning", JAIR 2004). In the order of first visits these are a path
-through all of them that begins at the state's node, so that no plan costs less than a minimum spanning tree over least
+A *landmark* of a product state is a set of nodes of which every run from there to a goal reads at least one (J.
+Hoffmann, J. Porteous and L. Sebastia, "Ordered landmarks in planning", JAIR 2004). In the order of first visits, a plan
+is a path from the state's node through all of them, so that none costs less than a minimum spanning tree over least
 costs between the sets. Multipliers on the sets make the tree more like a path, on which all but the ends have two
-neighbours (M. Held and R. M. Karp, "The traveling-salesman problem and minimum spanning trees", 1970): they are worked
-out for the start, and give a bound everywhere.
+neighbours (M. Held and R. M. Karp, "The traveling-salesman problem and minimum spanning trees", 1970): they are
+computed for the start, and give a bound everywhere.
 
-Where many tasks are left this is larger than what sets of a few tasks cost (`pattern_database`), and it adds tables of
-no more than the graph's size. It is admissible, but need not be consistent.
+Where many tasks are left this bound exceeds those of sets of a few tasks (`pattern_database`), and its tables are no
+larger than the graph. It is admissible, but need not be consistent.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SCALE = 16
 """Multipliers are whole multiples of a unit of cost divided by this."""
 
 DISCONNECTED = 2**48
-"""In place of the cost between sets of which none can be reached from the other; costs are less, times `SCALE`."""
+"""Stands for the cost between sets neither of which can be reached from the other; scaled costs are less."""
 
 ROUNDS, FIRST_STEP, SHRINKING, HOPED = 200, 1.0, 0.98, 1.15
 """Of the ascent: number of trees, length of the first step, the factor by which steps shrink, and the bound that a step
@@ -41,8 +41,8 @@ class Landmarks(NamedTuple):
 
     Attributes:
         remaining: (N, Q) int64, the landmarks of each automaton's states, as bits.
-        between: (M, M) int64, least cost from one to the other, in the cheaper direction, and both multipliers.
-        ahead: (S, M) int64, least cost of going there from each node, and both multipliers.
+        between: (M, M) int64, least cost between two sets, in the cheaper direction, plus both multipliers.
+        ahead: (S, M) int64, least cost from each node to each set, plus both multipliers.
         price: (M,) int64, multipliers. node_price: (S,) int64.
         least: (M,) int64, order: (M,) int64: scratch.
     """
@@ -57,7 +57,7 @@ class Landmarks(NamedTuple):
 
 
 class Degrees(NamedTuple):
-    """Of a spanning tree: of: (M + 1,) those of the landmarks, and last the start's. nearest: (M,) int64, scratch."""
+    """Degrees in a spanning tree: of: (M + 1,), of the landmarks, then of the start. nearest: (M,) int64, scratch."""
 
     of: np.ndarray
     nearest: np.ndarray
@@ -70,7 +70,7 @@ def no_landmarks() -> Landmarks:
 
 
 def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks:
-    """Return the landmarks of a product over a contracted graph; none over another, or if costs are too large."""
+    """Return the landmarks of a product; none unless its graph is contracted, or if costs are too large."""
     if not view.macro or not product.starts:
         return no_landmarks()
     least = all_pairs_costs(view.near, np.ones(len(view.near), dtype=bool))
@@ -92,7 +92,7 @@ def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks
 
 
 def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> Landmarks:
-    """Return landmarks with multipliers that make the bound of the start, where these remain, large."""
+    """Return landmarks with multipliers that make the bound large at the start, where the landmarks `bits` remain."""
     price, node_price = np.zeros_like(plain.price), np.zeros_like(plain.node_price)
     price[:], node_price[node] = ascent(plain, node, bits)
     for m, nodes in reversed(list(enumerate(sets))):
@@ -103,7 +103,7 @@ def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> L
 
 
 def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return (N, Q) the landmarks of each automaton's states as bits, and which nodes each landmark has."""
+    """Return (N, Q) the landmarks of each automaton's states as bits, and the nodes of each landmark."""
     tasks, most, labels = product.delta.shape
     met = np.zeros(labels, dtype=bool)
     met[view.classes] = True
@@ -129,7 +129,7 @@ def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndar
 
 
 def _leads(product: Product, i: int) -> np.ndarray:
-    """Return (Q, Q, C) whether an automaton may get from a state to another by reading a label class."""
+    """Return (Q, Q, C) whether reading a label class may lead an automaton from one state to another."""
     _, most, labels = product.delta.shape
     leads = np.zeros((most, most, labels), dtype=bool)
     q, c = np.ogrid[:most, :labels]
@@ -141,7 +141,7 @@ def _leads(product: Product, i: int) -> np.ndarray:
 
 
 def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
-    """Return (n, C) sets of label classes that an automaton may not do without."""
+    """Return (n, C) candidate landmarks: sets of label classes that every run of an automaton might have to read."""
     changes = leads & ~np.eye(len(leads), dtype=bool)[:, :, None]
     names = sorted(product.automata[i].propositions)
     named = np.array([[name in label for label in product.class_sets] for name in names], dtype=bool)
@@ -151,7 +151,7 @@ def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
 
 
 def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.ndarray:
-    """Return (Q,) from which states no end can be reached without reading some label classes."""
+    """Return (Q,) whether no end can be reached from a state without reading one of some label classes."""
     steps = leads[:, :, ~avoided].any(axis=2)
     reached = ends
     while ((now := reached | (steps & reached).any(axis=1)) != reached).any():
@@ -161,7 +161,7 @@ def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.nda
 
 @kernel
 def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, Any]:
-    """Return (M,) multipliers of landmarks, and that of the node of the start, that make the start's bound large."""
+    """Return (M,) multipliers of the landmarks, and that of the start's node, by subgradient ascent of its bound."""
     count = plain.price.shape[0]
     ahead, here = plain.ahead[node : node + 1].copy(), np.zeros(1, dtype=np.int64)
     priced = Landmarks(plain.remaining, plain.between.copy(), ahead, plain.price.copy(), here, plain.least, plain.order)
@@ -214,9 +214,9 @@ def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Int
 
 @bare_kernel
 def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees | None) -> Integer:
-    """Return the bound by a minimum spanning tree over a node and some landmarks, scaled (Prim's algorithm).
+    """Return the scaled bound by a minimum spanning tree over a node and some landmarks (Prim's algorithm).
 
-    The degrees are written if wanted; the end of the path counts as joined to the node, so that on a path all are 2.
+    Degrees are written if wanted; the path's end counts as joined to its start, so that on a path all degrees are 2.
     """
     start = marks.price.shape[0]
     count, best, last, m = 0, 0, 0, 0
@@ -238,7 +238,7 @@ def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees
         degrees.of[:] = 0.0
         degrees.of[last] += 1.0
         degrees.of[start] += 1.0
-    # Landmarks that are not yet in the tree are kept together.
+    # Landmarks outside the tree stay at the front of `order`.
     while count:
         total += marks.least[best]
         added = marks.order[best]

@@ -1,13 +1,12 @@
-"""Exact cost-to-go for task subsets whose DFAs never lose by reading a label: a sweep without any Dijkstra.
+"""Exact cost-to-go for task subsets whose DFAs never get worse by reading a label: a sweep without any Dijkstra.
 
-Let no label lead an automaton to a state from which more has to be read than before, as in `F (a & F b)`. Then nothing
-is lost by what lies on the way to a node, and from node s and automata states q
+Let no label lead an automaton to a state that is worse than the one before, as for `F (a & F b)`. Then the labels
+passed on the way to a node do no harm, and from node s and automaton states q
 
     h(s, q) = min over nodes v whose label changes q of d(s, v) + h(v, delta(q, L(v))),
 
-d being least costs in the whole graph: what is satisfied on the way to v leaves no more to do than if it were not. The
-combinations of states are taken in an order in which every label leads to an earlier one, as in `dag_sweep`, which has
-to tell apart what may be passed in each of them and takes five to ten times as long.
+where d are least costs in the whole graph. The combinations of states are taken in the order of `dag_sweep`,
+which must know the nodes that may be passed in each of them, and takes five to ten times as long.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from prefplan.product.product_automaton import Product
 def never_lose(product: Product) -> bool:
     """Return whether reading a label never leads an automaton to a state that is worse than the one before.
 
-    A state is no worse than another one if it is an end whenever that is, and every label leads to one that is no worse
-    than where it leads from there (the greatest simulation).
+    A state is no worse than another if it is an end whenever the other is, and every label leads from it to a state no
+    worse than from the other (the greatest simulation).
     """
     for i, size in enumerate(product.sizes.tolist()):
         after = product.delta[i, :size].astype(np.int64)
@@ -42,7 +41,7 @@ def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: n
     """Fill a table with least costs until some tasks are satisfied or dropped.
 
     Args:
-        stages: the product, whose automata never lose.
+        stages: the product, for which `never_lose` holds.
         least: (S, S) int64, least costs from node to node, through any others, NO_EDGE for none.
         tasks: (k,) int64, which tasks.
         table: (S * Q_1 * ... * Q_k,) int32, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); costs are cut
@@ -54,7 +53,7 @@ def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: n
         matters |= stages.active[tasks[j]]
     changing = np.flatnonzero(matters)
     ahead, onto = least[:, changing].T.copy(), targets_of(stages, tasks, changing)
-    # The sums over tasks from the j-th on: where this combination begins, where labels lead, how many tasks are done.
+    # Sums over tasks from the j-th on: the combination's first entry, those after each label, how many tasks are done.
     here, done = np.zeros(k + 1, dtype=np.int64), np.zeros(k + 1, dtype=np.int64)
     there = np.zeros((k + 1, changing.shape[0]), dtype=np.int64)
     strides, ranks = np.empty(k, dtype=np.int64), np.zeros(k, dtype=np.int64)

@@ -1,7 +1,7 @@
-"""Lower bounds of several objectives at once: the tables of one bound for each cost, and of one for each preference.
+"""Lower bounds of several objectives: pattern databases for each cost, and growth tables for each preference.
 
-The pattern databases of all costs are over the same sets of tasks, so that a state's entry is found once for all. Where
-states are generated the tables are those of projections, whose entries add up.
+The pattern databases of all costs are over the same sets of tasks, so that one index serves all costs. Where states
+are generated, tables are over projections, and their entries are added.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ class ObjectiveBounds(NamedTuple):
     """Tables for D costs and A preferences.
 
     Attributes:
-        sets: P sets of tasks, and base: (P,) int64: as of `Patterns`.
+        sets: P sets of tasks, and base: (P,) int64: as in `Patterns`.
         tables: (D, entries) int32, the table of `Patterns` for each cost.
-        add_up: whether the sum of all tables counts, not the largest of their entries.
-        projections: of the model, in which the tables are; none where its states are listed.
-        blocks: as of one preference, those of all.
+        add_up: whether a bound is the sum of the entries, not the largest.
+        projections: of the model, which the tables are over; none where its states are listed.
+        blocks: those of all preferences.
         owner: (B,) int64, the preference of each block.
     """
 
@@ -65,7 +65,7 @@ def objective_bounds(
 
     Args:
         product: what is searched.
-        views: the product with each of the costs.
+        views: (D,) the product with each of the costs.
         additive: the preferences whose growth is bounded.
         options: how to search.
         single: whether one plan is wanted, not the front.
@@ -93,7 +93,7 @@ def objective_bounds(
 def _costs_to_go(
     product: Product, views: Sequence[ProductView], options: Options, *, single: bool, max_bytes: float
 ) -> tuple[list[Patterns], Sequence[Backward | Projected]]:
-    """Return the tables of each cost, and what others are made of; arguments as of `objective_bounds`."""
+    """Return the tables of each cost, and what fills further ones; arguments as in `objective_bounds`."""
     if isinstance(product, GeneratedProduct):
         projected = Projected(product, options.apart_entries)
         each = [projected.with_costs(view.moves.costs) for view in views]
@@ -136,9 +136,9 @@ def write_bounds(
     satisfied: Integer,
     found: np.ndarray,
 ) -> None:
-    """Write the least growth of each cost, then of each preference, from a product state to the end.
+    """Write (D + A,) lower bounds of the growth of each cost, then of each preference, from a product state to the end.
 
-    Each is `INFINITE` at most; where no task set can be finished, that of every cost is `INFINITE`. The digits are
+    Each is at most `INFINITE`; where some set of tasks cannot be finished, every cost's is `INFINITE`. `digits` are
     those of the node, where states are generated.
     """
     costs = bounds.tables.shape[0]

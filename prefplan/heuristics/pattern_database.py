@@ -1,9 +1,9 @@
-"""Lower bounds of the cost-to-go: max-min (equation 4) and its generalisation to pattern databases.
+"""Lower bounds of the cost-to-go: the max-min heuristic (equation 4), and pattern databases, which generalise it.
 
-The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the exact cost of satisfying task j alone. The same with
-sets K of tasks, h(p) = max_K d_K(s, q_K), is at least as large. Both are consistent: every edge of the product maps
-onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent bounds is
-consistent.
+The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the least cost of satisfying task j alone. With sets K of
+tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in one. Both are consistent: every edge of the
+product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent
+bounds is consistent.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from prefplan.heuristics.task_sets import TaskSets, joined_groups, no_task_sets,
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
-"""Entries of all tables together that building may cost, unless one task at a time needs more: half a second. Those
-filled stage by stage cost a tenth each."""
+"""Most entries of all tables together, unless single tasks need more: they take half a second. With stages an entry
+takes a tenth of the time."""
 
 GROUPED_ENTRIES = 1_000_000
-"""Entries of a table of two groups of tasks to begin with: it takes 4 ms. For 12 tasks of five states these are groups
-of three; with tables of a fifth as many entries, a plan of 12 tasks takes three times as long."""
+"""Most entries of a first table, over two groups of tasks: it takes 4 ms. For 12 tasks of five states groups have three
+tasks; with a limit a fifth as large, a plan of 12 tasks takes three times as long."""
 
 DEEPEST = 5
-"""Tasks in a set that a long search for one plan may call for, if all such sets have tables."""
+"""Most tasks in a set when tables are over all sets of one size and a search for one plan is long."""
 
 
-# Columns of a product state's row that hold what is known of its bound.
+# Columns of a product state's row; see `raise_bound`.
 COST_BOUND, LOOKED, LIKELY = range(3)
 
 
@@ -41,8 +41,8 @@ class Patterns(NamedTuple):
     """Tables for P sets of k tasks.
 
     Attributes:
-        sets: the sets. base: (P,) int64, where each one's table begins.
-        table: (entries,) int32: UNREACHABLE - 1 stands for all larger costs, and is a consistent bound.
+        sets: the sets. base: (P,) int64, where the table of each begins.
+        table: (entries,) int32, costs cut off at UNREACHABLE - 1, which keeps the bound consistent.
     """
 
     sets: TaskSets
@@ -51,23 +51,22 @@ class Patterns(NamedTuple):
 
 
 def no_patterns() -> Patterns:
-    """Return no tables: without a heuristic the search finds dead ends only by trying."""
+    """Return no tables: the bound 0, even in dead ends."""
     return Patterns(no_task_sets(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32))
 
 
 def levels_of_sets(
     backward: Backward, wanted: int | None, *, single: bool, max_entries: float
 ) -> list[list[tuple[int, ...]]]:
-    """Return the sets of tasks to begin with, and those that take their place when a search is long.
+    """Return the sets of tasks to begin with, and those that replace them when a search is long.
 
-    Measured on 10 x 10 grids with up to 12 tasks: larger sets cost their tables, and spare half or more of what is
-    expanded.
+    Measured on 10 x 10 grids with up to 12 tasks: larger sets take longer to fill, but halve the expansions or more.
 
     Args:
         backward: the product.
         wanted: tasks in a set, if there are as many; None to choose.
         single: whether one plan is wanted, not the front.
-        max_entries: entries of all tables that fit the memory.
+        max_entries: most entries of all tables that fit into memory.
     """
     tasks = len(backward.sizes)
     if wanted is not None:
@@ -104,7 +103,7 @@ def patterns(backward: Backward, members: Sequence[tuple[int, ...]]) -> Patterns
 
 
 def projected_patterns(backward: Projected) -> Patterns:
-    """Return tables whose entries may be added up: every action's cost is counted in one of them at the most."""
+    """Return tables whose entries may be added: every action's cost is counted in at most one of them."""
     groups = backward.groups()
     return _filled(backward, groups, lambda tasks, table: enter_costs(backward.shared_cost_to_go(tasks, groups), table))
 
@@ -126,7 +125,7 @@ def _filled(
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
-    """Return tables of the costs times a weight: no bounds, but they guide a search."""
+    """Return tables of the costs times a weight: for weights above 1 not admissible, but they guide a search."""
     entries = np.minimum((databases.table * weight).astype(np.int64), UNREACHABLE - 1)
     return databases._replace(table=np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32))
 
@@ -135,7 +134,7 @@ def scaled(databases: Patterns, weight: float) -> Patterns:
 def added_bound(
     databases: Patterns, projections: Projections, digits: np.ndarray, node: Integer, automata: np.ndarray
 ) -> Integer:
-    """Return the sum of the entries of all tables, INFINITE at most."""
+    """Return the sum of the entries of all tables, at most INFINITE."""
     bound = np.int64(0)
     for p in range(databases.base.shape[0]):
         place = projected(projections, databases.sets.projection[p], digits, node)
@@ -147,11 +146,10 @@ def added_bound(
 def raise_bound(
     databases: Patterns, marks: Landmarks, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
 ) -> Integer:
-    """Look bounds up for h(p) until it exceeds a limit or is complete, and return what it is so far.
+    """Raise h(p) by one table after the other until it exceeds a limit or none is left, and return it.
 
-    What is known of p is kept in `known`: the `COST_BOUND` so far, how many bounds were `LOOKED` up, one table
-    after the other and then that of landmarks, and the `LIKELY` table, to look up first: the one that gave the bound
-    of the state before.
+    The state's row `known` keeps the `COST_BOUND` so far, how many bounds were `LOOKED` up (the tables in order, then
+    the landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound.
     """
     bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
     if looked == 0 and likely < tables:

@@ -1,9 +1,10 @@
 """Lower bound of how much the preference value still grows (the second objective; the paper uses 0).
 
-Tasks are split into disjoint blocks. In a block K, with b tasks satisfied outside of it, mu grows by at least
-rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls in b. So the least
-sum of rate_K times cost over all trajectories that satisfy K, with b as it is now, is a lower bound. It is an exact
-distance in T x A_K, hence consistent; the rates of disjoint blocks add up to at most mu's own, and so do the bounds.
+Tasks are split into disjoint blocks. For a block K, with b tasks satisfied outside it and S the set of satisfied tasks,
+mu grows by at least rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls
+in b. So the least sum of rate_K times cost over all trajectories that satisfy K, with b as it is now, is a lower bound.
+It is an exact distance in T x A_K, hence consistent; the rates of disjoint blocks add up to at most that of mu, so the
+bounds may be added.
 """
 
 from __future__ import annotations
@@ -24,18 +25,19 @@ from prefplan.preferences.terms import OrderRate
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 BLOCK_SIZE = 3
-"""Tasks in a block; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
+"""Most tasks in a block of several groups; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks).
+"""
 
 BLOCK_ENTRIES, ALONE_ENTRIES = 200_000, 4_000_000
-"""Entries of the table of a block for one number of tasks satisfied outside, and of that of a group by itself."""
+"""Most entries of a table for one number of tasks satisfied outside: of a block of several groups, and of one group."""
 
 
 class Blocks(NamedTuple):
     """Tables for disjoint blocks of at most k tasks.
 
     Attributes:
-        sets: the blocks. members: (B,) int64, the same as bits.
-        base: (B, N + 1) int64, where each one's table begins for a number of tasks satisfied outside.
+        sets: the blocks. members: (B,) int64, as bits, the tasks that do not count as satisfied outside each.
+        base: (B, N + 1) int64, where the table of each begins for a number of tasks satisfied outside.
         table: (entries,) int64, units of mu.
     """
 
@@ -52,13 +54,13 @@ def no_blocks(tasks: int) -> Blocks:
 
 
 def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
-    """Return the tables of a measure whose key is one additive entry; no tables if nothing can be said.
+    """Return the tables of a measure whose key is one additive entry; no tables if its growth has no bound but 0.
 
     Args:
         backward: the product.
-        known: costs-to-go; those of single tasks are put to use.
         measure: how mu grows.
         factor: what a unit of cost is in units of mu.
+        known: costs-to-go, of which those of single tasks are reused.
     """
     n = measure.tasks
     orders = [rate.groups for rate in measure.rate_terms if isinstance(rate, OrderRate)]
@@ -82,7 +84,7 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
         if not any(rates):
             return np.zeros(size, dtype=np.int64)
         if len(members) == 1 and known.sets.tasks.shape[1] == 1 and len(known.base):
-            # Alone, a task makes mu grow at one rate until it is satisfied.
+            # For a single task, mu grows at one rate until the task is satisfied.
             cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
             growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
             return np.where(cost < UNREACHABLE, growth, INFINITE)
@@ -95,13 +97,13 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
     for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
         base[split.index(members), outsides] = first
         first += len(table)
-    # Only tasks that every order names count as satisfied outside a block: fewer make the bound smaller.
+    # Only tasks that every order names count as satisfied outside a block: a smaller number is still admissible.
     bits = np.array([sum(1 << i for i in range(n) if i in members or i not in named) for members in split], np.int64)
     return Blocks(sets, base, bits, np.concatenate(tables))
 
 
 def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
-    """Return blocks of neighbours in the desired order, none splitting a group, of at most three tasks."""
+    """Return blocks of groups that are neighbours in the desired order; groups with too large tables are in none."""
     found: list[tuple[int, ...]] = []
     for group in groups:
         joined = (found[-1] if found else ()) + group
@@ -115,7 +117,7 @@ def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) 
 
 @bare_kernel
 def block_entry(tables: Blocks, b: Integer, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
-    """Return where the growth that block b still costs stands in the table; `node` is of the block's projection."""
+    """Return the index of block b's bound in the table; `node` is that of the block's projection."""
     rest = satisfied & ~tables.members[b]
     outside = 0
     while rest:
@@ -133,7 +135,7 @@ def preference_bound(
     automata: np.ndarray,
     satisfied: Integer,
 ) -> Integer:
-    """Return the least growth of mu from a product state to the end, INFINITE at most."""
+    """Return a lower bound, at most INFINITE, of the growth of mu from a product state to the end."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
         place = projected(projections, tables.sets.projection[b], digits, node)

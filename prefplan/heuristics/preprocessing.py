@@ -1,4 +1,4 @@
-"""A product made ready to be searched: the graph, and bounds of cost and preference."""
+"""Preprocessing of a product for the search: contraction of its graph, and bounds of cost and preference."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView, view
 
 DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
-"""Entries of all tables that a long search for one plan may call for."""
+"""Most entries of all tables that a long search for one plan may fill, without and with stages."""
 
 UNSTAGED, MONOTONE, EXPANSION, EXPANSION_EACH = 10, 0.08, 100, 1.5
-"""Time to fill an entry without stages, one where automata never lose, and to expand a label, in all and for each set,
-in units of the time to fill an entry with stages, about 20 ns. Where automata never lose, an entry takes a third of
-that; but a label takes four times as long as these say, because of landmarks."""
+"""Times to fill an entry without stages, to fill one by `monotone_sweep`, and to expand a label, in all and for each
+set of tasks, in units of the time to fill an entry with stages, about 20 ns. With `monotone_sweep`, an entry takes a
+third of that unit; but a label takes four times as long as these say, because of landmarks."""
 
 COMBINATION = 2
 """A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units:
-with these tables a search takes a tenth of the labels or less, and it is soon seen whether it is long."""
+these tables save nine labels in ten or more, so that it pays to fill them early."""
 
 SHARED = 0.4
-"""Of the sum of what tasks cost alone, about what they cost together."""
+"""About what share of the sum of the single tasks' costs all tasks together cost."""
 
 ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
@@ -68,9 +68,9 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
-        landmarks: whether to bound the cost-to-go by what every plan still visits.
+        landmarks: whether to bound the cost-to-go by landmarks, too.
         preference_bound: whether to bound the growth of mu.
-        contraction: whether to leave out states that change nothing, where few matter.
+        contraction: whether to leave out states whose labels change no automaton, where at most 64 others remain.
         sweep: whether to fill tables in topological order, where automata allow it.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
@@ -108,12 +108,12 @@ class Bounds(NamedTuple):
     """Lower bounds.
 
     Attributes:
-        patterns: of the cost-to-go, the largest of which counts.
-        landmarks: of the cost-to-go, too.
-        added: of the cost-to-go, the sum of which counts.
+        patterns: of the cost-to-go; the largest entry is the bound.
+        landmarks: of the cost-to-go.
+        added: of the cost-to-go; the sum of the entries is the bound.
         blocks: of mu's growth.
         lagrangian: of the cost-to-go, where the growth of mu is limited.
-        projections: of the model, in which the tables are; none where its states are listed.
+        projections: of the model, which the tables are over; none where its states are listed.
     """
 
     patterns: Patterns
@@ -141,8 +141,8 @@ class Prepared:
 
     Attributes:
         product: what is searched.
-        graph: over what.
-        view: both, as the kernels see them.
+        graph: the graph that it is searched over.
+        view: both as arrays for the kernels.
         bounds: of the cost-to-go and of mu's growth.
     """
 
@@ -202,15 +202,15 @@ class Prepared:
         return blocks(backward, measure, self.product.units.factor, known)
 
     def guided(self, weight: float) -> Prepared:
-        """Return the same with the sum of all tables times a weight in place of bounds.
+        """Return the same with the weighted sum of all tables in place of bounds.
 
-        The larger the weight, the sooner best-first search has a plan, and the dearer that may be (weighted A*:
+        The larger the weight, the sooner best-first search has a plan, and the dearer the plan may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
         return self._with(weight, no_landmarks(), no_blocks(len(self.product.sizes)))
 
     def for_beams(self) -> Prepared:
-        """Return the same with estimates of what is left of cost and mu, that know dead ends."""
+        """Return the same with estimates of the remaining cost and growth of mu, infinite in dead ends."""
         marks = self.bounds.landmarks
         return self._with(0 if len(marks.price) else SHARED, marks, self.bounds.blocks)
 
@@ -224,7 +224,7 @@ class Prepared:
 
     @property
     def deepening_expansions(self) -> float:
-        """Expansions that take as long as to fill tables of larger sets; infinite if there are to be none."""
+        """Expansions that take as long as filling the tables of larger sets; infinite if these are not to be filled."""
         if self._backward is None or not self._deeper:
             return math.inf
         staged = self._backward.stages is not None
@@ -247,7 +247,7 @@ class Prepared:
 
     @property
     def lagrangian_expansions(self) -> float:
-        """Expansions of labels that call for one more Lagrangian table; infinite if there is to be none."""
+        """Expansions after which one more Lagrangian table is worth filling; infinite if there is to be none."""
         stages = self._backward.stages if self._backward else None
         wanted = self.product.problem.measure.bi_objective and self.product.rates.any()
         if stages is None or not wanted or len(self.bounds.lagrangian.weights) == MOST_TABLES:
@@ -271,12 +271,12 @@ class Prepared:
 def require_64_bits(product: Product, view: ProductView, costs: Sequence[np.ndarray]) -> None:
     """Prove that what one step adds to a cost, or to a preference that counts in it, stays below 2^60.
 
-    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum leaves int64.
+    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64.
 
     Args:
         product: what is searched.
-        view: the same, as the kernels see it.
-        costs: some of the costs of its edges or actions, the first one first.
+        view: the same as arrays for the kernels.
+        costs: the first of the costs, or several, of its edges or actions.
 
     Raises:
         OverflowError: if that is not so.

@@ -1,4 +1,4 @@
-"""From the states of a model to the nodes of its projections, in which tables are (`abstraction`)."""
+"""The map from a model's states to the nodes of its projections (`abstraction`)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class Projections(NamedTuple):
     """M projections of a model of S slots, H poses of the hand, O objects and D digits.
 
     Attributes:
-        weights: (M, D) int64, what each digit weighs in a projection's states, 0 if it is not seen. objects: O.
-        slots: (M, S + 1) int64, location in the projection, -1 for one of those that are alike.
-        hands: (M, H) int64, pose in the projection, -1 over one of those.
-        places: (M, n) int64, the locations that stand for those.
+        weights: (M, D) int64, weight of each digit in a projection's states, 0 if it is not seen, negative for marks.
+        slots: (M, S + 1) int64, location in the projection, -1 for merged ones.
+        hands: (M, H) int64, pose in the projection, -1 over merged locations.
+        places: (M, n) int64, the locations of the projection that stand for merged ones.
         above: (S + 1,) int64, pose of the hand over each slot.
         first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
     """

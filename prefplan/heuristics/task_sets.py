@@ -1,4 +1,4 @@
-"""Sets of a few tasks, and where the table of each has the entry of a product state.
+"""Sets of a few tasks, and the index of a product state's entry in the table of each.
 
 The table of a set K has an entry for every node and every combination of the states of K's automata.
 """
@@ -22,7 +22,7 @@ class TaskSets(NamedTuple):
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0
             beyond a set's tasks.
-        projection: (P,) int64, in which projection of the model each table is.
+        projection: (P,) int64, the projection of the model that each table is over.
     """
 
     tasks: np.ndarray
@@ -37,7 +37,7 @@ def no_task_sets() -> TaskSets:
 
 
 def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
-    """Return some sets of tasks, and (P,) the number of entries of each one's table."""
+    """Return sets of tasks for the kernels, and (P,) the number of entries of each one's table."""
     tasks, strides = np.zeros((2, len(sets), max(map(len, sets))), dtype=np.int64)
     entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
     sizes = backward.sizes.tolist()
@@ -50,7 +50,7 @@ def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -
 
 
 def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
-    """Return sets of tasks in which any two meet: tasks are dealt out into groups, each two of which make a set."""
+    """Return sets such that any two tasks share one: tasks are dealt into groups, and every two groups make a set."""
     dealt = [range(g, tasks, groups) for g in range(min(groups, tasks))]
     if len(dealt) == 1:
         return [tuple(dealt[0])]
@@ -59,7 +59,7 @@ def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
 
 @bare_kernel
 def table_entry(sets: TaskSets, p: Integer, node: Integer, automata: np.ndarray) -> Integer:
-    """Return the place in the table of set p; `node` is of the set's projection."""
+    """Return the index in the table of set p; `node` is that of the set's projection."""
     entry = node
     for j in range(sets.tasks.shape[1]):
         entry += sets.strides[p, j] * automata[sets.tasks[p, j]]

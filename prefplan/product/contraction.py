@@ -1,9 +1,9 @@
 """The graph that a product is searched over: the transition system, or what static contraction leaves of it.
 
 A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task i and state q
-(reading it twice being the same as once is not enough: the empty label of `a U b` ends a run). Nothing happens in
-states of inert classes but passing through. Contraction keeps the other states and the start, at most 64 of them, with
-the cost of the cheapest path through inert states between each two; costs and label sequences that matter are kept.
+(idempotence is not enough: the empty label makes `a U b` unsatisfiable). States of inert classes are only passed
+through. Contraction keeps the other states and the start, at most 64 in all, with the cost of the cheapest path through
+inert states between each two; so costs are kept, and sequences of labels that are not inert.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, kernel
 from prefplan.product.product_automaton import Product
 
 NODE_LIMIT = 64
-"""Macro-moves keep sets of nodes in one machine word; on larger graphs they cost more than they save."""
+"""Most nodes of a contracted graph: sets of them fit one machine word; on larger graphs contraction does not pay."""
 
 
 @dataclass(frozen=True)
 class Graph:
-    """Nodes and edges, and where they come from.
+    """The nodes and edges that are searched, and the states that they stand for.
 
     Attributes:
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64 internal units.
@@ -48,7 +48,7 @@ class Graph:
 
 
 def whole_graph(product: Product) -> Graph:
-    """Return the transition system itself; there are no nodes and edges where states are generated."""
+    """Return the transition system itself; without nodes and edges where states are generated."""
     states = np.arange(len(product.classes))
     return Graph(product.offsets, product.targets, product.costs, product.classes, states, product.start_node, False)
 
@@ -63,7 +63,7 @@ def inert_classes(product: Product) -> np.ndarray:
 
 
 def contract(product: Product) -> Graph | None:
-    """Return the contracted graph, or None if more than NODE_LIMIT states matter or costs might not fit 64 bits."""
+    """Return the contracted graph, or None if it had more than NODE_LIMIT nodes or costs might not fit 64 bits."""
     system = product.problem.system
     if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
         return None
@@ -101,7 +101,7 @@ def _cheapest_paths(
     node: np.ndarray,
     near: np.ndarray,
 ) -> None:
-    """Write the cost of the cheapest path from each kept state to each that matters, through others; -1 for none."""
+    """Write the cost of the cheapest path through inert states from each kept one to each that matters; -1 for none."""
     size = offsets.shape[0] - 1
     distance = np.empty(size, dtype=np.int64)
     keys = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
@@ -128,9 +128,7 @@ def _cheapest_paths(
 
 @kernel
 def all_pairs_costs(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Return the (S, S) least costs from node to node by edges and through inner nodes, NO_EDGE for none.
-
-    By the algorithm of Floyd and Warshall.
+    """Return the (S, S) least costs from node to node through inner nodes only, NO_EDGE for none (Floyd-Warshall).
 
     Args:
         near: (S, S) int64, costs of edges, NO_EDGE for none.

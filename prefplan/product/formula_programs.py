@@ -1,4 +1,4 @@
-"""Formulas in a form that compiled kernels can evaluate: stack programs, and Python functions behind a C pointer."""
+"""Formulas as compiled kernels evaluate them: stack programs, and a Python function behind a C pointer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ CONSTANT, COST, VIOLATION, ADD, SUBTRACT, MULTIPLY, DIVIDE, MINIMUM, MAXIMUM, AB
 _BINARY = {"+": ADD, "-": SUBTRACT, "*": MULTIPLY, "/": DIVIDE, "min": MINIMUM, "max": MAXIMUM}
 
 ROUNDING, FUNCTION_ROUNDING = 2.0**-52, 2.0**-48
-"""Relative errors: of one operation, twice what it can be; and of a Python function, whose arguments are rounded."""
+"""Relative error bounds: of one operation, twice its largest error, and of a Python function, whose arguments are
+rounded."""
 
 LARGEST_WHOLE = 2.0**53
 """Larger whole numbers are not exact in floating point."""
@@ -34,9 +35,9 @@ class Programs(NamedTuple):
 
     Attributes:
         first: (F + 1,) int64, where each begins.
-        operation: (P,) int8 and argument: (P,) float64 of each instruction. error: (P,) float64, how far a constant may
-            be from what it stands for.
-        units: (2,) float64, units of costs and of violation costs in the user's.
+        operation: (P,) int8 and argument: (P,) float64 of each instruction. error: (P,) float64, rounding error of the
+            argument.
+        units: (2,) float64, the units of costs and of violation costs, in the user's units.
         stack: (depth, 2) float64 values and error bounds, scratch.
         user: (2, N) float64, arguments of a function, scratch.
         callback: the function that is called, if any is.
@@ -53,7 +54,7 @@ class Programs(NamedTuple):
 
 
 def compile_programs(formulas: list[OpaqueTerm], units: Units, tasks: int) -> Programs:
-    """Return formulas as stack programs that give units of mu; functions become calls."""
+    """Return formulas as stack programs whose values are in units of mu; functions become calls."""
     code: list[tuple[int, Fraction]] = []
     first = [0]
     for formula in formulas:
@@ -94,7 +95,7 @@ def _instructions(tree: Tree) -> list[tuple[int, Fraction]]:
 
 @bare_kernel
 def evaluate(programs: Programs, formula: int, costs: np.ndarray, violations: np.ndarray) -> tuple[float, float]:
-    """Return the weighted value of a formula in units of mu, and by how much it may be wrong (running error analysis).
+    """Return the weighted value of a formula in units of mu, and a bound of its error (running error analysis).
 
     Whole numbers up to 2^53 are added, subtracted and multiplied without error.
 
@@ -151,7 +152,7 @@ def evaluate(programs: Programs, formula: int, costs: np.ndarray, violations: np
 
 
 class Callback(types.WrapperAddressProtocol):
-    """A Python function behind a C pointer. What it raises is kept, as it cannot pass through compiled code."""
+    """A Python function behind a C pointer. Its exceptions are kept, as they cannot pass through compiled code."""
 
     def __init__(self, function: Callable[[Any, Any], float]) -> None:
         """Take a function of two float64 arrays of shape (N,)."""
@@ -159,7 +160,7 @@ class Callback(types.WrapperAddressProtocol):
 
         @cache
         def array(address: int, count: int) -> np.ndarray:
-            # The search has the arguments in the same place at every call.
+            # The search passes the same addresses at every call.
             return np.ctypeslib.as_array((ctypes.c_double * count).from_address(address))
 
         def call(costs: int, violations: int, count: int) -> float:

@@ -1,6 +1,7 @@
-"""The product of a manipulation model whose states are generated from packed integers, and of its tasks' automata.
+"""The product of a manipulation model, whose states are generated from packed integers, and its tasks' automata.
 
-Each task reads letters of its own: a number made of what the digits of a state tell about its propositions.
+The automaton of each task has its own alphabet: a letter is a number composed of what each digit of a state
+contributes to the task's propositions.
 """
 
 from __future__ import annotations
@@ -17,16 +18,16 @@ from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import CODE_LIMIT, Product
 
 LETTERS_LIMIT = 2**14
-"""Readings of one task, of every letter in every state, that are tabulated."""
+"""Most pairs of a state and a letter of one automaton that are tabulated."""
 
 
 class GeneratedProduct(Product):
-    """T x A_1 x ... x A_N, of a model T that is never listed.
+    """T x A_1 x ... x A_N, of a model T whose states are never listed.
 
-    Attributes are those of `Product`, without those of the transition system's edges and classes, and:
+    `offsets`, `targets` and `classes` of `Product` are empty; `costs` is (4 H H,), as in `Moves`.
 
     Attributes:
-        model: the model; `moves` is the same for compiled code.
+        model: the model; `moves` holds it as arrays for the kernels.
     """
 
     def __init__(self, problem: Problem, model: ReducedModel) -> None:
@@ -49,9 +50,10 @@ class GeneratedProduct(Product):
 
     @staticmethod
     def suits(problem: Problem, model: ReducedModel) -> bool:
-        """Return whether a problem's product can be tabulated: nothing relaxed or barred, and numbers not too large.
+        """Return whether a problem's product can be generated.
 
-        Rules that may be broken count as relaxed.
+        That is so if no task can be relaxed, no rule broken and no action barred, and if all tables and numbers are
+        small enough.
         """
         states = model.generator.space.bound * math.prod(dfa.size for dfa in problem.weighted_automata)
         priced = any(task.relax for task in problem.tasks) or len(problem.priced) > len(problem.tasks)
@@ -66,7 +68,7 @@ class GeneratedProduct(Product):
         return max(counts) <= LETTERS_LIMIT and not dear
 
     def _tabulate_letters(self) -> np.ndarray:
-        """Fill `delta`, and return (N, D, R) what each digit's value adds to each task's letter."""
+        """Fill `delta`, and return (N, D, R) what each value of a digit adds to each task's letter."""
         space = self.model.generator.space
         letters = np.zeros((len(self.automata), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
@@ -86,7 +88,7 @@ class GeneratedProduct(Product):
 
 
 def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
-    """Return (4 H H,) one of the costs as `Moves` has them, in a problem's units; negative ones stay so."""
+    """Return (4 H H,) one of the costs as in `Moves`, in a problem's units; those not measured stay negative."""
     matrix = model.generator.costs[cost]
     return (matrix.entries // int(problem.cost_units[cost] / matrix.unit)).ravel()
 

@@ -14,7 +14,7 @@ from prefplan.product.kernels import Integer, bare_kernel
 
 @bare_kernel
 def heap_push(keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer, item: Integer) -> Integer:
-    """Insert a pair and return the new count; the arrays must have room."""
+    """Insert a pair and return the new count; the arrays must be longer than `count`."""
     at = count
     while at > 0:
         up = (at - 1) // 2

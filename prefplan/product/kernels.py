@@ -1,4 +1,4 @@
-"""Kernels: numba functions, compiled once and kept on disk, and the large numbers that they know."""
+"""Kernels: numba functions, compiled once and cached on disk, and the sentinel values that they share."""
 
 from __future__ import annotations
 
@@ -17,27 +17,28 @@ F = TypeVar("F", bound=Callable[..., Any])
 Integer: TypeAlias = "int | np.integer[Any]"
 
 INFINITE = 2**60
-"""Cost-to-go where there is no path. A search that meets a cost as large starts again with Python's integers."""
+"""Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
 
 NO_EDGE = 2**61
-"""Cost of an edge that does not exist; more than any finite cost-to-go and an edge together."""
+"""Cost of an edge that does not exist; larger than any finite cost-to-go plus the cost of an edge."""
 
 UNREACHABLE = 2**31 - 1
 """Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer."""
 
 UNBOUNDED = 2**62
-"""A bound that no cost or mu reaches: what labels hold and what one step adds are less than 2^61 together."""
+"""A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""
 
 
 def kernel(function: F) -> F:
-    """Compile a function that may make arrays."""
+    """Compile a function that may allocate arrays."""
     return _compiled(function)
 
 
 def bare_kernel(function: F) -> F:
-    """Compile a function that makes no arrays, without counting references, and inline it into its callers.
+    """Compile a function that allocates no arrays, without reference counting, and inline it into its callers.
 
-    Small steps take half the time without reference counts, and a third less where no tuples of arrays are passed.
+    Small functions take half the time without reference counts, and inlining, which avoids passing tuples of arrays,
+    saves another third.
     """
     return _compiled(function, _nrt=False, forceinline=True)
 
@@ -49,7 +50,7 @@ def _compiled(function: F, **options: Any) -> F:
 
 
 KERNEL_FOLDERS = ("product", "heuristics", "search", "anytime")
-"""Folders of `prefplan` whose files hold kernels, and all constants that these use."""
+"""Folders of `prefplan` that hold all kernels and the constants that these use."""
 
 
 @cache
@@ -62,7 +63,7 @@ def _digest_of_sources() -> str:
 
 
 def forget_outdated(folder: Path) -> None:
-    """Remove machine code of other sources: numba knows a function by its own file, not by what it calls."""
+    """Remove machine code of outdated sources: numba checks a function's own file only, not those of its callees."""
     stamp = folder / "sources.sha256"
     if not stamp.exists() or stamp.read_text() != _digest_of_sources():
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,10 +1,10 @@
 """Successors of a manipulation model's states, generated from packed integers in compiled code.
 
-A state is its digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots are not
-told apart a location is one slot, and its number is also that of the slot and of the hand's pose over it. Of the states
-that exchanging neutral locations and unseen objects makes of one another, one stands for all (see
-`prefplan.models.manipulation.quotient`, whose `Symmetry` is the same for many states at once); where slots are told
-apart no location is neutral.
+A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
+are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
+canonical state stands for all that result from exchanging neutral locations and unseen objects (see
+`prefplan.models.manipulation.quotient`, whose `Symmetry` does this for many states at once); where slots are told apart
+no location is neutral.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 """Kinds of actions."""
 
 EXCHANGEABLE = 2**40
-"""Stands for a neutral location while unseen objects are put in order; more than any location."""
+"""Stands for a neutral location while unseen objects are sorted; larger than any location."""
 
 
 class Moves(NamedTuple):
@@ -28,17 +28,17 @@ class Moves(NamedTuple):
     Attributes:
         radices: (D,) int64 and weights: (D,) int64: digit d of a state is state // weights[d] % radices[d].
         costs: (4 H H,) int64, by kind of action and pose of the hand before and after it: that of kind k from g to h is
-            costs[(k H + g) H + h], negative if it was not measured.
+            costs[(k H + g) H + h], negative if not measured.
         location: (S + 1,) int64, of each slot, L for the hand. first_slot: (L + 1,) int64, of each location, and S.
         over: (H,) int64, location below each pose, L for none. above: (S + 1,) int64, pose over each slot.
-        far_apart: distance in slots to the nearest object beyond which slots are equally good.
+        far_apart: slots at least this far from the nearest object, in slots, are equally good.
         capacity: (L,) int64. closed: (L,) bool. fixed: (O,) bool.
         supports: (L, L) bool, [x, y]: y must hold an object before one is put at x. clear_of: (L, L) bool.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
-        neutral: (max(L + 1, H),) bool, by location. places: (n + 1,) int64, the neutral locations, and one entry more.
-        told: (T,) int64, objects that are seen, or do not move. unseen: (U,) int64, the others.
-        unseen_marks: (M,) int64, digits that nobody sees.
-        letters: (N, D, R) int64, what each digit's value adds to the number of the letter that each task reads.
+        neutral: (max(L + 1, H),) bool, by location. places: (n + 1,) int64, the neutral ones, and one unused entry.
+        told: (T,) int64, objects that some task sees, or that are fixed. unseen: (U,) int64, the others.
+        unseen_marks: (M,) int64, digits of marks that no task sees.
+        letters: (N, D, R) int64, what each value of a digit adds to the number of the letter that each task reads.
     """
 
     radices: np.ndarray
@@ -64,7 +64,7 @@ class Moves(NamedTuple):
 
 
 def no_moves() -> Moves:
-    """Return what stands in the place of a model whose states are listed."""
+    """Return the empty arrays that are passed where states are listed."""
     numbers, flags = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
     table, grid = np.zeros((0, 0), dtype=np.bool_), np.zeros((0, 0), dtype=np.int64)
     return Moves(
@@ -92,11 +92,12 @@ def no_moves() -> Moves:
 
 
 class Digits(NamedTuple):
-    """Scratch: the digits of a state, and of one that it leads to, and how many objects each location holds.
+    """Scratch for generating successors.
 
     Attributes:
-        before: (D,) int64. after: (D,) int64. seen: (D,) int64. counts: (L,) int64.
-        unmeasured: (1,) int64, output: a state with an action that was not measured, -1 if none was met.
+        before: (D,) int64, digits of a state. after: (D,) int64, of its successor. seen: (D,) int64, of the state whose
+            bounds are looked up. counts: (L,) int64, objects at each location.
+        unmeasured: (1,) int64, output: a state with an action whose cost was not measured, -1 if none was met.
     """
 
     before: np.ndarray
@@ -107,7 +108,7 @@ class Digits(NamedTuple):
 
 
 def scratch_digits(moves: Moves) -> Digits:
-    """Return scratch for the digits of states."""
+    """Return scratch for the successors of a model's states."""
     d = len(moves.radices)
     before, after, seen = np.zeros((3, d), dtype=np.int64)
     return Digits(before, after, seen, np.zeros(len(moves.capacity), dtype=np.int64), np.full(1, -1, dtype=np.int64))
@@ -132,7 +133,7 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 
 @bare_kernel
 def standardize(moves: Moves, digits: np.ndarray) -> None:
-    """Replace digits by those of the state that stands for theirs."""
+    """Replace a state's digits by those of its canonical state."""
     hand = digits[0]
     moved, rank = hand, 0
     over_empty = moves.neutral[hand]
@@ -182,7 +183,7 @@ def accepts(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
 
 @bare_kernel
 def is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
-    """Return whether an object can be taken from a location."""
+    """Return whether an object can be grasped at a location."""
     for other in range(counts.shape[0]):
         if counts[other] > 0:
             if moves.supports[other, location]:

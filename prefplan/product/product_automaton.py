@@ -1,7 +1,7 @@
-"""Product automaton (Definition 7), never built: a state is one integer, and tables say where it leads.
+"""Product automaton (Definition 7), never built: a state is one integer, and tables give its successors.
 
-A product state p = (s, q_1, ..., q_N) is the code s + sum_i stride_i q_i. Labels that every automaton treats alike are
-one *class*.
+A product state p = (s, q_1, ..., q_N) has the code s + sum_i stride_i q_i. Labels on which every automaton has the same
+transitions form a *class*.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from prefplan.product.moves import no_moves
 CODE_LIMIT = 2**62
 
 READINGS_LIMIT = 2**20
-"""Readings of one label, each task relaxed or not, that are written out for the search."""
+"""Most readings of one label (each task relaxed or not) that the search enumerates."""
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
-count cannot run over. In larger ones that would cost speed."""
+count cannot overflow. In larger products counting would cost speed."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """A start of the search: which product state, and what was paid for the tasks before the first action.
+    """An initial product state of the search, with the violation costs paid before the first action.
 
     Attributes:
         code: product state after every automaton has read L(s0).
         violations: (N,) violation costs in units.
-        bought: per task, the relaxations used on L(s0); None for a task that is skipped.
+        bought: (N,) by task, the relaxations used on L(s0); None for a task that is skipped or a rule that is dropped.
     """
 
     code: int
@@ -49,22 +49,22 @@ class Product:
 
     Attributes:
         problem: what it is made from.
-        automata: the tasks' weighted automata.
-        units: in which costs, prices and mu are whole.
-        shift: the low bits of internal costs, that count actions to break ties; 0 if they are not counted.
+        automata: (N,) the weighted automata of the tasks, and of the rules that may be broken.
+        units: the units in which costs, prices and mu are whole.
+        shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
-            2**shift, plus the action itself if actions are counted; int64, or Python's integers where one does not fit.
+            2**shift, plus 1 if actions are counted; int64, or Python's integers where one does not fit.
         classes: (S,) int32, label class of each state.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
         nodes: number of states of the transition system.
-        start_node: the state s0 as a number below that.
-        moves: what makes its states, where they are generated.
+        start_node: the number of the state s0.
+        moves: the model, where its states are generated.
         strides: (N,) int64.
-        ends: (N, 2) int32, the accepting state of each automaton, and that of a dropped task, -1 if there is none.
+        ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
         delta: (N, Q, C) int32, state after the free reading of a label class.
         extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
-        extra_state: (X,) int32 and extra_price: (X,) units, of the bought readings; int64 or Python's integers.
+        extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the bought readings.
     """
 
     def __init__(self, problem: Problem, *, counts_actions: bool = True) -> None:
@@ -95,7 +95,7 @@ class Product:
             )
         if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
             costs = costs.astype(np.int64)
-        # Of each label class, in how many ways it can be read at the most.
+        # For each automaton and label class, in how many ways the class can be read in any state.
         each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
         if readings > READINGS_LIMIT:
@@ -109,7 +109,7 @@ class Product:
         self._lay_out()
 
     def _lay_out(self) -> None:
-        """Set what codes are made of, and where automata end."""
+        """Set the strides of codes, and the accepting and skipped states."""
         self.strides = np.cumprod(np.concatenate([[self.nodes], self.sizes[:-1]])).astype(np.int64)
         ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
         self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
@@ -171,7 +171,11 @@ class Product:
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
-        """Every start of the search: each task skipped or not, and each way to read L(s0)."""
+        """The starts of the search: one for each choice of skipped tasks and dropped rules, and each way to read L(s0).
+
+        Raises:
+            ModelError: if there are too many.
+        """
         system = self.problem.system
         label = system.label(system.start)
         modes = [self._start_readings(mode, label) for mode in range(len(self.problem.modes))]
@@ -193,7 +197,7 @@ class Product:
         )
 
     def _start_readings(self, mode: int, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
-        """Return how each automaton may read L(s0) while some rules are dropped: its state, price and relaxations."""
+        """Return how each automaton may read L(s0) in one of `Problem.modes`: (state, price, relaxations) each."""
         if not self.problem.keeps_rules(mode, [label]):
             return [[] for _ in self.automata]
         readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
@@ -215,7 +219,7 @@ class Product:
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:
-    """Return how many bits are needed to count actions; 0 where costs tell them, or where labels would need 64 bits."""
+    """Return how many bits to count actions in; 0 where equal costs already do, or states or costs are too large."""
     uniform = len(costs) == 0 or (costs.min() == costs.max() > 0)
     bits = states.bit_length()
     wide = int(costs.max(initial=0)) << bits >= 2**24

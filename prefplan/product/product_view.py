@@ -1,7 +1,6 @@
-"""Flat views of a product for compiled kernels.
+"""A product as arrays for compiled kernels, grouped in named tuples.
 
-Everything that kernels work on is an integer array, grouped in named tuples. Costs and preference values are whole
-multiples of `Product.units`.
+Costs and preference values are whole multiples of `Product.units`.
 """
 
 from __future__ import annotations
@@ -25,16 +24,16 @@ class ProductView(NamedTuple):
         sizes: (N,) int64, automaton states, strides: (N,) int64: code = node + sum_i strides[i] * q_i.
         jump: (N, Q, C) int64, strides[i] times the state after the free reading of a class.
         extra_first: (N, Q, C + 1) int32, extra_jump: (X,) int64, extra_price: (X,) int64: the bought readings.
-        active: (N, Q) uint64, nodes whose label can change the state of automaton i in q; used by macro-moves only.
-        near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE, and through: (S, S) uint64, the nodes that
-            lie on cheaper paths between them; used by macro-moves only.
+        active: (N, Q) uint64, as bits, nodes whose label can change the state of automaton i in q; 0 unless `macro`.
+        near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE, and through: (S, S) uint64, as bits, the
+            nodes that lie on cheaper paths between them; empty unless `macro`.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
-        shift: the low bits of costs, that count actions.
+        shift: number of low bits of costs, which count actions.
         moves: the model, where its states are generated; there are no edges and classes then.
         nodes: number of nodes, or of integers that stand for states.
         relaxed: whether there are bought readings.
         generated: whether states are generated.
-        macro: whether edges are followed through all nodes that change nothing (at most 64 nodes then).
+        macro: whether the graph is contracted, so that successors are reached by macro-moves (at most 64 nodes then).
     """
 
     offsets: np.ndarray
@@ -60,7 +59,7 @@ class ProductView(NamedTuple):
 
 
 def view(product: Product, graph: Graph) -> ProductView:
-    """Return a product over a graph as the kernels see it."""
+    """Return a product over a graph as arrays."""
     nodes = graph.size if graph.contracted else product.nodes
     strides = np.cumprod(np.concatenate([[nodes], product.sizes[:-1]])).astype(np.int64)
     tasks, most, _ = product.delta.shape
@@ -101,7 +100,7 @@ def view(product: Product, graph: Graph) -> ProductView:
 
 
 def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
-    """Return the cost of every edge as a matrix, and for each two nodes those on cheaper paths than it as bits."""
+    """Return the matrix of edge costs, and for each two nodes those on paths cheaper than their edge, as bits."""
     near = np.full((graph.size, graph.size), NO_EDGE, dtype=np.int64)
     near[np.repeat(np.arange(graph.size), np.diff(graph.offsets)), graph.targets] = graph.costs
     least = all_pairs_costs(near, np.ones(graph.size, dtype=bool))
@@ -111,7 +110,7 @@ def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
 
 
 def active_nodes(view: ProductView) -> np.ndarray:
-    """Return (N, S) whether a node's label can change an automaton; empty unless macro-moves are used."""
+    """Return (N, S) whether a node's label can change an automaton; empty unless the graph is contracted."""
     if not view.macro:
         return np.zeros((0, 0), dtype=bool)
     bits = np.bitwise_or.reduce(view.active, axis=1)
@@ -131,7 +130,7 @@ def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
 
 @bare_kernel
 def masks(view: ProductView, automata: np.ndarray) -> tuple[Integer, Integer]:
-    """Return the set of satisfied tasks, and of those that are satisfied or dropped, as bits."""
+    """Return the sets of satisfied tasks, and of satisfied or skipped tasks, as bits."""
     satisfied = done = 0
     for i in range(automata.shape[0]):
         if automata[i] == view.ends[i, 0]:

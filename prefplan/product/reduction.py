@@ -1,4 +1,4 @@
-"""What is searched in place of a problem's system, and how its plans become plans of the whole system."""
+"""The quotient that is searched in place of a problem's system, and the lifting of its plans to the whole system."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from prefplan.product.product_automaton import Product
 
 
 class Reduction:
-    """A smaller system in which a problem's tasks see what they see in its own.
+    """A smaller system on which a problem's tasks read the same label sequences.
 
     Attributes:
         problem: the problem.
-        build_seconds: time that it took to build its product.
+        build_seconds: time to build its product, s.
     """
 
     def __init__(self, problem: Problem, *, generated: bool) -> None:
-        """Take a problem, and whether states of large manipulation models may be generated as they are met."""
+        """Take a problem, and whether states of large manipulation models may be generated on demand."""
         self.problem, self._generated = problem, generated
         self.build_seconds = 0.0
 
@@ -62,7 +62,7 @@ class Reduction:
         return Product(problem.over(self.quotient.system))
 
     def lifted(self, plan: Plan, searched: Product) -> Plan:
-        """Return the plan of the problem for one of a product, which is asserted to be worth the same there."""
+        """Return a plan of a product as a plan of the whole system, asserting that all its costs and values agree."""
         whole = plan
         if not isinstance(searched, GeneratedProduct):
             actions, states = self.quotient.lift((plan.actions, plan.states))

@@ -1,4 +1,4 @@
-"""How the states of a product lead to one another."""
+"""Successors of product states."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class Successors(NamedTuple):
 
     Attributes:
         code: (M,) int64, product state reached.
-        cost: (M,) int64, cost of getting there.
-        violation: (M, N) int64, violation costs paid on the way.
-        automata: (N,) int64, the automaton states of the state that is left.
+        cost: (M,) int64, cost of the step.
+        violation: (M, N) int64, violation costs that the step pays.
+        automata: (N,) int64, the automaton states of the expanded state.
         distance: (S,) int64, via: (S,) int64, choice: (N,) int64 and digits: scratch.
     """
 
@@ -47,7 +47,7 @@ class Successors(NamedTuple):
 
 
 def successor_buffer(view: ProductView, least: int) -> Successors:
-    """Return buffers for the successors of any state, and for no fewer states than some number."""
+    """Return buffers for the successors of any state, of length at least `least`."""
     nodes, tasks = len(view.classes), len(view.sizes)
     most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
     if view.generated:
@@ -131,7 +131,7 @@ def _copy(source: np.ndarray, target: np.ndarray) -> None:
 
 @bare_kernel
 def _read_generated(view: ProductView, kind: Integer, buffer: Successors, found: Integer) -> Integer:
-    """Write the state after reading the label of the state of some digits, and return the new count."""
+    """Write the product state after reading the label of the generated state, and return the new count."""
     letters, digits, hands = view.moves.letters, buffer.digits.after, view.moves.over.shape[0]
     cost = view.moves.costs[(kind * hands + buffer.digits.before[0]) * hands + digits[0]]
     if cost < 0:
@@ -151,10 +151,10 @@ def _read_generated(view: ProductView, kind: Integer, buffer: Successors, found:
 
 @bare_kernel
 def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Integer:
-    """Move on to every node that changes some automaton, by least cost through nodes that change none.
+    """Write the macro-moves: to every node that changes some automaton, by least cost through nodes that change none.
 
-    Exact: on the way all automata rest, so the set of satisfied tasks stays, and mu depends on the cost of the way
-    only. A path cheaper than the edge between two nodes leads through known nodes, so no others need be looked at.
+    Exact: no automaton moves before the last node, so the set of satisfied tasks stays the same, and mu depends only on
+    the path's cost. Only nodes in `through` lie on paths cheaper than an edge, so no others are tried.
     """
     nodes = view.nodes
     one = np.uint64(1)
@@ -182,7 +182,7 @@ def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Intege
 
 @bare_kernel
 def _reach_through(view: ProductView, node: Integer, through: Integer, buffer: Successors) -> Integer:
-    """Write some nodes and the costs of getting to them through one another (Dijkstra), and return how many."""
+    """Write some nodes and the least costs of reaching them through one another (Dijkstra), and return how many."""
     count = 0
     for v in range(view.near.shape[0]):
         if (through >> np.uint64(v)) & np.uint64(1):

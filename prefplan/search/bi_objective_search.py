@@ -38,13 +38,13 @@ class BiObjectiveSearch(Search):
 
         Args:
             prepared: what to search.
-            max_mu: inclusive bound in the user's units.
-            max_cost: inclusive bound, units of cost.
-            cost_only: find a cheapest goal, whatever its mu (A*).
+            max_mu: inclusive bound of mu, in the user's units.
+            max_cost: inclusive bound of the total cost, in units.
+            cost_only: find one cheapest goal, whatever its mu (A*).
             first_only: find the first goal of the front only.
             tolerance: percentage; goals are left out that a known or found one approximates within it.
             known: goals found by other searches; points that these approximate are left out.
-            drafted: plans close to the front, or some of them.
+            drafted: plans close to the front, by which Lagrangian tables are chosen.
         """
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self._first_only = cost_only, first_only or cost_only
@@ -61,7 +61,7 @@ class BiObjectiveSearch(Search):
         self._next_table = prepared.lagrangian_expansions if self._met else math.inf
 
     def _worth(self, goal: Found) -> tuple[int, int]:
-        """Return cost and mu of a plan in units."""
+        """Return cost and mu of a plan, in units."""
         return goal.cost, math.floor(in_units(self.prepared.product, Fraction(goal.mu)))
 
     def reset(self) -> None:
@@ -82,7 +82,7 @@ class BiObjectiveSearch(Search):
         return int(boa_star.run(self.memory, self.labels, self._cost_only, self._left_out, pops))
 
     def _tabulate_ahead(self) -> None:
-        """Have bounds tabulated for what is left of the front, as far as it is known where that leads."""
+        """Fill a Lagrangian table for the rest of the front, if it is known roughly where that ends."""
         begin, end = self._reached or min(self._met), self._likely_end()
         weights = None if end is None else weights_along(begin, end)
         if weights is not None and list(weights) not in self.prepared.bounds.lagrangian.weights.tolist():
@@ -91,13 +91,13 @@ class BiObjectiveSearch(Search):
             except LimitError as error:
                 if error.ended != "memory":
                     raise
-                # Without the table, the memory may suffice.
+                # The search may still fit into memory without the table.
                 self._next_table = math.inf
                 return
         self._next_table = self.counters[AT.EXPANDED] + self.prepared.lagrangian_expansions
 
     def _likely_end(self) -> tuple[int, int] | None:
-        """Return about what cost and mu the end of the front has, in units; None if nothing tells."""
+        """Return an estimate of cost and mu at the end of the front, in units; None if there is nothing to go by."""
         tables, open_labels = self.prepared.bounds.lagrangian, self.queue.items[: self.counters[AT.OPEN]]
         labels = open_labels[self.labels.mu[open_labels] < self.limits[0]]
         if not len(tables.weights) or not len(labels):
@@ -109,7 +109,7 @@ class BiObjectiveSearch(Search):
         total = least_sum(tables, len(tables.weights) - 1, known[:, COL.CODE] % view.nodes, automata, costs, mus)
         if total is None:
             return None
-        # No plan costs less if its mu is as small as that of any may be.
+        # A lower bound of the cost of a plan with the least mu that any may have.
         mu = int((mus + known[:, COL.GROWTH_BOUND]).min())
         return (total - int(tables.weights[-1, 1]) * mu) // int(tables.weights[-1, 0]), mu
 
@@ -117,11 +117,11 @@ class BiObjectiveSearch(Search):
         return int(self.labels.mu[label])
 
     def bound_cost(self, most: float) -> None:
-        """Look for no goals that cost more, in units."""
+        """Look only for goals that cost at most this much, in units."""
         self.limits[1] = min(self.limits[1], self._up_to(most))
 
     def adopt_states(self, other: Search) -> None:
-        """Take over the product states, with their bounds, of another search over the same."""
+        """Take over the product states, with their bounds, of another search of the same product."""
         self.states, self.counters[AT.ROWS] = other.states, other.counters[AT.ROWS]
         self.states.known[: other.counters[AT.ROWS], COL.HEAD] = NONE
 
@@ -136,12 +136,12 @@ class BiObjectiveSearch(Search):
         return True
 
     def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """Return of bounds of labels' costs (n,) and of mu (n,) whether nothing that they admit is looked for."""
+        """Return (n,) whether labels with these bounds of cost (n,) and mu (n,) are pruned."""
         out: np.ndarray = mu >= self.limits[0]
         for least_cost, least_mu in zip(self._left_out.cost, self._left_out.mu, strict=True):
             out |= (cost >= least_cost) & (mu >= least_mu)
         return out
 
     def _least_mu(self, product: Product, goal: Found) -> int:
-        """Return from which units of mu on a goal is good enough."""
+        """Return the least mu, in units, of goals that this one approximates."""
         return math.ceil(in_units(product, self.tolerance.least(Fraction(goal.mu))))

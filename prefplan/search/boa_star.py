@@ -1,11 +1,11 @@
 """BOA* for (total cost, mu), compiled.
 
-C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020, for measures of which (g, mu)
+C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020, for measures for which (g, mu)
 is a sufficient key (`Measure.bi_objective`). With a bound on mu it is Algorithm 1; comparing labels by cost only, A*.
 
-A new label is compared with all undominated labels of its product state, expanded or not. The tables of the heuristic
-are looked up only until the bound exceeds what the label at hand may still cost, and the others when its turn comes:
-most states are never expanded.
+A new label is compared with all undominated labels of its product state, expanded or not. Heuristic tables are looked
+up only until the bound puts the label behind those expanded now, and the others when the label is popped: most states
+are never expanded.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ from prefplan.search.labels import (
 
 
 class Labels(NamedTuple):
-    """Paths.
+    """Labels: paths to product states.
 
     Attributes:
-        row: (L,) int32, where each leads. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, the path before, or -1.
-        sibling: (L,) int32, the next of the labels of the same product state, none of which dominates another, or -1.
+        row: (L,) int32, of the product state. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, or -1.
+        sibling: (L,) int32, the next of the product state's undominated labels, or -1.
     """
 
     row: np.ndarray
@@ -53,8 +53,9 @@ class Tolerance(NamedTuple):
     """What a front within some percent leaves out.
 
     Attributes:
-        inflation: labels are ordered by bounds of cost, each increased by itself divided by this (weighted A*).
-        cost: (K,) int64, in labels' units, and mu: (K,) int64: a known plan approximates what is at least both.
+        inflation: bounds h of the cost-to-go become h + h / inflation (weighted A*).
+        cost: (K,) int64, in labels' units, and mu: (K,) int64: known plan k approximates goals with at least this cost
+            and mu.
     """
 
     inflation: int
@@ -63,19 +64,19 @@ class Tolerance(NamedTuple):
 
 
 DOMINATED = INFINITE
-"""In place of a label's mu: another label of its product state is no worse."""
+"""Stands for the mu of a label that another label of its product state dominates."""
 
 
 @bare_kernel
 def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, pops: Integer) -> Integer:
-    """Expand labels until a goal is found, memory is short or enough were expanded; return which.
+    """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
 
     Args:
         memory: of the search. Its limits: mu must stay below the first, and cost must not exceed the second.
-        labels: paths.
+        labels: of the search.
         cost_only: whether labels are compared by cost alone (A*).
         tolerance: what may be left out.
-        pops: labels to take from the open list.
+        pops: most labels to pop from the open list.
     """
     counters = memory.counters
     while True:
@@ -100,7 +101,7 @@ def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, p
 
 @bare_kernel
 def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
-    """Take a label from the open list and return it; NONE if it need not be expanded, or is put back by its bound."""
+    """Pop a label and return it; NONE if it is pruned, or put back with a larger bound."""
     view, bounds, limits, buffer = memory.product, memory.bounds, memory.limits, memory.buffer
     label = pop(memory)
     lowest = memory.counters[AT.LOWEST]
@@ -127,7 +128,7 @@ def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
 
 @bare_kernel
 def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance) -> Integer:
-    """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
     counters, buffer = memory.counters, memory.buffer
     parent = counters[AT.PARENT]
@@ -172,13 +173,13 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance
 
 @bare_kernel
 def _inflated(view: ProductView, tolerance: Tolerance, bound: Integer) -> Integer:
-    """Return an increased bound of a label's cost; the count of actions in it remains."""
+    """Return an inflated bound of the cost-to-go; the count of actions in it stays the same."""
     return bound + ((bound >> view.shift) // tolerance.inflation << view.shift)
 
 
 @bare_kernel
 def _is_covered(tolerance: Tolerance, cost: Integer, mu: Integer) -> bool:
-    """Return whether a known plan approximates all that bounds of cost and mu admit."""
+    """Return whether a known plan approximates all goals within these lower bounds of cost and mu."""
     for k in range(tolerance.cost.shape[0]):
         if cost >= tolerance.cost[k] and mu >= tolerance.mu[k]:
             return True
@@ -197,7 +198,7 @@ def _dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_
 
 @bare_kernel
 def _undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
-    """Return the labels of a product state without those that a new one dominates, which need not be expanded."""
+    """Mark the labels of a product state that a new one dominates, and return the first of the others."""
     first = last = np.int64(NONE)
     while label != NONE:
         following = labels.sibling[label]

@@ -1,4 +1,4 @@
-"""Limits of a search, and bounds of what plans are worth, as a user gives them."""
+"""Limits of a search, and bounds of objectives, as a user gives them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from prefplan.problem import Problem
 
 
 class FrontLimits(TypedDict, total=False):
-    """Where the search for a front ends; None or nothing for no bound.
+    """Limits of the search for a front; each may be left out or None.
 
     Attributes:
         max_cost: inclusive bound of the first total cost; needed for a preference whose contract is `general`.
         at_most: inclusive bounds of costs and preferences, by name.
-        max_seconds: time.
-        max_memory: bytes of memory; None for most of what is free.
+        max_seconds: limit of the time, s.
+        max_memory: limit of the memory, bytes; None for 80 % of what is free.
     """
 
     max_cost: Number | None
@@ -30,10 +30,10 @@ class FrontLimits(TypedDict, total=False):
 
 
 class PlanLimits(FrontLimits, total=False):
-    """Where the search for one plan ends.
+    """Limits of the search for one plan.
 
     Attributes:
-        max_preference: inclusive bound of mu, of the first preference.
+        max_preference: inclusive bound of the first preference.
     """
 
     max_preference: Number | None
@@ -51,7 +51,7 @@ def limits_of(
     """Return the limits of time and memory, and the largest values that are within the bounds, by objective.
 
     Raises:
-        PrefplanError: a bound is of no objective, or no number.
+        PrefplanError: a bound is not a number, or its name is not that of an objective.
     """
     names = problem.objective_names
     keys = dict(zip(names, ("max_cost", "max_preference"), strict=True)) if problem.is_bi_objective else {}
@@ -71,7 +71,7 @@ def limits_of(
 
 
 def require_bounds(problem: Problem, bounds: Collection[str]) -> None:
-    """Raise PreferenceError where a preference's contract is general and the cost that it counts in has no bound."""
+    """Raise PreferenceError if a preference's contract is `general` and the cost that it depends on has no bound."""
     for o in problem.objectives:
         of = problem.cost_names[o.cost]
         if o.measure.contract != "general" or of in bounds:

@@ -31,7 +31,7 @@ class Found:
 
     Attributes:
         cost: total cost, units.
-        label_mu: units of mu that the search counted; None where it knows only a bound.
+        label_mu: mu of the goal's label, in units; None where that is only a bound.
         objectives: exact values in the user's units, where there are several costs or preferences.
     """
 
@@ -46,7 +46,7 @@ class Found:
 
     @property
     def plan(self) -> Plan:
-        """How to get there."""
+        """The plan that leads to the goal."""
         return self._extracted[0]
 
     @property
@@ -56,7 +56,7 @@ class Found:
 
 
 def in_units(product: Product, mu: Fraction) -> Fraction:
-    """Return a preference value, its constant part left out, in units of mu."""
+    """Return a preference value, without its constant part, in units of mu."""
     return (mu - product.problem.measure.constant) / product.units.mu
 
 
@@ -82,13 +82,13 @@ class Search(ABC):
 
     @property
     def memory(self) -> Memory:
-        """What the kernel works on."""
+        """The arrays that the kernel works on."""
         p = self.prepared
         fixed = p.view, self.growth, p.bounds
         return Memory(*fixed, self.states, self.queue, self.counters, self.limits, self.buffer)
 
     def _up_to(self, cost: float) -> int:
-        """Return the largest label cost that is worth at most some units."""
+        """Return the largest label cost of at most `cost` units."""
         shift = self.product.shift
         return (int(min(cost, (UNBOUNDED >> shift) - 1)) + 1 << shift) - 1
 
@@ -98,10 +98,10 @@ class Search(ABC):
 
     @abstractmethod
     def _run(self, pops: int) -> int:
-        """Run the kernel until a number of labels is popped or something happens, and return what (`END`)."""
+        """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
 
     def reset(self) -> None:
-        """Forget everything and hand the start states to the kernel, as the successors of no label."""
+        """Start the search anew: the start states are entered as successors of no label."""
         self.counters = np.zeros(len(AT), dtype=np.int64)
         self.counters[AT.FOUND] = NONE
         self.states = States(
@@ -128,7 +128,11 @@ class Search(ABC):
 
         Args:
             limits: of time and memory.
-            most_expanded: labels after which to stop without more ado; another call goes on from there.
+            most_expanded: expansions after which to stop; another call continues the search.
+
+        Raises:
+            ModelError: an action was met whose cost was not measured.
+            OverflowError: a number does not fit 64 bits.
         """
         pending, rank = list[Found](), 0
         while pending or self.counters[AT.EXPANDED] < most_expanded:
@@ -154,7 +158,7 @@ class Search(ABC):
                 return
 
     def _pending(self, goals: list[Found], goal: Found) -> list[Found]:
-        """Return which goals of one cost are kept when one more is found: it is better than those before."""
+        """Return the goals of one cost to keep when one more is found: here the last, which dominates the others."""
         return [goal]
 
     def _settled(self, goals: list[Found]) -> Iterator[Found]:
@@ -162,7 +166,7 @@ class Search(ABC):
         yield from goals
 
     def _require_measured(self) -> None:
-        """Raise ModelError if an action was met that was not measured."""
+        """Raise ModelError if an action was met whose cost was not measured."""
         state = int(self.buffer.digits.unmeasured[0])
         if state >= 0:
             assert isinstance(self.product, GeneratedProduct)
@@ -174,7 +178,7 @@ class Search(ABC):
 
     @abstractmethod
     def _accept(self, goal: Found) -> bool:
-        """Take note of a goal; return whether it is one, by its exact mu."""
+        """Tighten the limits by a goal; return False if its exact objectives show that it is none of the front."""
 
     def _found(self, label: int) -> Found:
         labels = self._labels_to(label)
@@ -194,36 +198,36 @@ class Search(ABC):
 
         Args:
             codes: (n,) product states on the path.
-            costs: (n,) of getting there.
+            costs: (n,) of the path up to each.
             first: label of the start, if there is one.
-            mu: of the goal, units; None if that is not known.
+            mu: of the goal, in units; None if not known.
         """
         path = self.waypoints(codes, costs.tolist())
         start, graph = self._start_of(first, path[0]), self.prepared.graph
         return Found(int(costs[-1]) >> self.product.shift, mu, lambda: extract(self.product, graph, path, start))
 
     def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
-        """Return product states (n,) on a path, and the costs of getting there, as waypoints."""
+        """Return product states (n,) on a path, and its costs up to each, as waypoints."""
         view = self.prepared.view
         automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
         nodes = (codes % view.nodes).tolist()
         return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
-        """Return how a label without parent begins: of the starts that lead to its state the one of its mu."""
+        """Return the start of a label without parent: of those with its automaton states, that of least mu."""
         weights = self.growth.violation
         starts = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
         return min(starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
 
     @property
     def work(self) -> Stats:
-        """What was done so far."""
+        """The work so far."""
         c = self.counters
         held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
         return Stats(int(c[AT.ROWS]), int(c[AT.EXPANDED]), int(c[AT.LABELS]), held)
 
     def _grow(self, end: int, limits: Limits) -> bool:
-        """Grow what the kernel ran out of; return False if that would exceed the memory."""
+        """Double what the kernel ran out of; return False if that would exceed the memory limit."""
         if end == END.TOO_LARGE:
             self._too_large()
             raise OverflowError
@@ -240,12 +244,12 @@ class Search(ABC):
         return True
 
     def _too_large(self) -> None:
-        """Take note of a number that 64 bits do not hold."""
+        """Raise an error that explains why a number does not fit 64 bits, if there is one."""
         return None
 
 
 def _longer(array: np.ndarray) -> np.ndarray:
-    """Return an array of twice the length that begins with another."""
+    """Return an array of twice the length that begins with the given one."""
     longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer

@@ -1,8 +1,8 @@
-"""What the entries of a label are where there are several costs or preferences (`ltmoa_star`), and how they grow.
+"""The entries of a label's key with several costs or preferences (`ltmoa_star`), and how they grow.
 
-They are: every cost; for each preference what its additive terms amount to; each maximum; and for formulas the costs of
-satisfied tasks and violation costs that they mention (`prefplan.preferences.objective`). If one label of a product
-state is no worse than another one in all of these, it stays so for every objective, however they go on.
+They are: every cost; for each preference the sum of its additive terms; each maximum; and for formulas the costs of
+satisfied tasks and the violation costs that they mention (`prefplan.preferences.objective`). If one label of a product
+state is no worse than another in every entry, then so is each of its continuations in every objective.
 """
 
 from __future__ import annotations
@@ -21,25 +21,26 @@ from prefplan.product.product_view import ProductView
 from prefplan.product.successors import Successors
 from prefplan.search.labels import COLUMNS, PRODUCT_LIMIT
 
-# Columns of a product state's row after those of `labels`: where its truncated vectors begin, how many there are and
-# may be, and the bounds of the entries that have one.
+# Columns of a product state's row after those of `labels`: where its truncated vectors begin, how many there are, how
+# many there is memory for, and the bounds of the entries that have one.
 FIRST, SIZE, CAPACITY, BOUND = range(COLUMNS, COLUMNS + 4)
 
 
 class Entries(NamedTuple):
-    """What the K entries of a label are: [costs, additive, maxima, costs of satisfied tasks, violation costs].
+    """The K entries of a label: [costs, additive, maxima, costs of satisfied tasks, violation costs].
 
     Attributes:
         edge_costs: (D, E) int64, costs of each edge, or of each entry of `Moves.costs` where states are generated;
-            (1, 0) where what successors cost is the only cost itself.
+            (1, 0) where successors come with their only cost.
         of: (A,) int64, the cost that each additive entry grows with. rate: (A, 2^N) int64, units of mu for each unit of
             it. violation: (A, N) int64, units of mu for each unit of violation cost.
         late: (L, 2) int64, additive entry and task of each deadline, late_slope: (L,) int64, late_offset: (L,) int64:
             tardiness is max(0, slope * cost - offset).
-        of_maximum: (M,) int64, the cost of each maximum. maximum: (M, 2^N) int64: it is at least that times the cost.
+        of_maximum: (M,) int64, the cost of each maximum. maximum: (M, 2^N) int64, by satisfied set: the maximum is at
+            least this times the cost.
         frozen: (C, 2) int64, the cost and the task of each entry for the cost of a satisfied task.
         paid: (V,) int64, the task of each entry for a violation cost.
-        cost_limit: (D,) int64, costs from which on one of these products might not fit 64 bits.
+        cost_limit: (D,) int64, from this cost on a product with it might not fit 64 bits.
         order: (K,) int64, the entries in the order of comparison.
     """
 
@@ -62,8 +63,8 @@ class Paths(NamedTuple):
     """Labels.
 
     Attributes:
-        row: (L,) int32, where each leads. parent: (L,) int32, the path before, or -1.
-        step: (L,) int32, the last edge, or the number of its costs; of a label without parent its start.
+        row: (L,) int32, of the product state. parent: (L,) int32, or -1.
+        step: (L,) int32, the last edge, or the index of its costs; of a label without parent, its start.
         key: (L, K) int64, entries; costs of tasks that are not satisfied are entered as 0.
     """
 
@@ -75,15 +76,15 @@ class Paths(NamedTuple):
 
 @dataclass(frozen=True)
 class EntryMap:
-    """Where the entries of labels are.
+    """The layout of the entries of labels.
 
     Attributes:
-        problem: whose objectives they are for.
-        costs: how many costs there are.
+        problem: the problem whose objectives they are for.
+        costs: number of costs.
         additive: the preferences with an additive entry, in the order of these.
-        maxima: for each maximum entry the preference, and its place among the preference's maxima.
-        frozen: for each entry of a satisfied task's cost the cost and the task.
-        paid: the task of each violation cost.
+        maxima: for each maximum entry, the preference and the number of the maximum in it.
+        frozen: for each entry of a satisfied task's cost, the cost and the task.
+        paid: the task of each entry of a violation cost.
     """
 
     problem: Problem
@@ -113,7 +114,7 @@ class EntryMap:
         return self.costs + len(self.additive) + len(self.maxima) + len(self.frozen) + len(self.paid)
 
     def alone(self, objective: PreferenceObjective) -> int | None:
-        """Return the entry that is a preference's value, None if there is no such entry."""
+        """Return the entry that by itself gives a preference's value, or None."""
         if not objective.measure.bi_objective:
             return None
         if objective in self.additive:
@@ -148,12 +149,12 @@ class EntryMap:
         return sum((formula.value(costs, violations) for formula in measure.formulas), value)
 
     def arrays(self, columns: Sequence[np.ndarray], order: Sequence[int], *, numbered: bool) -> Entries:
-        """Return what the kernel needs to know of the entries.
+        """Return the entries as arrays for the kernel.
 
         Args:
             columns: each of the costs, in units, of edges or actions.
             order: of comparison.
-            numbered: whether successors come with numbers of edges or actions, and not with a cost.
+            numbered: whether successors come with the number of an edge or action in place of a cost.
         """
         sets, tasks = 2 ** len(self.problem.priced), len(self.problem.priced)
         late = [(a, term) for a, o in enumerate(self.additive) for term in o.measure.tardiness]
@@ -185,7 +186,7 @@ class EntryMap:
 
 
 def _table(rows: Any, width: int) -> np.ndarray:
-    """Return rows of a width, of which there may be none."""
+    """Return (n, width) int64 rows; n may be 0."""
     return np.array(list(rows), dtype=np.int64).reshape(-1, width)
 
 
@@ -199,19 +200,19 @@ def follow(
     k: Integer,
     key: np.ndarray,
 ) -> bool:
-    """Write the entries of a successor over those before, but for what becomes satisfied.
+    """Replace a label's entries by those of a successor, except costs of tasks that become satisfied (see `freeze`).
 
     Args:
         view: what is searched.
-        entries: what a key has.
+        entries: the layout of a key.
         begins: whether the successor is a start, to which no step leads.
         satisfied: the tasks that were satisfied before, as bits.
         buffer: the successors.
-        k: which of them it is.
-        key: (K,) entries before, written over.
+        k: the number of this one.
+        key: (K,) entries of the parent, overwritten.
 
     Returns:
-        whether 64 bits hold them for sure.
+        whether they fit 64 bits for sure.
     """
     costs, additive, maxima = entries.cost_limit.shape[0], entries.of.shape[0], entries.of_maximum.shape[0]
     if not begins:
@@ -238,7 +239,7 @@ def follow(
 def _growth(
     view: ProductView, entries: Entries, a: Integer, satisfied: Integer, key: np.ndarray, edge: Integer
 ) -> Integer:
-    """Return what a step adds to an additive entry, given the entries before."""
+    """Return what a step adds to an additive entry, given the parent's entries."""
     d = entries.of[a]
     before = spent(view, key, d)
     after = key[d] + _step(entries, d, edge)

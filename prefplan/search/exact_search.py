@@ -1,9 +1,9 @@
 """Label-setting search in Python's integers and fractions, for problems that 64 bits may not hold.
 
-The compiled searches (`boa_star`, `multi_objective`) are used where bounds that are known beforehand, and a check of
-every label, show that no sum leaves the range of exact numbers. Everything else comes here: the same labels, compared
-by the same keys (`prefplan.preferences.objective`), and the max-min heuristic (equation 4), without any bound on the
-size or the digits of numbers, for any number of costs and preferences, and a hundred times slower.
+The compiled searches (`boa_star`, `multi_objective`, `ltmoa_star`) are used where bounds known beforehand, and a check
+of every label, show that all sums are exact. Other problems are solved here: with the same labels, compared by the same
+keys (`prefplan.preferences.objective`), and the max-min heuristic (equation 4), for numbers of any size, any number of
+costs and preferences, and a hundred times slower.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
 
 BYTES_A_LABEL = 1500
-"""Measured: a label with its key, and its share of the tables."""
+"""Measured memory of a label with its key, and its share of the tables."""
 
 CLOCK_PERIOD = 64
-"""Labels taken from the open list between two checks of the limits."""
+"""Labels expanded between two checks of the limits."""
 
 LabelKey = tuple[Any, ...]
 Counts = tuple[int, ...]
@@ -38,9 +38,9 @@ Counts = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class _Label:
-    """A path: where it leads, what was spent and paid, and the path before with the edge that prolonged it.
+    """A path: its product state, what was spent and paid, its parent and its last edge.
 
-    What was spent, in all and until each task was satisfied, is a number for every cost.
+    What was spent, in all (`spent`) and until each task was satisfied (`finished`), has an entry for every cost.
     """
 
     state: int
@@ -120,7 +120,7 @@ class ExactSearch:
         pending.clear()
 
     def _bound(self, label: _Label) -> LabelKey | None:
-        """Return what costs, in units, and preferences will be at least at the end; None if there is none."""
+        """Return lower bounds of the costs, in units, and preferences at the end; None if no goal can be reached."""
         rest = self._rest(label)
         if math.inf in rest:
             return None
@@ -128,7 +128,7 @@ class ExactSearch:
         return (*spent, *(self._mu(label, o) for o in self._objectives))
 
     def _is_within(self, bound: LabelKey) -> bool:
-        """Return whether a label may keep the bounds."""
+        """Return whether lower bounds of the objectives are within the user's bounds."""
         units = (*self._units, *(Fraction(1) for _ in self._objectives))
         within = zip(bound, units, self._bounds, strict=True)
         return all(limit is None or value * unit <= limit for value, unit, limit in within)
@@ -148,7 +148,7 @@ class ExactSearch:
     def _finished(
         self, automata: tuple[int, ...], spent: Counts, before: tuple[Counts | None, ...] | None
     ) -> tuple[Counts | None, ...]:
-        """Return what had been spent when each task was satisfied, None for those that are not."""
+        """Return what had been spent when each task was satisfied, None for tasks that are not."""
         before = before or (None,) * len(automata)
         return tuple(
             spent if c is None and q == end[0] else c for c, q, end in zip(before, automata, self._ends, strict=True)
@@ -165,7 +165,7 @@ class ExactSearch:
                 yield _Label(target, automata, spent, finished, paid, label.actions + 1, label, edge, label.start)
 
     def _readings(self, automata: tuple[int, ...], label: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Yield the automata's states after each way to read a label class, and the price of it for each task."""
+        """Yield the automata's states after each way to read a label class, and the price of that for each task."""
         p = self.product
         readings: list[list[tuple[int, int]]] = []
         for i, q in enumerate(automata):
@@ -218,7 +218,7 @@ class ExactSearch:
         return True
 
     def _place(self, label: _Label) -> tuple[Any, ...]:
-        """Return what two labels must share to be compared."""
+        """Return what must be equal for two labels to be compared."""
         general = sorted({o.cost for o in self._objectives if o.measure.contract == "general"})
         same = [(label.spent[d], *(c and c[d] for c in label.finished)) for d in general]
         return (label.state, label.automata, *same)
@@ -237,7 +237,7 @@ class ExactSearch:
 
     @cached_property
     def _cost_to_go(self) -> list[list[dict[int, int]]]:
-        """For each cost and task the least cost from state + S * q until the task is satisfied or dropped, if any."""
+        """By cost and task, the least cost from state + S * q until the task is satisfied or dropped, if any."""
         p, system = self.product, self.product.problem.system
         found = []
         for d in range(len(self._units)):
@@ -251,7 +251,7 @@ class ExactSearch:
         return found
 
     def _backward(self, i: int, into: dict[int, list[tuple[int, int]]]) -> dict[int, int]:
-        """Dijkstra from where a task is satisfied or dropped, backwards on T x A_i."""
+        """Return the cost-to-go of one task by Dijkstra, backwards on T x A_i from where it is satisfied or dropped."""
         p, nodes = self.product, self.product.problem.system.size
         sources: dict[tuple[int, int], list[int]] = {}
         for q in range(int(p.sizes[i])):
@@ -288,7 +288,7 @@ class ExactSearch:
 
 
 def needs_exact_numbers(problem: Problem) -> bool:
-    """Return whether compiled code would round what labels are compared by, or compares them by too little."""
+    """Return whether compiled code would round the keys of labels, or has no keys for a problem's formulas."""
     if problem.is_bi_objective:
         return problem.measure.rounds
     formulas = [formula for objective in problem.objectives for formula in objective.measure.formulas]

@@ -1,4 +1,4 @@
-"""Why no plan satisfies all tasks: which of them, or of the rules, cannot be satisfied together."""
+"""Why no plan satisfies all tasks: a smallest set of tasks, or of rules, that cannot be satisfied together."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 
 def infeasible(reduction: Reduction, limits: Limits) -> Reason | None:
-    """Return which tasks or rules of a problem cannot be satisfied together, or None if all of them can.
+    """Return a smallest set of tasks or rules that cannot be satisfied together, or None if all of them can.
 
     Raises:
         LimitError: a limit was reached before that is known.
@@ -47,7 +47,7 @@ def _subsets(parts: Sequence[T]) -> Iterator[tuple[T, ...]]:
 
 
 def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
-    """Return whether some plan satisfies some tasks, as relaxed as they may be, and keeps some rules."""
+    """Return whether a plan satisfies these tasks, relaxed at any price, and keeps the rules that may not be broken."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
     free = tuple(
         replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
@@ -57,7 +57,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
     if isinstance(reduction.product, GeneratedProduct):
         product = reduction.product_of(Problem(reduction.problem.system, free, nothing, rules=kept))
     else:
-        # What anything costs does not matter.
+        # Costs do not matter here.
         system = reduction.quotient.system
         system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
         product = Product(Problem(system, free, nothing, rules=kept))

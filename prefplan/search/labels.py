@@ -21,25 +21,25 @@ from prefplan.product.product_view import ProductView, decode, masks
 from prefplan.product.successors import Successors, successors
 
 NONE, PRUNED = -1, -2
-"""In place of a row or a label."""
+"""Stand for a row or a label that does not exist, and for a product state that was pruned."""
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
 
-# Places in the counters of a search. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no
-# label at the start) and still to be entered, so that a run of a kernel goes on where the last one ended.
+# Indices of a search's counters. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no label
+# at the start) and still to be entered, so that a run of a kernel continues where the last one ended.
 Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT")
 AT = Counters(*range(9))
 
-# Columns of a product state's row, after those of its bound: satisfied tasks as bits (the sign bit is set where no
-# others remain), the bound of mu's growth, one of its labels, and its code.
+# Columns of a product state's row, after those of its bound: satisfied tasks as bits (with GOAL_BIT if no task is left,
+# which makes them negative), the bound of mu's growth, the last of its labels, and its code.
 Columns = namedtuple("Columns", "SATISFIED GROWTH_BOUND HEAD CODE")
 COL = Columns(*range(LIKELY + 1, LIKELY + 5))
 COLUMNS = LIKELY + 5
 
 GOAL_BIT = -(2**31)
 
-# Why a run of a kernel ended; ENTERED: it did not.
+# Why a run of a kernel ended; ENTERED: it did not; FALLS: mu falls along a trajectory.
 Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS TOO_LARGE FALLS")
 END = Ends(*range(8))
 
@@ -48,12 +48,12 @@ class Growth(NamedTuple):
     """How mu grows along a path.
 
     Attributes:
-        rate: (2^N,) int64, units of mu for each unit of cost while that set is satisfied.
-        maximum: (M, 2^N) int64: mu is at least that times the cost so far.
+        rate: (2^N,) int64, units of mu for each unit of cost while that set of tasks is satisfied.
+        maximum: (M, 2^N) int64, by satisfied set: mu is at least this times the cost so far.
         late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
             of mu: tardiness is max(0, slope * cost - offset).
         violation: (N,) int64, units of mu for each unit of violation cost.
-        cost_limit: costs from which on one of these products might not fit 64 bits.
+        cost_limit: from this cost on a product with it might not fit 64 bits.
     """
 
     rate: np.ndarray
@@ -87,7 +87,7 @@ class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
-        known: (R, F) int64, what is known of each, side by side.
+        known: (R, F) int64, columns COST_BOUND, LOOKED, LIKELY and `COL`, and those of the search.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
@@ -96,7 +96,7 @@ class States(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The open list: a binary heap of labels by cost + bound, of equal ones the last made first.
+    """The open list: a binary heap of labels by cost + bound; of equal ones the last made comes first.
 
     Attributes:
         keys: (L,) int64 and items: (L,) int64.
@@ -107,7 +107,7 @@ class Queue(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the kernels of all searches work on.
+    """The arrays that the kernels of all searches work on.
 
     Attributes:
         product: what is searched.
@@ -115,8 +115,8 @@ class Memory(NamedTuple):
         bounds: heuristics.
         states: product states met.
         queue: the open list.
-        counters: see above.
-        limits: int64, of labels; each search has its own.
+        counters: int64, by index `AT`, and those of the search.
+        limits: int64, bounds that labels must keep; see the kernel of each search.
         buffer: successors, and scratch.
     """
 
@@ -132,7 +132,7 @@ class Memory(NamedTuple):
 
 @bare_kernel
 def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
-    """Return what a step adds to rates and tardiness, from one cost to another, with these tasks satisfied before."""
+    """Return what a step from cost `before` to `after` adds to mu, but for maxima, given the tasks satisfied before."""
     added = growth.rate[satisfied] * (after - before)
     for d in range(growth.late_task.shape[0]):
         if not satisfied >> growth.late_task[d] & 1:
@@ -145,7 +145,7 @@ def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer
 def mu_after(
     growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
 ) -> Integer:
-    """Return a label's mu after a step from one cost to another, with the violation costs (N,) that it pays, if any."""
+    """Return a label's mu after a step from cost `before` to `after` that pays violation costs (N,), if it pays any."""
     mu += added_mu(growth, satisfied, before, after)
     if pays:
         for i in range(growth.violation.shape[0]):
@@ -170,12 +170,12 @@ def enter_state(
         memory: of the search.
         code: the product state.
         likely: number of the table to look up first.
-        growth_limit: mu must grow by less than this.
-        cost_limit: cost must grow by no more than this.
-        lookup_limit: tables are looked up only until the bound of cost exceeds this.
+        growth_limit: exclusive limit of mu's growth to the end.
+        cost_limit: inclusive limit of the cost-to-go.
+        lookup_limit: tables are looked up only until the bound of the cost-to-go exceeds this.
 
     Returns:
-        the row, NONE if there is none left, or PRUNED if the state is new and exceeds a limit.
+        the row, NONE if no row is free, or PRUNED if the state is new and exceeds a limit.
     """
     view, bounds, states, buffer = memory.product, memory.bounds, memory.states, memory.buffer
     mask = states.slots.shape[0] - 1
@@ -230,16 +230,16 @@ def rehash(states: States, rows: Integer) -> None:
 
 @bare_kernel
 def next_successor(counters: np.ndarray) -> Integer:
-    """Return the place of the successor to be entered.
+    """Return the index of the next successor to be entered.
 
-    Of equal labels the last made is expanded first: entering the model's first action last prefers it.
+    Of equal labels the last made is expanded first; so the model's first action is entered last, to be preferred.
     """
     return counters[AT.COUNT] - 1 - counters[AT.NEXT]
 
 
 @bare_kernel
 def expand(memory: Memory, label: Integer, row: Integer) -> None:
-    """Have the successors of a label of some product state entered next."""
+    """Generate the successors of a label, to be entered next."""
     counters = memory.counters
     counters[AT.EXPANDED] += 1
     counters[AT.PARENT], counters[AT.NEXT] = label, 0
@@ -255,7 +255,7 @@ def push(memory: Memory, label: Integer, estimate: Integer) -> None:
 
 @bare_kernel
 def pop(memory: Memory) -> Integer:
-    """Remove a label of the smallest estimate, write that to the counters, and return the label."""
+    """Remove a label of the smallest estimate, write the estimate to LOWEST, and return the label."""
     queue, counters = memory.queue, memory.counters
     counters[AT.LOWEST] = queue.keys[0]
     label = queue.items[0]

@@ -1,7 +1,7 @@
 """The open list of `ltmoa_star`: a binary heap of labels by their bounds in lexicographic order.
 
-The key of a label in the heap is the bound of the first entry in the order of comparison; only for equal ones are those
-of the other entries looked at.
+The key of a label in the heap is the bound of its first entry in the order of comparison; the other entries are
+compared only if the first ones are equal.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from prefplan.search.labels import AT, Memory, States
 
 @bare_kernel
 def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
-    """Return whether a label comes before another one of the same first bound: by the others, then the last made."""
+    """Return whether a label precedes another with the same first bound: by the other bounds, then the later one."""
     row, other_row = paths.row[label], paths.row[other]
     bounded = entries.cost_limit.shape[0] + entries.of.shape[0]
     for t in range(1, entries.order.shape[0]):

@@ -5,11 +5,11 @@ via Lazy and Efficient Dominance Checks", IJCAI 2023, with the dimensionality re
 L. Mandow and J. L. Perez-de-la-Cruz, "Dimensionality reduction in multiobjective shortest path search", 2015).
 
 Labels are expanded in lexicographic order of their bounds. Bounds never fall along a path, so that the first entry of a
-label of some product state is never less than that of those expanded there before: only the other entries, the
-*truncated* vectors, need be compared, with a list for each state from which dominated vectors are removed. Goals are
-one more such list. Of labels in the open list none is compared with another.
+label is never less than those of the labels expanded before at the same product state: only the other entries, the
+*truncated* vectors, need be compared, with a list for each state from which dominated vectors are removed. Goals have
+one more such list. Labels in the open list are not compared with one another.
 
-What the entries of a label are `entries` says.
+`entries` describes the entries of a label.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from prefplan.search.labels import AT, COL, END, GOAL_BIT, NONE, Memory, States,
 from prefplan.search.lexicographic_queue import lexicographic_pop, lexicographic_push
 
 GOALS, VECTORS = len(AT), len(AT) + 1
-"""Places in the counters for the number of truncated vectors of goals, and of all others with the gaps between them."""
+"""Indices of the counters of goals' truncated vectors, and of all others with the gaps between them."""
 
 MORE_VECTORS, MORE_GOALS = END.FALLS + 1, END.FALLS + 2
 """More reasons why a run of the kernel ended."""
 
 VECTORS_AT_FIRST = 4
-"""Truncated vectors for which a product state has memory at first."""
+"""Truncated vectors for which an expanded product state has memory at first."""
 
 
 class Vectors(NamedTuple):
-    """Truncated vectors: of_states: (X, K - 1) int64, in one piece for each product state, and of_goals: (G, K - 1)."""
+    """Truncated vectors: of_states: (X, K - 1) int64, contiguous for each product state, and of_goals: (G, K - 1)."""
 
     of_states: np.ndarray
     of_goals: np.ndarray
@@ -60,12 +60,12 @@ def run(
     scratch: Vector,
     pops: Integer,
 ) -> Integer:
-    """Expand labels until a goal is found, memory is short or enough were expanded; return which.
+    """Expand labels until a goal is found, memory runs out or enough were popped; return which.
 
-    Arguments are as for `boa_star.run`, but for:
-        memory: where edges of its product have numbers, these stand for their costs. Its bounds are empty, its queue is
-            by the bound of the first entry, and its limits are (K,) those that no bound of an entry may exceed.
-        entries: what labels hold. bounds: heuristics.
+    Arguments are as for `boa_star.run`, except:
+        memory: a successor's `cost` is the number of its edge or action if `entries.edge_costs` has columns. Its bounds
+            are empty, its queue is by the bound of the first entry, and its limits (K,) are inclusive, of all entries.
+        entries: the layout of labels. bounds: heuristics.
         paths: labels. vectors: truncated vectors. scratch: for one label.
     """
     counters, queue, states = memory.counters, memory.queue, memory.states
@@ -105,7 +105,7 @@ def run(
 def _enter(
     memory: Memory, entries: Entries, bounds: ObjectiveBounds, paths: Paths, vectors: Vectors, scratch: Vector
 ) -> Integer:
-    """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     view, states, counters, buffer = memory.product, memory.states, memory.counters, memory.buffer
     parent, k = counters[AT.PARENT], next_successor(counters)
     satisfied = np.int64(0) if parent == NONE else states.known[paths.row[parent], COL.SATISFIED]
@@ -148,7 +148,7 @@ def _enter(
 
 @bare_kernel
 def _write_bound(view: ProductView, entries: Entries, known: np.ndarray, scratch: Vector) -> None:
-    """Write what each entry of a label will be at least at the end; of a task not yet satisfied, what is spent."""
+    """Write lower bounds of a label's entries at the end; for the cost of an unsatisfied task, what is spent so far."""
     key, bounded = scratch.key, scratch.growth.shape[0]
     for e in range(key.shape[0]):
         scratch.bound[e] = key[e] + (known[BOUND + e] if e < bounded else 0)
@@ -171,7 +171,7 @@ def _is_beaten(memory: Memory, entries: Entries, vectors: Vectors, known: np.nda
 
 @bare_kernel
 def _is_dominated(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer, entry: np.ndarray) -> bool:
-    """Return whether one of some truncated vectors is no worse than that of some entries; move it to the front."""
+    """Return whether a truncated vector is no worse than that of `entry`, and swap it halfway to the front."""
     width = vectors.shape[1]
     for v in range(first, first + size):
         no_worse = True
@@ -190,7 +190,7 @@ def _is_dominated(entries: Entries, vectors: np.ndarray, first: Integer, size: I
 
 @bare_kernel
 def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer, entry: np.ndarray) -> Integer:
-    """Add the truncated vector of some entries in place of those that it dominates, and return the new number."""
+    """Add the truncated vector of `entry`, remove those that it dominates, and return the new number."""
     width = vectors.shape[1]
     kept = first
     for v in range(first, first + size):
@@ -211,13 +211,13 @@ def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer
 
 @bare_kernel
 def _most_vectors(states: States, row: Integer) -> Integer:
-    """Return how many vectors a state may have, VECTORS_AT_FIRST at least."""
+    """Return how many vectors a state has memory for, or VECTORS_AT_FIRST if that is more."""
     return max(np.int64(VECTORS_AT_FIRST), states.known[row, CAPACITY])
 
 
 @bare_kernel
 def _close(entries: Entries, vectors: Vectors, counters: np.ndarray, known: np.ndarray, scratch: Vector) -> None:
-    """Add a label's truncated vector to those of its state, which move where there is no room for one more."""
+    """Add a label's truncated vector to those of its state, which move to the end if their memory is full."""
     if known[SIZE] == known[CAPACITY]:
         first = counters[VECTORS]
         for v in range(known[SIZE]):

@@ -1,8 +1,7 @@
-"""Best-first search with label keys of several entries, for measures that (g, mu) is not enough for.
+"""Best-first search with label keys of several entries, for measures for which (g, mu) is not a sufficient key.
 
-What an entry is, and how it is compared, follows from the terms of mu (`prefplan.preferences.objective`). A label
-dominates another one of its product state if it is no worse in cost and in every entry; entries marked `equal` must be
-the same for that.
+The terms of mu determine the entries, and how they are compared (`prefplan.preferences.objective`). A label dominates
+another one of its product state if it is no worse in cost and in every entry; EQUAL entries must be the same.
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ CARRIED, ORDERED, EQUAL = 0, 1, 2
 
 
 class Key(NamedTuple):
-    """What the entries of a label's key are: [additive, maxima, formula values, costs, violation costs].
+    """The entries of a label's key: [additive, maxima, formula values, costs, violation costs].
 
     Attributes:
         compare: (D,) int8: CARRIED, ORDERED or EQUAL.
         same_cost: whether only labels of equal cost are compared.
-        maxima: how many maxima there are. values: (V,) int64, the formulas whose values are entries.
+        maxima: number of maxima. values: (V,) int64, the formulas whose values are entries.
         costs: (A,) int64 and violations: (B,) int64, the tasks whose costs are entries.
     """
 
@@ -56,12 +55,12 @@ class Key(NamedTuple):
 
 
 class VectorLabels(NamedTuple):
-    """Paths.
+    """Labels: paths to product states.
 
     Attributes:
         row: (L,) int32, cost: (L,) int64, parent: (L,) int32: as in `boa_star.Labels`.
-        sibling: (L,) int32, the label of the same product state that was made before, or -1.
-        key: (L, D) float64, whole units; costs of unsatisfied tasks are entered as 0.
+        sibling: (L,) int32, the label made before at the same product state, or -1.
+        key: (L, D) float64, in units; costs of unsatisfied tasks are entered as 0.
         mu: (L,) float64 units, never more than the exact value, and equal to it where no formula rounds.
     """
 
@@ -91,12 +90,11 @@ def run_vector(
     scratch: Scratch,
     pops: Integer,
 ) -> Integer:
-    """Expand labels until a goal is found, memory is short or enough were expanded; return which.
+    """Expand labels until a goal is found, memory runs out or enough were popped; return which.
 
-    Arguments are as for `boa_star.run`, but for:
-        key: what the entries are. programs: the terms of mu that only their values are known of.
-        best: (2,) float64, mu must stay below the first, and must not exceed the second; neither is less than the exact
-            number that it stands for.
+    Arguments are as for `boa_star.run`, except:
+        key: the layout of the entries. programs: the terms of mu that are formulas or functions.
+        best: (2,) float64, mu must stay below the first, and must not exceed the second; both are rounded up.
         scratch: for one label.
     """
     counters = memory.counters
@@ -125,7 +123,7 @@ def run_vector(
 def _enter(
     memory: Memory, key: Key, programs: Programs, labels: VectorLabels, best: np.ndarray, scratch: Scratch
 ) -> Integer:
-    """Make a label of the next successor, unless it is dominated or out of bounds; return why if it cannot be done."""
+    """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
     counters, buffer = memory.counters, memory.buffer
     parent = counters[AT.PARENT]
@@ -185,7 +183,7 @@ def _grow(
     pays: bool,
     entry: np.ndarray,
 ) -> None:
-    """Let a key grow from one cost to another, by violation costs (N,) of the step if it pays any."""
+    """Add a step from cost `before` to `after`, and the violation costs (N,) that it pays, if any, to a key."""
     if pays:
         for i in range(violation.shape[0]):
             entry[0] += growth.violation[i] * violation[i]
@@ -199,7 +197,7 @@ def _grow(
 
 @bare_kernel
 def _fill_costs(key: Key, scratch: Scratch, spent: Integer, satisfied: Integer, now: Integer) -> None:
-    """Write all task costs and violation costs of a label, and freeze those of tasks satisfied now but not before."""
+    """Write all task costs and violation costs of a label; enter the costs of tasks satisfied now but not before."""
     first_violation = scratch.key.shape[0] - key.violations.shape[0]
     first_cost = first_violation - key.costs.shape[0]
     for i in range(scratch.costs.shape[0]):
@@ -216,9 +214,10 @@ def _fill_costs(key: Key, scratch: Scratch, spent: Integer, satisfied: Integer, 
 
 @bare_kernel
 def _value(key: Key, programs: Programs, scratch: Scratch, spent: Integer) -> tuple[float, float]:
-    """Return mu of a label in units, and by how much that may be wrong; write the values of formulas that are entries.
+    """Return mu of a label, in units, and a bound of its error; write the values of formulas that are entries.
 
-    mu is not a number if an entry is no whole number up to 2^53, or the value of a formula that is one is rounded.
+    mu is NaN if an entry exceeds 2^53, if a formula's value is negative, above HUGE or undefined, or if one that is an
+    entry is rounded.
     """
     entry = scratch.key
     first_value = 1 + key.maxima
@@ -264,7 +263,7 @@ def _no_worse(key: Key, one: np.ndarray, label: Integer, other: np.ndarray) -> b
 def _dominated(
     labels: VectorLabels, key: Key, label: Integer, cost: Integer, entry: np.ndarray, shift: Integer
 ) -> bool:
-    """Return whether some label of a state makes a new one superfluous."""
+    """Return whether some label of a state dominates a new one."""
     while label != NONE:
         nearer = labels.cost[label] <= cost
         if key.same_cost:
@@ -277,7 +276,7 @@ def _dominated(
 
 @bare_kernel
 def _superseded(labels: VectorLabels, key: Key, label: Integer, one: Integer) -> bool:
-    """Return whether a label that was made later than another one of its state makes that superfluous."""
+    """Return whether a label is dominated by one of its state that was made later."""
     while label != one:
         cheaper = labels.cost[label] <= labels.cost[one] and not key.same_cost
         if cheaper and _no_worse(key, labels.key, label, labels.key[one]):

@@ -48,10 +48,10 @@ class ObjectiveSearch(Search):
 
         Args:
             product: what is searched.
-            options: how.
+            options: how to search.
             bounds: inclusive, of objectives by name, in the user's units.
-            first: the one objective of which the least value is wanted; None for the whole front.
-            max_bytes: memory that tables are to fit into.
+            first: the objective whose least value is wanted; None for the whole front.
+            max_bytes: memory that tables must fit into.
 
         Raises:
             OverflowError: 64 bits may not be enough.
@@ -77,7 +77,7 @@ class ObjectiveSearch(Search):
         self.by_cost = int(self.entries.order[0]) == 0
         self._front = list[tuple[Any, ...]]()
         if self._numbered:
-            # A successor then comes with the edge that led to it, or the number of its costs.
+            # A successor then comes with the number of its edge, or the index of its costs, in place of a cost.
             numbers = np.arange(len(columns[0]), dtype=np.int64)
             self.prepared.view = _with_costs(view, np.where(columns[0] < 0, columns[0], numbers))
         self.limits = self._limits()
@@ -89,7 +89,7 @@ class ObjectiveSearch(Search):
         self.reset()
 
     def _columns(self) -> list[np.ndarray]:
-        """Return each of the costs in units, (E,) int64 of the edges, or as `Moves` has them."""
+        """Return each of the costs, in units: (E,) int64 of the edges, or (4 H H,) as in `Moves`."""
         product = self.product
         if isinstance(product, GeneratedProduct):
             found = [unit_costs(product.model, self.problem, d) for d in range(self.entry_map.costs)]
@@ -106,19 +106,19 @@ class ObjectiveSearch(Search):
         return found
 
     def _objective_entries(self) -> dict[str, int | None]:
-        """Return the entry of each objective, by name, None where it is none by itself."""
+        """Return the entry that gives each objective, by name; None where no single entry does."""
         costs = dict(zip(self.problem.cost_names, range(self.entry_map.costs), strict=True))
         return costs | {o.name: self.entry_map.alone(o) for o in self.problem.objectives}
 
     def _order(self) -> list[int]:
-        """Return the entries in the order of comparison: the wanted objective, the others, and what is none."""
+        """Return the entries in the order of comparison: the wanted objective, other objectives, then the rest."""
         places = self._objective_entries()
         wanted = [] if self._first is None else [places[self._first]]
         ordered = chain(wanted, places.values(), range(self.entry_map.count))
         return list(dict.fromkeys(e for e in ordered if e is not None))
 
     def _limits(self) -> np.ndarray:
-        """Return the largest bounds of the entries; what no entry is a bound of is looked at when a goal is found."""
+        """Return (K,) inclusive limits of the entries; bounds on other objectives are checked when a goal is found."""
         limits = np.full(self.entry_map.count, UNBOUNDED)
         for name, entry in self._objective_entries().items():
             if entry is None or name not in self._bounds:
@@ -154,7 +154,7 @@ class ObjectiveSearch(Search):
 
     @property
     def work(self) -> Stats:
-        """What was done so far."""
+        """The work so far."""
         stats = super().work
         held = stats.bytes + sum(array.nbytes for array in self.vectors)
         return Stats(stats.states, stats.expanded, stats.generated, held)
@@ -184,7 +184,7 @@ class ObjectiveSearch(Search):
         return Found(costs[-1] >> self.product.shift, None, plan, self._objectives(label))
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
-        """Return what a goal is worth: its exact objectives in the user's units."""
+        """Return the exact objectives of a goal, in the user's units."""
         key = self.labels.key[label].tolist()
         spent = [key[0] >> self.product.shift, *key[1 : self.entry_map.costs]]
         known = self.states.known[self.labels.row[label]]
@@ -210,7 +210,7 @@ class ObjectiveSearch(Search):
     def _settled(self, goals: list[Found]) -> Iterator[Found]:
         """Yield those of some goals that no other point dominates, and add them to the front."""
         if all(o.measure.bi_objective for o in self.problem.objectives):
-            # What an earlier goal dominates the kernel leaves out.
+            # The kernel itself prunes what an earlier goal dominates.
             self._front.clear()
         for goal in sorted(goals, key=lambda goal: goal.objectives or ()):
             worth = goal.objectives or ()

@@ -1,4 +1,4 @@
-"""From product states back to a plan: the actions between them, and what was spent on each task."""
+"""From the product states of a path to a plan: the actions between them, and the costs of each task."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Waypoint:
 
     Attributes:
         node: of the graph that was searched.
-        automata: states of the tasks' automata.
-        cost: of the label made there, as in `Product.costs`.
+        automata: (N,) states of the automata.
+        cost: of the path up to here, as in `Product.costs`.
     """
 
     node: int
@@ -36,11 +36,11 @@ class Waypoint:
 
 
 def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
-    """Return the plan that visits some product states, and its exact mu, worked out afresh from the model.
+    """Return the plan that visits some product states, and its exact mu, computed anew from the model.
 
     Args:
         product: what was searched.
-        graph: over what.
+        graph: the graph that it was searched over.
         path: product states at which the search made labels, the start's first.
         start: how the path begins.
     """
@@ -57,7 +57,7 @@ def extract(product: Product, graph: Graph, path: Sequence[Waypoint], start: Sta
 
 
 def _extract_generated(product: GeneratedProduct, path: Sequence[Waypoint], start: Start) -> tuple[Plan, Any]:
-    """Return the same as `extract`, by what the problem's system says of the actions."""
+    """Return the same as `extract`, with labels and costs from the problem's own system."""
     actions, states = product.model.lift([waypoint.node for waypoint in path])
     labels, costs = product.problem.system.along(actions)
     return _plan(product, actions, states, labels, costs, [waypoint.automata for waypoint in path], start)
@@ -101,10 +101,10 @@ def cheapest_path(
         passable: (C,) bool, classes of states that the path may pass.
         source: where it begins.
         target: where it ends, with at least one edge.
-        limit: its cost.
+        limit: cost of the path.
     """
     links, taken = [np.int64(-1)], [np.int64(-1)]
-    # Sorting by the number of the link is sorting by when it was made.
+    # Links are numbered as they are made: ties go to the path found first.
     queue = [(np.int64(0), 0, np.int64(0), np.int64(source))]
     passed = {np.int64(-1)}
     while queue:
@@ -129,7 +129,7 @@ def cheapest_path(
 
 
 def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
-    """Return the (C,) bool label classes on whose free reading all automata rest."""
+    """Return the (C,) bool label classes whose free reading leaves all automata in these states."""
     states = np.array(automata)
     rests: np.ndarray = (product.delta[np.arange(len(states)), states] == states[:, None]).all(axis=0)
     return rests
@@ -170,7 +170,7 @@ def _plan(
     Args:
         product: what was searched.
         actions: (K,) in order.
-        states: (K + 1,) before the first and after each.
+        states: (K + 1,) before the first action and after each.
         labels: (K + 1,) of the states.
         costs: (K,) of the actions, for each of the costs.
         automata: (K + 1,) states of the automata.
@@ -201,7 +201,7 @@ def _plan(
 def _purchases(
     product: Product, labels: Sequence[frozenset[str]], automata: Sequence[tuple[int, ...]], start: Start
 ) -> list[Purchase]:
-    """Return what is bought along a path, in order of steps."""
+    """Return the relaxations bought along a path, in order of steps."""
     problem, price = product.problem, product.units.price
     found: list[Purchase] = []
     broken = problem.broken(labels)
@@ -222,7 +222,7 @@ def _purchases(
 
 
 def _in_users_units(column: EdgeCosts, edges: np.ndarray) -> tuple[Fraction, ...]:
-    """Return what (K,) edges cost."""
+    """Return the costs of (K,) edges, in the user's units."""
     counts = column.costs[edges].tolist()
     cost_of = {count: count * column.unit for count in set(counts)}
     return tuple(map(cost_of.__getitem__, counts))

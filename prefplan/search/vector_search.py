@@ -1,4 +1,4 @@
-"""The search with keys of several entries (`multi_objective`), for measures that need more than (g, mu)."""
+"""The search with keys of several entries (`multi_objective`), for measures for which (g, mu) is not sufficient."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from prefplan.search.plan_extraction import Waypoint
 
 
 class VectorSearch(Search):
-    """Search with keys of several entries."""
+    """Best-first search with keys of several entries."""
 
     pops = 2_000
 
     def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float, tolerance: Percent) -> None:
-        """Make the search ready; bounds and tolerance as in `BiObjectiveSearch`."""
+        """Make the search ready; arguments are those of `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu = max_mu
@@ -85,7 +85,7 @@ class VectorSearch(Search):
         return int(end)
 
     def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """Return of bounds of labels' costs (n,) and of mu (n,) whether nothing that they admit is looked for."""
+        """Return (n,) whether labels with these bounds of cost (n,) and mu (n,) are pruned."""
         out: np.ndarray = (mu >= self._best[0]) | (mu > self._best[1])
         return out
 
@@ -107,7 +107,7 @@ class VectorSearch(Search):
         return super()._start_of(label, at)
 
     def _too_large(self) -> None:
-        """Blame the user's function if it is at fault."""
+        """Raise an error that names the user's function if that is the cause."""
         error = self._programs.callback.error
         if isinstance(error, KeyboardInterrupt):
             raise error
@@ -116,14 +116,14 @@ class VectorSearch(Search):
             value_at(self._vector(), formula, names, "preference")
 
     def _vector(self) -> tuple[list[Fraction], list[Fraction]]:
-        """Return task costs and violation costs of the label that was made last, in the user's units."""
+        """Return task costs and violation costs of the successor evaluated last, in the user's units."""
         units = self.product.units
         costs = [Fraction(float(c)) * units.cost for c in self._scratch.costs]
         return costs, [Fraction(float(v)) * units.price for v in self._scratch.violations]
 
 
 def float_above(value: Fraction) -> float:
-    """Return a float that is no less than a number, and the number itself where it is one."""
+    """Return the least float that is no less than a number."""
     try:
         nearest = float(value)
     except OverflowError:
