@@ -3,8 +3,8 @@
 After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning with Multiple Temporal Tasks",
 IROS 2023.
 
-What the package offers is what `prefplan.api` imports. It is loaded when it is first used: pytest loads this package
-wherever it is installed, for the sake of `prefplan.pytest_plugin`, and nobody else's tests should wait for the planner.
+The package's public names are those that `prefplan.api` imports. They are loaded at their first use: pytest loads this
+package wherever it is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
 """
 
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        """Load what the package offers, or its version."""
+        """Return a public name, loading all of them at the first use, or the version."""
         from importlib import import_module, metadata
 
         if name == "__version__":
@@ -33,7 +33,7 @@ else:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
 
     def __dir__():
-        """Name what the package offers, too."""
+        """Return all names, including the public ones that are not loaded yet."""
         import prefplan
 
         return sorted({*globals(), *prefplan.__all__, "__version__"})

@@ -9,9 +9,9 @@ from pathlib import Path
 
 def main() -> int:
     """Run the program and return its exit status."""
-    # It is made of packages with common names, `sim` among them: where it is called there may be others of that name.
+    # Its packages have common names such as `sim`; the working directory may have others with these names.
     sys.path.insert(0, str(Path(__file__).parents[1]))
-    # By name, because the planner knows nothing of programs.
+    # Imported by name, because the planner must not depend on the programs.
     status: int = import_module("experiments.program").main()
     return status
 

@@ -1,4 +1,4 @@
-"""What `import prefplan` offers."""
+"""The public names of `prefplan`."""
 
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
 from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError

@@ -1,7 +1,7 @@
-"""What is claimed of a plan or of a run, checked against its labels and the costs of its actions.
+"""Claims about a plan or a run, checked against its trace and the costs of its actions.
 
-Tasks are judged by what their formulas mean (`prefplan.logic.good_prefix`), costs and mu by their definitions. To judge
-the planner and `prefplan.ledger`, this shares neither automata nor sums with them, on purpose.
+Tasks are checked by the semantics of their formulas (`prefplan.logic.good_prefix`), costs and mu by their definitions.
+This shares neither automata nor sums with the planner and `prefplan.ledger`, on purpose, in order to check them.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class Check:
     """A claim that was checked.
 
     Attributes:
-        name: of the claim, e.g. `task cost phi1`.
-        holds: the verdict.
-        words: what was found.
+        name: name of the claim, e.g. `task cost phi1`.
+        holds: whether it holds.
+        words: the findings, in words.
     """
 
     name: str
@@ -38,15 +38,15 @@ class Check:
 
 @dataclass(frozen=True)
 class Claims:
-    """What is claimed of a plan or of a run.
+    """The claims about a plan or a run.
 
     Attributes:
-        completed: whether every task was satisfied, as far as it was not relaxed.
+        completed: whether every task was satisfied, as far as it was not relaxed or skipped.
         cost: total cost (equation 1).
         task_costs: c_i by task name (equation 2).
         violation_costs: v_i by task name.
         preference: mu; None for a run that was not completed.
-        relaxations: what was bought.
+        relaxations: the relaxations used.
     """
 
     completed: bool
@@ -63,7 +63,7 @@ class Verdict:
 
     Attributes:
         checks: one for each claim.
-        completed: whether every task is satisfied, as far as it is not relaxed.
+        completed: whether every task is satisfied, as far as it is not relaxed or skipped.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
     """
@@ -85,7 +85,7 @@ def judge(
 ) -> Verdict:
     """Check claims by their definitions.
 
-    After K actions, `trace` (K + 1,) is what held at the start and after each, and `costs` (K,) what each cost.
+    For K actions, `trace` (K + 1,) has the labels at the start and after each action, and `costs` (K,) their costs.
     """
     broken = {rule.name: satisfied_at(rule.broken, trace) for rule in rules}
     offered = _check_relaxations(claims, tasks, trace, {rule.name: (rule, broken[rule.name]) for rule in rules})
@@ -122,7 +122,7 @@ def judge(
 
 
 def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:
-    """Return after how many actions a task is satisfied on the trace, read as its relaxations allow, or None."""
+    """Return after how many actions a task is satisfied on the trace, read with the relaxations used, or None."""
     bought = [purchase for purchase in claims.relaxations if purchase.task == task.name]
     if any(purchase.assume is None for purchase in bought):
         return None
@@ -131,7 +131,7 @@ def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None
 
 
 def _check_rule(rule: Rule, broken: int | None, claims: Claims) -> Check:
-    """Check that a rule is kept, or that it was paid for when it was broken."""
+    """Check that a rule is kept, or that its price was paid if it was broken."""
     name = f"rule {rule.name}"
     if broken is None:
         return Check(name, True, "kept")
@@ -161,7 +161,7 @@ def _check_relaxations(
 
 
 def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | None:
-    """Return why a task does not offer a relaxation, or None if it does."""
+    """Return why a relaxation of a task is not valid, or None if it is."""
     if bought.assume is None:
         if task.skip is not None and exact(task.skip) == exact(bought.cost) and bought.step == 0:
             return None
@@ -181,7 +181,7 @@ def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | No
 def _check_number(name: str, claim: int | float | None, derived: int | float) -> Check:
     if claim is None:
         return Check(name, False, f"nothing is claimed; it is {derived}")
-    # Preferences with a division are floating-point numbers.
+    # Claims and derived values are rounded to floats where they are not whole.
     try:
         agree = math.isclose(claim, derived, rel_tol=1e-9)
     except OverflowError:

@@ -1,4 +1,4 @@
-"""Every error the planner raises on purpose, under one root."""
+"""The errors that the planner raises on purpose, with a common base class."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 MOST_COMPARED = 10_000
-"""Most names among which the nearest is looked for, which takes a second."""
+"""Most names among which the nearest is searched for, which takes a second."""
 
 MOST_LISTED = 40
 """Most names in a message."""
 
 
 class PrefplanError(Exception):
-    """Root of all errors meant for a user: what is wrong, where, and what would be right."""
+    """Base class of all errors meant for a user: the message says what is wrong, where, and what would be valid."""
 
 
 class FormulaError(PrefplanError):
-    """A formula that cannot be read, or is not co-safe."""
+    """A formula that cannot be parsed, is not co-safe (or for a rule, not safety), or needs too large an automaton."""
 
 
 class ModelError(PrefplanError):
-    """A transition system, grid or manipulation model that makes no sense."""
+    """An invalid model, or an invalid number or name in one."""
 
 
 class PreferenceError(PrefplanError):
-    """A preference that does not fit the tasks."""
+    """A preference that is invalid, does not fit the tasks, or needs a cost bound."""
 
 
 class ScenarioError(PrefplanError):
@@ -37,7 +37,7 @@ class LimitError(PrefplanError):
     """A limit was reached; `ended` says which: `time`, `memory` or `interrupt`."""
 
     def __init__(self, ended: str) -> None:
-        """Keep what ended the work."""
+        """Keep which limit was reached."""
         super().__init__(f"stopped by the {ended} limit")
         self.ended = ended
 
@@ -46,12 +46,12 @@ class LimitError(PrefplanError):
 def prefixed(
     prefix: str, kind: type[PrefplanError] = PrefplanError, *, new: type[PrefplanError] | None = None
 ) -> Iterator[None]:
-    """Put the place of a mistake, such as a key, in front of the messages of errors of a kind, but for limits.
+    """Put a prefix, such as a key, in front of the messages of errors of a class; LimitError stays as it is.
 
     Args:
-        prefix: the place.
-        kind: of the errors.
-        new: the kind that they become; None for that which they are.
+        prefix: the prefix.
+        kind: class of the errors.
+        new: class to convert them to; None to keep theirs.
     """
     try:
         yield
@@ -62,7 +62,7 @@ def prefixed(
 
 
 def choices(wrong: str, valid: Iterable[str]) -> str:
-    """Return the bracketed end of a message: the nearest valid name, else all of them."""
+    """Return the bracketed end of a message: the valid name nearest to a wrong one, else the valid names."""
     valid = list(valid)
     near = difflib.get_close_matches(wrong, valid, n=1) if len(valid) <= MOST_COMPARED else []
     if near:
@@ -75,6 +75,6 @@ def choices(wrong: str, valid: Iterable[str]) -> str:
 def check_known(
     where: str, noun: str, name: object, valid: Collection[str], kind: type[PrefplanError] = ModelError
 ) -> None:
-    """Raise an error, with a key in front, unless a name of what the noun says is a valid one."""
+    """Raise an error, with the key `where` in front, unless the name of a `noun`, such as a task, is a valid one."""
     if name not in valid:
         raise kind(f"{where}: unknown {noun} {name!r} {choices(str(name), valid)}")

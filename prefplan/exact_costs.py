@@ -1,14 +1,14 @@
 """Exact costs: every number is a rational, and costs are whole multiples of a common unit.
 
-| what the user writes           | what it stands for                                                              |
+| number given                   | its exact value                                                                 |
 | ------------------------------ | ------------------------------------------------------------------------------- |
 | int, Fraction, Decimal         | itself; numbers of a scenario file are decimals                                 |
 | float of whole value           | that integer                                                                    |
 | float, at most 15 digits       | the decimal that a person would write: 0.1 is one tenth                         |
 | float with more digits         | the nearest decimal of 15 significant digits: 0.1 + 0.2 is 0.3                  |
 
-Costs of a model that were computed, floats of more than 12 digits, are rounded to a *resolution* where sums of them
-would leave 64 bits (`resolution_of`); the front is exact for the costs so rounded.
+Floats of more than 12 digits, which were probably computed, are rounded to a *resolution* if sums of the model's costs
+would not fit 64 bits (`resolution_of`); the front is exact for the rounded costs.
 """
 
 from __future__ import annotations
@@ -31,36 +31,36 @@ FLOAT_DIGITS = 15
 """Significant digits that every decimal keeps when it is stored as a double."""
 
 RESOLVED_DIGITS = 12
-"""Digits that a resolution leaves to the largest cost: a thousand such costs add up to less than 2^53."""
+"""Digits of the largest cost in units of a resolution: a thousand such costs add up to less than 2^53."""
 
 LARGEST_EXPONENT = 400
-"""Powers of ten that a number may have; all doubles lie within 1e-324 and 1.8e308."""
+"""Largest absolute exponent of ten of a number; positive doubles lie between 4.9e-324 and 1.8e308."""
 
 LARGEST_POWER = 22
-"""Powers of ten up to this are doubles."""
+"""Powers of ten with exponents up to this are exact as doubles."""
 
 FINER_DIGITS = 5
-"""Digits by which floats that are not rounded may be finer than those that are, in compiled arithmetic."""
+"""Most digits by which floats that are not rounded may be finer than those that are, in `_as_computed`."""
 
 FINEST_TRIED = 50
-"""Number of the smallest floats whose common unit is computed, to tell whether sums might leave 64 bits."""
+"""Number of the smallest floats from which a common unit is estimated, to decide whether sums might not fit 64 bits."""
 
 TIE = 1e-3
-"""Floats nearer than this to the middle of two multiples are rounded one by one."""
+"""Floats nearer than this, in multiples, to the middle between two multiples are rounded with exact arithmetic."""
 
 INT64_LIMIT = 2**62
 """Whole numbers below this are held as int64, larger ones as Python's integers."""
 
 
 def exact(value: Number, where: str = "") -> Fraction:
-    """Return a number as the rational that it stands for.
+    """Return the exact value of a number.
 
     Args:
-        value: an int, float, Decimal or Fraction, or numpy's kinds of these.
+        value: an int, float, Decimal or Fraction, or a numpy number.
         where: key for the error message.
 
     Raises:
-        ModelError: it is no number, not finite, or beyond 1e400 or below 1e-400.
+        ModelError: it is not a number, not finite, beyond 1e400, or not 0 but below 1e-400.
     """
     if isinstance(value, Fraction):
         return value
@@ -92,16 +92,17 @@ def exact(value: Number, where: str = "") -> Fraction:
 
 
 def to_number(value: Fraction | float) -> int | float:
-    """Return an exact value as it is printed: an int where it is whole, else the nearest float."""
+    """Return an exact value as it is printed: an int if it is whole or beyond all floats, else the nearest float."""
     if isinstance(value, Fraction) and (value.denominator == 1 or abs(value) >= 2**1023):
         return round(value)
     return float(value)
 
 
 def inclusive(bound: Number, where: str = "") -> Fraction:
-    """Return the largest rational that a bound admits: all that is printed as a number no larger than the bound.
+    """Return the largest rational that an inclusive bound admits.
 
-    A printed value is the float nearest to an exact one, so a float or decimal admits all that rounds to it.
+    A printed value is the float nearest to an exact one, so a bound that is a float or decimal admits all exact values
+    that round to it.
 
     Raises:
         ModelError: as in `exact`.
@@ -118,7 +119,7 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
 
 
 def admits(bound: Number, printed: Number) -> bool:
-    """Return whether a value that is printed so, as by `to_number`, may lie within a bound; see `inclusive`."""
+    """Return whether a value printed by `to_number` may lie within a bound; see `inclusive`."""
     limit = inclusive(bound)
     return Fraction(printed) <= limit or printed == to_number(limit)
 
@@ -134,20 +135,20 @@ def common_unit(values: Iterable[Fraction]) -> Fraction:
 
 
 def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
-    """Return values in a unit of which they are whole multiples: int64 where all fit, else Python's integers."""
+    """Return values as whole multiples of a unit: int64 if all fit, else Python's integers."""
     per, of = unit.denominator, unit.numerator
     return whole_numbers([value.numerator * (per // value.denominator) // of for value in values])
 
 
 def running_totals(values: Sequence[Fraction]) -> tuple[list[int], int]:
-    """Return the (K + 1,) prefix sums of (K,) values, from 0 on, as numerators of one denominator, and that."""
+    """Return the (K + 1,) prefix sums of (K,) values, from 0 on, as numerators, and their common denominator."""
     ratios = [value.as_integer_ratio() for value in values]
     denominator = math.lcm(*{below for _, below in ratios})
     return list(accumulate((above * (denominator // below) for above, below in ratios), initial=0)), denominator
 
 
 def whole_numbers(counts: list[int]) -> np.ndarray:
-    """Return integers as an array: int64 where all fit, else Python's integers."""
+    """Return integers as an array: int64 if all fit, else Python's integers."""
     fits = max(map(abs, counts), default=0) < INT64_LIMIT
     return np.array(counts, dtype=np.int64 if fits else object)
 
@@ -160,17 +161,17 @@ def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
 
 
 def is_long_float(cost: Number) -> bool:
-    """Return whether a cost is a float of more digits than people write: one that was computed."""
+    """Return whether a cost is a float of more than 12 digits, which was probably computed."""
     if not isinstance(cost, (float, np.floating)):
         return False
     return len(Decimal(str(cost)).normalize().as_tuple().digits) > RESOLVED_DIGITS
 
 
 def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fraction | None:
-    """Return the unit to which long floats should be rounded; None where they can be added up as they are.
+    """Return the unit to multiples of which long floats should be rounded; None if sums fit 64 bits without.
 
     Args:
-        costs: as the user gave them.
+        costs: the costs as given.
         values: the same as rationals.
     """
     if not any(is_long_float(cost) for cost in costs):
@@ -183,14 +184,14 @@ def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fr
 
 
 def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Fraction | None:
-    """Round costs in place, if asked to or if they were computed, and return the unit of which they are then multiples.
+    """Round costs in place, if wanted or needed, and return the resolution, or None if nothing was rounded.
 
     Args:
-        values: rationals by what the user gave.
-        wanted: round all of them to multiples of this; None to round long floats, if `resolution_of` says so.
+        values: rationals, by the number given.
+        wanted: resolution to which to round all of them; None to round only long floats, by `resolution_of`.
 
     Raises:
-        ModelError: what is wanted is not positive.
+        ModelError: `wanted` is not positive.
     """
     resolution = resolution_of(values.keys(), values.values()) if wanted is None else wanted
     if resolution is None:
@@ -204,13 +205,13 @@ def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Frac
 
 
 def exact_floats(values: np.ndarray, wanted: Fraction | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
-    """Return floats as multiples of a unit, the unit, and the resolution if they were rounded.
+    """Return floats as (E,) multiples of a unit, the unit, and the resolution if they were rounded.
 
-    The result is that of `exact`, `round_costs` and `in_common_unit`, but a million floats take a second.
+    The result is that of `exact`, `round_costs` and `in_common_unit`, but takes only a second for a million floats.
 
     Args:
         values: (E,) float64, finite and >= 0.
-        wanted: as of `round_costs`.
+        wanted: as in `round_costs`.
     """
     if wanted is None:
         found = _as_decimals(values) or _as_computed(values)
@@ -224,7 +225,7 @@ def exact_floats(values: np.ndarray, wanted: Fraction | None) -> tuple[np.ndarra
 
 
 def _as_decimals(values: np.ndarray) -> tuple[np.ndarray, Fraction, None] | None:
-    """Return floats as multiples of a power of ten, None if sums of them might leave 64 bits."""
+    """Return floats of few digits as multiples of a power of ten; None if they have more."""
     largest = float(values.max(initial=0))
     for digits in range(FLOAT_DIGITS + 1):
         scale = 10.0**digits
@@ -237,7 +238,7 @@ def _as_decimals(values: np.ndarray) -> tuple[np.ndarray, Fraction, None] | None
 
 
 def _as_computed(values: np.ndarray) -> tuple[np.ndarray, Fraction, Fraction] | None:
-    """Return floats of which some are long and rounded, None if there are none or their sizes are unusual."""
+    """Return floats of which some are long, rounded; None if none is long or the range of sizes is unusual."""
     largest = float(values.max(initial=0))
     digits = RESOLVED_DIGITS - 1 - Decimal(largest).adjusted()
     if not 0 <= digits <= LARGEST_POWER - FINER_DIGITS:
@@ -267,19 +268,19 @@ def _as_computed(values: np.ndarray) -> tuple[np.ndarray, Fraction, Fraction] | 
 
 
 def _in_largest_unit(counts: np.ndarray, unit: Fraction) -> tuple[np.ndarray, Fraction]:
-    """Return counts of a unit as counts of the largest unit in which they are whole, and that."""
+    """Return multiples of a unit as multiples of the largest unit in which they are whole, and that unit."""
     shared = int(np.gcd.reduce(counts)) if len(counts) else 0
     return (counts // shared, unit * shared) if shared else (counts, Fraction(1))
 
 
 @dataclass(frozen=True)
 class Units:
-    """The units in which a search counts.
+    """The units of a search, in the user's units.
 
     Attributes:
-        cost: of total cost and task costs, in the user's units.
-        price: of violation costs.
-        mu: of preference values.
+        cost: unit of total cost and task costs.
+        price: unit of violation costs.
+        mu: unit of preference values.
     """
 
     cost: Fraction
@@ -288,5 +289,5 @@ class Units:
 
     @property
     def factor(self) -> Fraction:
-        """What a unit of cost is in units of mu."""
+        """The unit of cost, in units of mu."""
         return self.cost / self.mu

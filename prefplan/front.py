@@ -1,4 +1,4 @@
-"""Plans and Pareto fronts: what the search found, in the user's words and units."""
+"""Plans and Pareto fronts, as results for the user: in the user's names and units."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
 
 if TYPE_CHECKING:
-    # Neither is loaded before a front is drawn or made a table.
+    # Loaded only when a front is drawn or converted to a table.
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
 
 PAIR = ("cost", "preference")
-"""The names of one cost and one preference that have no others."""
+"""Default names of one cost and one preference."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Purchase:
     """A relaxation that a plan uses.
 
     Attributes:
-        task: name of the task that is relaxed, or of the rule that is broken.
-        step: actions taken before the reading.
-        assume: proposition that was taken to hold; None if the task was dropped or the rule broken.
-        cost: price.
-        rule: whether it is a rule that is broken.
+        task: name of the task that is relaxed or skipped, or of the rule that is broken.
+        step: number of actions before the label that is relaxed, or that breaks the rule; 0 for a skipped task.
+        assume: proposition that was assumed to hold; None if the task was skipped or the rule broken.
+        cost: its price.
+        rule: whether a rule is broken.
     """
 
     task: str
@@ -42,18 +42,18 @@ class Purchase:
 
 @dataclass(frozen=True)
 class Plan:
-    """One way to satisfy all tasks, or as much of them as relaxations leave.
+    """A plan that satisfies all tasks, as far as they are not relaxed.
 
     Attributes:
         cost: total cost (equation 1).
         preference: mu (Definition 5).
         task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
         violation_costs: v_i by task name: what was paid to relax it; also by name of each rule that may be broken.
-        actions: the plan.
-        states: the trajectory, one state more than there are actions.
-        relaxations: what was relaxed where, in order of steps.
-        costs: every total cost by name, `cost` the first.
-        preferences: every mu by name, `preference` the first.
+        actions: (K,) the actions, in order.
+        states: (K + 1,) the trajectory.
+        relaxations: the relaxations used, in order of steps.
+        costs: every total cost by name; the first is `cost`.
+        preferences: every mu by name; the first is `preference`.
     """
 
     cost: Number
@@ -68,7 +68,7 @@ class Plan:
 
     @property
     def objectives(self) -> dict[str, Number]:
-        """What the plan is worth, by the names of costs and preferences; they are distinct."""
+        """The plan's costs and preferences, by name."""
         return self.costs | self.preferences
 
 
@@ -80,8 +80,8 @@ class Reason:
         kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together), `rule` (no plan keeps
             these) or `bound`.
         tasks: the tasks or rules to blame; empty for `bound`.
-        smallest: for `bound`, the smallest mu (or, under a cost bound, the smallest cost) that is possible; None where
-            a limit of the search left it unknown, or no plan keeps the bound on the cost.
+        smallest: for `bound`, the least possible value of the bounded objective: of mu, within the cost bound if there
+            are both, else of the cost; None if it is not known, or if no plan keeps the cost bound.
     """
 
     kind: str
@@ -111,27 +111,27 @@ class NoPlanError(PrefplanError):
 
 
 def stopped_by(ended: str) -> str:
-    """Return in words what ended a search."""
+    """Return what ended a search, in words."""
     return "interrupted" if ended == "interrupt" else f"stopped by the {ended} limit"
 
 
 class UnfinishedError(PrefplanError):
-    """A limit ended the search for one plan before that plan was known; there may well be one.
+    """A limit ended the search for a plan before it was found; it may exist.
 
     Attributes:
-        ended: what ended it: `time`, `memory` or `interrupt`.
-        complete_below: no plan that keeps the bounds and is cheaper than this is missing; None if that is not known.
+        ended: what ended the search: `time`, `memory` or `interrupt`.
+        complete_below: all plans within the bounds that cost less were considered; None if not known.
         best: the best plan known by then, or None.
-        within: percentage by which the best plan may exceed the least value of what is minimised; None if unknown.
+        within: percentage by which the best plan's cost may exceed the least cost; None if not known.
     """
 
     def __init__(
         self, ended: str, *, complete_below: Number | None = None, best: Plan | None = None, within: float | None = None
     ) -> None:
-        """Keep how far the search got, and say it."""
+        """Keep how far the search got, and make it the message."""
         what = "no plan is known yet" if best is None else "a better plan may exist"
-        what += f"; this one costs at most {within} % more than any" if within is not None else ""
-        below = "" if not complete_below or best else f"; any costs at least {complete_below}"
+        what += f"; this one costs at most {within} % more than the cheapest" if within is not None else ""
+        below = "" if not complete_below or best else f"; every plan costs at least {complete_below}"
         super().__init__(f"{stopped_by(ended)}: {what}{below}")
         self.ended, self.complete_below, self.best, self.within = ended, complete_below, best, within
 
@@ -141,12 +141,12 @@ class Stats:
     """Work and time of a search.
 
     Attributes:
-        states: product states met.
-        expanded: labels expanded.
-        generated: labels made.
+        states: number of product states met.
+        expanded: number of labels expanded.
+        generated: number of labels generated.
         bytes: memory of the search at its end.
-        build_seconds: automata and product tables.
-        seconds: heuristic and search.
+        build_seconds: time to build automata and product, s.
+        seconds: time of heuristics and search, s.
     """
 
     states: int = 0
@@ -161,19 +161,19 @@ class Stats:
 class Front(Sequence[Plan]):
     """All non-dominated (cost, mu), one plan each, in order of rising cost and falling mu.
 
-    With several costs or preferences the points are not dominated in all of them, in order of the first cost.
+    With several costs or preferences: all points that no other dominates, in order of the first cost.
 
     Attributes:
         plans: the points.
-        reason: why there is no plan; None if there is one, or if that is not known.
+        reason: why there is no plan; None if there is one, or if the reason is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
-        complete_below: every point of lower cost has been found, and what is dearer is a plan that may be none of the
-            front; None if the front is complete, or within some percent.
+        complete_below: every point of lower cost has been found, and plans of higher cost may be dominated; None if the
+            search ran to its end, was within some percent, or proved nothing of the kind.
         within: every point of the exact front has one here that exceeds it by at most this percentage in cost and in
-            mu; 0 for a complete front, None where the search was stopped before it could prove any.
-        resolution: of what the model's costs were rounded to a multiple; None if they are as they were given.
-        claimed: whether the preference's contract is the user's claim: tried on random costs, but not shown.
-        stats: work and time.
+            mu; 0 for an exact front, None if the search was stopped before it proved any percentage.
+        resolution: the model's costs were rounded to multiples of this; None if they were not rounded.
+        claimed: whether the user declared a preference's contract, which was tested on random costs but not proven.
+        stats: work and time of the search.
     """
 
     plans: tuple[Plan, ...]
@@ -197,7 +197,7 @@ class Front(Sequence[Plan]):
 
     @property
     def ending(self) -> str | None:
-        """What stopped the search and how far it got, as a sentence; None if it ran to its end."""
+        """What stopped the search and how far it got, in words; None if it ran to its end."""
         if self.ended is None:
             return None
         below = "" if not self.complete_below else f"; the front is complete below cost {self.complete_below}"
@@ -205,9 +205,9 @@ class Front(Sequence[Plan]):
         return f"{stopped_by(self.ended)}{below}{proven}"
 
     def over(self, objectives: Collection[str]) -> Front:
-        """Return the points that no other dominates in some costs and preferences alone, given by name.
+        """Return the front of some of the costs and preferences, given by name.
 
-        If the front is complete, so is the result: of each of its points, some plan is on the whole front.
+        It is complete if this front is: each of its points is that of a plan on this front.
         """
         kept: dict[tuple[Number, ...], Plan] = {}
         for plan in self:
@@ -220,9 +220,9 @@ class Front(Sequence[Plan]):
         return replace(self, plans=tuple(plans))
 
     def to_pandas(self) -> DataFrame:
-        """Return a table of one row a plan: `cost`, `preference`, `task_costs.NAME` for every task, and `actions`.
+        """Return a table with a row for each plan: `cost`, `preference`, `task_costs.NAME` for each task, `actions`.
 
-        With several costs or preferences there is a column for each, by its name.
+        With several costs or preferences there is a column for each, under its name.
 
         Raises:
             PrefplanError: pandas is not installed.
@@ -230,18 +230,18 @@ class Front(Sequence[Plan]):
         try:
             import pandas
         except ImportError:
-            raise PrefplanError("a front is made a DataFrame by pandas: pip install pandas") from None
+            raise PrefplanError("a DataFrame needs pandas: pip install pandas") from None
         rows = [[*point_of(plan), *plan.task_costs.values(), plan.actions] for plan in self]
         tasks = [f"task_costs.{name}" for name in self._tasks]
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the points, cost against preference penalty, along the border of what they dominate; return the axes.
+        """Draw the points, preference penalty over cost, as steps around the dominated region; return the axes.
 
-        With several costs or preferences, what is drawn is the front of the first two.
+        With several costs or preferences, the front of the first two is drawn.
 
         Args:
-            ax: where to draw; None for a new figure.
+            ax: axes to draw into; None for a new figure.
         """
         if ax is None:
             from matplotlib import pyplot
@@ -263,7 +263,7 @@ class Front(Sequence[Plan]):
         return tuple(self.plans[0].task_costs) if self.plans else ()
 
     def _repr_html_(self) -> str:
-        """Return the front as notebooks show it: a row a plan, and what keeps it from being whole."""
+        """Return the front as HTML for notebooks: a row for each plan, and why it is empty or incomplete."""
         rows = [_row("td", [i, *point_of(p), *p.task_costs.values()]) for i, p in enumerate(self)]
         named = ("cost", "penalty") if self.objectives in ((), PAIR) else self.objectives
         head = _row("th", ["", *named, *self._tasks])
@@ -286,7 +286,7 @@ class Front(Sequence[Plan]):
     def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
 
     def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
-        """Return a point by its place, or several."""
+        """Return a plan by its number, or several."""
         return self.plans[index]
 
 

@@ -1,7 +1,7 @@
-"""The ledger of some actions: what each task has cost and paid after each of them, and what the preference makes of it.
+"""The ledger of a plan or run: the cost and violation cost of each task, and the preference, after every action.
 
 Plans, runs, the viewer, captions and the report all take their numbers from here. Only the certificate of a run
-(`sim.evidence`) works them out by itself, so that it can judge these.
+(`sim.evidence`) computes them by itself, to check these.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class Entry:
 
     Attributes:
         cost: total cost so far (equation 1).
-        task_costs: c_i by task name (equation 2); of a task that is not satisfied, the total cost so far.
-        violation_costs: v_i by task name: what was paid so far to relax it; the same of rules that may be broken.
+        task_costs: c_i by task name (equation 2); for a task that is not satisfied, the total cost so far.
+        violation_costs: v_i, the price paid so far, by name of each task and each rule that may be broken.
         satisfied: names of the tasks that are satisfied.
-        preference: mu of these costs (Definition 5), which never falls from one entry to the next.
+        preference: mu of these costs (Definition 5), the first of several; it never falls from one entry to the next.
     """
 
     cost: Number
@@ -40,16 +40,16 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """What K actions come to, for a problem's tasks.
+    """The costs and preferences of K actions, for a problem's tasks.
 
     Attributes:
         problem: the tasks and the preference.
         actions: (K,) in order.
-        costs: (K,) of each action.
-        labels: (K + 1,) what holds at the start and after each action.
+        costs: (K,) first cost of each action, in the user's units.
+        labels: (K + 1,) the propositions that hold at the start and after each action.
         states: by task name, (K + 1,) the state of its automaton after each label; None for a task that is skipped.
-        relaxations: what is bought.
-        more_costs: (K,) of each action, by name, of the costs beside the first.
+        relaxations: the relaxations used.
+        more_costs: by name, (K,) each further cost of the actions.
     """
 
     problem: Problem = field(repr=False)
@@ -70,9 +70,9 @@ class Ledger:
         relaxations: Sequence[Purchase] = (),
         more_costs: Mapping[str, tuple[Fraction, ...]] | None = None,
     ) -> Ledger:
-        """Return the ledger of some actions; each task's automaton reads the labels as the relaxations allow.
+        """Return the ledger of some actions; each task's automaton reads the labels with its relaxations.
 
-        Arguments are as the attributes.
+        Arguments are the attributes.
         """
         states: dict[str, tuple[int, ...] | None] = {}
         for task, automaton in zip(problem.tasks, problem.automata, strict=True):
@@ -97,10 +97,10 @@ class Ledger:
 
     @classmethod
     def of_plan(cls, problem: Problem, plan: Plan) -> Ledger:
-        """Return the ledger of a plan by the problem's transition system, whatever the plan says of its costs.
+        """Return the ledger of a plan's actions, with labels and costs of the problem's transition system.
 
         Raises:
-            ModelError: an action does not exist where the plan takes it.
+            ModelError: an action is not applicable in its state.
         """
         labels, costs = problem.system.along(plan.actions)
         more = dict(zip(problem.cost_names[1:], costs[1:], strict=True))
@@ -108,12 +108,12 @@ class Ledger:
 
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:
-        """(K + 1,) total cost before the first and after each action."""
+        """(K + 1,) total cost before the first action and after each."""
         return tuple(self._spent(step) for step in range(len(self.costs) + 1))
 
     @cached_property
     def _totals(self) -> list[tuple[list[int], int]]:
-        """The same for every cost, the first one first, as numerators and their denominator: sums are exact, soon."""
+        """The same for every cost, in order, as numerators and their denominator, for fast exact sums."""
         return [running_totals(each) for each in (self.costs, *self.more_costs.values())]
 
     def _spent(self, step: int, cost: int = 0) -> Fraction:
@@ -138,7 +138,7 @@ class Ledger:
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """(K + 1,) the costs before the first and after each action."""
+        """(K + 1,) the costs before the first action and after each."""
         return tuple(self.entry(k) for k in range(len(self.costs) + 1))
 
     @property
@@ -159,7 +159,7 @@ class Ledger:
         )
 
     def exact_preference(self) -> Any:
-        """Return mu of all the actions: a fraction, or a float where functions or divisions are used."""
+        """Return mu of all the actions: a fraction, or a float where a Python function is used."""
         return self._first_preference(len(self.costs))
 
     def _first_preference(self, step: int) -> Any:
@@ -168,22 +168,22 @@ class Ledger:
         return self.problem.measure.value(*self._costs(step, cost))
 
     def exact_objectives(self) -> tuple[Any, ...]:
-        """Return every total cost and every mu of all the actions, as `exact_preference`."""
+        """Return every total cost and every mu of all the actions; see `exact_preference`."""
         last = len(self.costs)
         values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
         return (*(self._spent(last, cost) for cost in range(len(self._totals))), *values)
 
     def advances(self, task: str) -> tuple[int, ...]:
-        """Return after which actions a task's automaton has changed its state, counted from 1."""
+        """Return the numbers, from 1, of the actions after which a task's automaton changes its state."""
         states = self.states[task] or ()
         return tuple(k for k in range(1, len(states)) if states[k] != states[k - 1])
 
     def task_costs(self, cost: int = 0) -> dict[str, Number]:
-        """Return what each task has cost after all the actions, in one of the costs."""
+        """Return each task's cost after all the actions, in one of the costs."""
         return dict(zip(self.problem.names, map(to_number, self._costs(len(self.costs), cost)[0]), strict=False))
 
     def _costs(self, step: int, cost: int = 0) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the tasks' costs, in one of the costs, and violation costs after a number of actions."""
+        """Return the costs, in one of the costs, and violation costs of all `priced` after a number of actions."""
         done = [step if at is None else min(at, step) for at in self.satisfied.values()]
         done += [0] * (len(self.problem.priced) - len(done))
         paid = dict.fromkeys(self.problem.priced, Fraction(0))

@@ -1,4 +1,4 @@
-"""When planning may stop: limits of time and memory for all that is done under them, and how near is near enough."""
+"""Limits of time and memory, and the tolerance of approximate fronts."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ CHECK_PERIOD_S = 0.05
 """Time between two checks of the limits while a kernel runs."""
 
 MEMORY_SHARE = 0.8
-"""Part of the free memory that planning may take unless told otherwise."""
+"""Share of the free memory that planning may use by default."""
 
 NO_INFLATION = 2**60
-"""Divisor that leaves nothing of any bound of cost: larger than all of them."""
+"""Divisor larger than every bound of cost, so that the quotient is 0."""
 
 FIRST_ROUND, ROUND_FACTOR = 100, 10
-"""Before a front within some percent come coarser ones: the largest percentage, and the factor from one to the next."""
+"""A front within some percent is preceded by coarser ones: their largest percentage, and the factor between two."""
 
 
 def available_memory() -> int:
-    """Return how many bytes of memory are free, or 2 GiB where that is not known."""
+    """Return the free memory, bytes, or 2 GiB if that is not known."""
     try:
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError):
@@ -44,7 +44,7 @@ def available_memory() -> int:
 
 
 def memory_in_use() -> int:
-    """Return how many bytes of memory this process takes; the most it ever took where only that is known."""
+    """Return the memory of this process, bytes; its maximum so far if only that is known."""
     try:
         with open("/proc/self/statm", encoding="ascii") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -54,14 +54,14 @@ def memory_in_use() -> int:
 
 @dataclass
 class Limits:
-    """Bounds of an effort, and how far it got; as a context, `check_limits` keeps to them.
+    """Limits of a search, and how far it got. As a context manager, it sets the limits that `check_limits` checks.
 
-    Those that are made in the context of others end no later, and leave no more memory.
+    Limits made in the context of others are never wider than what is left of these.
 
     Attributes:
-        seconds: time, from when this was made.
-        bytes: memory, beyond what was in use when this was made.
-        ended: `time`, `memory` or `interrupt` once that stopped a search.
+        seconds: limit of the time since this was made, s.
+        bytes: limit of the memory, in addition to what was in use when this was made.
+        ended: `time`, `memory` or `interrupt` once that has stopped a search.
         complete_below: all goals of lower cost (internal units) have been found.
     """
 
@@ -74,7 +74,7 @@ class Limits:
     _outer: Token[Limits | None] | None = None
 
     def __post_init__(self) -> None:
-        """Keep to the present limits too."""
+        """Reduce the limits to what is left of the present ones."""
         outer = _present.get()
         if outer is not None:
             self.seconds = min(self.seconds, outer.seconds_left + time.perf_counter() - self._began)
@@ -88,16 +88,16 @@ class Limits:
 
     @property
     def seconds_left(self) -> float:
-        """How much of the time is left; negative once it is up."""
+        """The time left, s; negative once it is up."""
         return self.seconds - (time.perf_counter() - self._began)
 
     @property
     def bytes_taken(self) -> int:
-        """Memory that was taken since this was made."""
+        """Memory allocated since this was made, bytes."""
         return memory_in_use() - self._in_use_before
 
     def check(self, more_bytes: float = 0) -> None:
-        """Raise LimitError if the time is up, or if the memory does not hold so much more."""
+        """Raise LimitError if the time is up, or if `more_bytes` would exceed the memory limit."""
         if self.out_of_time:
             raise LimitError("time")
         if self.bytes < math.inf and self.bytes_taken + more_bytes > self.bytes:
@@ -109,7 +109,7 @@ class Limits:
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Return to the limits that were present before."""
+        """Restore the limits that were present before."""
         if self._outer is not None:
             _present.reset(self._outer)
 
@@ -119,7 +119,7 @@ _present: ContextVar[Limits | None] = ContextVar("limits", default=None)
 
 @contextmanager
 def interruptible(limits: Limits) -> Iterator[None]:
-    """Work within limits that Ctrl-C reaches too: no time is left of them then.
+    """Work within limits; Ctrl-C ends them, too, and leaves them no time.
 
     Raises:
         LimitError: a limit was reached, or Ctrl-C was pressed.
@@ -133,9 +133,9 @@ def interruptible(limits: Limits) -> Iterator[None]:
 
 
 def check_limits(more_bytes: float = 0) -> None:
-    """Raise LimitError if the present limits are reached, or would be with so much more memory.
+    """Raise LimitError if the present limits are reached, or would be with `more_bytes`.
 
-    Without present limits, memory that is free is the limit.
+    Without present limits, the limit is the free memory.
     """
     limits = _present.get()
     if limits is not None:
@@ -148,7 +148,7 @@ def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
     """Run a kernel in a thread of its own, so that the present limits and Ctrl-C can stop it.
 
     Args:
-        run: calls the kernel; the flag it is given, (1,) bool, is set once the kernel is to return.
+        run: calls the kernel with a flag, (1,) bool, which is set when the kernel must return.
 
     Raises:
         LimitError: a limit was reached.
@@ -168,16 +168,16 @@ def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
 
 @dataclass(frozen=True)
 class Percent:
-    """How much worse a plan may be, in percent, than one that it approximates."""
+    """A tolerance: by how many percent a plan may be worse than one that it approximates."""
 
     value: Fraction
 
     def least(self, value: Any) -> Any:
-        """Return the smallest value that another one exceeds by no more than this; the other one itself for 0 %."""
+        """Return the smallest value that the given one exceeds by at most this percentage; for 0 % the given one."""
         return Fraction(value) / self.factor if self.value else value
 
     def least_cost(self, cost: int) -> int:
-        """Return the smallest whole cost that another one exceeds by no more than this."""
+        """Return the smallest whole cost that the given one exceeds by at most this percentage."""
         return math.ceil(cost / self.factor)
 
     @property
@@ -187,12 +187,12 @@ class Percent:
 
     @property
     def inflation(self) -> int:
-        """The smallest divisor that leaves at most this percentage of anything."""
+        """The smallest whole divisor that leaves at most this percentage of a value."""
         return math.ceil(100 / self.value) if self.value else NO_INFLATION
 
     @property
     def rounds(self) -> list[Percent]:
-        """Larger ones, then this."""
+        """Larger tolerances, in descending order, then this one."""
         if not self.value:
             return [self]
         found = [self.value]
@@ -205,8 +205,8 @@ EXACT = Percent(Fraction(0))
 
 
 def percent(value: Number) -> Percent:
-    """Return a number of percent, which must not be negative."""
+    """Return a percentage, which must not be negative, as a tolerance."""
     number = Fraction(exact(value, "within"))
     if number < 0:
-        raise PrefplanError(f"within: {value} is negative; it is a number of percent, 0 for the exact front")
+        raise PrefplanError(f"within: {value} is negative; it is a percentage, 0 for the exact front")
     return Percent(number)

@@ -1,4 +1,4 @@
-"""What may be a name: of propositions, tasks, locations and objects."""
+"""Valid names of propositions, tasks, locations and objects."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 from prefplan.errors import ModelError
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
-"""A name, as a formula may mention it."""
+"""A name that a formula may contain."""
 
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W", "M", "not", "and", "or"})
-"""Words that mean something else in a formula."""
+"""Words with another meaning in a formula."""
 
 
 def check_names(names: Iterable[Any], *, where: str) -> None:
-    """Raise ModelError, with a key in front, for a name that a formula could not mention."""
+    """Raise ModelError, with the key `where` in front, for a name that a formula could not contain."""
     for name in sorted(names, key=str):
         if not isinstance(name, str) or not NAME.fullmatch(name):
             raise ModelError(

@@ -1,4 +1,4 @@
-"""From a problem to its plans: one plan, one under a bound, or the whole Pareto front."""
+"""From a problem to its plans: a single plan, within bounds if wanted, or the whole Pareto front."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def pareto_front(
 ) -> Front:
     """Return the Pareto front of all costs and preferences; empty, with a reason, if there is no plan.
 
-    A limit of time or memory leaves the points found so far; `ended` says which it was.
+    If a limit of time or memory ends the search, the front has the points found so far, and `ended` names the limit.
 
     Args:
-        problem: what to plan.
-        within: leave out points that a plan of the front approximates: each point of the exact front has one whose cost
-            and mu are larger by at most this percentage.
+        problem: the problem.
+        within: percentage; points may be left out if another plan's cost and mu exceed theirs by at most this. Ignored
+            for several costs or preferences.
         options: how to search; the front does not depend on it.
         **limits: `max_cost`, `at_most`, `max_seconds` and `max_memory`, see `FrontLimits`.
 
@@ -55,12 +55,12 @@ def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits:
     """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
 
     Args:
-        problem: what to plan.
+        problem: the problem.
         options: how to search; cost and mu do not depend on it.
         **limits: those of `pareto_front`, and `max_preference`, see `PlanLimits`.
 
     Raises:
-        NoPlanError: if there is none; its reason has the smallest mu that is possible.
+        NoPlanError: if there is none; its `reason` says why.
         UnfinishedError: if a limit ended the search first.
         PreferenceError: if a cost bound is needed.
     """
@@ -81,29 +81,29 @@ def preferred_plan(problem: Problem, *, options: Options | None = None, **limits
 def best_plan(
     problem: Problem, objective: str, *, options: Options | None = None, **limits: Unpack[PlanLimits]
 ) -> Plan:
-    """Return the plan of the least value of one cost or preference; of several, that of the least other values in turn.
+    """Return the plan of least value of an objective, a cost or preference given by name.
 
-    The objective is named; the other arguments are those of `cheapest_plan`.
+    Ties go to the least values of the other objectives, in their order. Other arguments are those of `cheapest_plan`.
 
     Raises:
         NoPlanError: if there is none within the bounds.
         UnfinishedError: if a limit ended the search first; its `best` is the best plan known by then.
-        PrefplanError: if there is no such objective.
+        PrefplanError: if there is no objective with this name.
         PreferenceError: if a cost bound is needed.
     """
     return Planner(problem, options=options).best(objective, **limits)
 
 
 class Planner:
-    """A problem made ready to be searched.
+    """Plans for one problem; its product is built once for all searches.
 
     Attributes:
-        problem: what is planned.
+        problem: the problem.
         stats: work and time of the last search.
     """
 
     def __init__(self, problem: Problem, *, options: Options | None = None) -> None:
-        """Take the problem; what is searched is built at the first search, within its limits."""
+        """Take the problem; its product is built at the first search, within the limits of that search."""
         self.problem = problem
         self.stats = Stats()
         self._options = options or Options()
@@ -115,21 +115,21 @@ class Planner:
 
     @property
     def _product(self) -> Product:
-        """What is searched."""
+        """The product that is searched."""
         return self._reduction.product
 
     def front(self, *, within: Number = 0, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
-            within: as there.
+            within: as in `pareto_front`.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
         limits, bounds = limits_of(self.problem, **wanted)
         tolerance = percent(within)
         if not self.problem.is_bi_objective:
-            # Nothing is left out of a front of more.
+            # Approximation is not implemented for more objectives.
             tolerance = EXACT
         require_bounds(self.problem, bounds)
         plans: list[Plan] = []
@@ -156,7 +156,10 @@ class Planner:
         )
 
     def best(self, objective: str, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least value of one objective; see `best_plan`, and `front` for `keep_on_interrupt`."""
+        """Return the plan of least value of one objective; see `best_plan`.
+
+        With `keep_on_interrupt`, Ctrl-C raises UnfinishedError in place of KeyboardInterrupt.
+        """
         names = self.problem.objective_names
         if objective not in names:
             raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
@@ -177,7 +180,7 @@ class Planner:
         return best
 
     def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least total cost within a bound on mu; see `cheapest_plan`, and `front`."""
+        """Return the plan of least total cost within a bound on mu; see `cheapest_plan` and `best`."""
         cost, *others = self.problem.objective_names
         if not self.problem.is_bi_objective:
             return self.best(cost, keep_on_interrupt=keep_on_interrupt, **wanted)
@@ -210,7 +213,7 @@ class Planner:
         )
 
     def preferred(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least mu; see `preferred_plan`, and `front`."""
+        """Return the plan of least mu; see `preferred_plan` and `best`."""
         if not self.problem.preferences:
             raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
         if not self.problem.is_bi_objective:
@@ -244,14 +247,14 @@ class Planner:
         single: bool = False,
         tolerance: Percent = EXACT,
     ) -> Iterator[tuple[Found, Plan]]:
-        """Yield the goals of the front with their plans, accounting for the work as it is done.
+        """Yield the goals of the front with their plans, and update `stats`.
 
         Args:
             limits: of time and memory.
             bounds: inclusive, of objectives by name.
-            first: of several objectives the one of which the least value is wanted; None for all.
+            first: of several objectives, the one whose least value is wanted; None for the front.
             single: yield the first goal only.
-            tolerance: what of a front of one cost and one preference may be left out.
+            tolerance: of a front of one cost and one preference.
         """
         product, began, yielded = self._product, time.perf_counter(), set[Any]()
         for exact_numbers in (not self._options.compiled or needs_exact_numbers(self.problem), True):
@@ -279,16 +282,16 @@ class Planner:
             except OverflowError:
                 if exact_numbers:
                     raise
-                # What 64 bits may not hold is searched again in Python's integers.
+                # A number might not fit 64 bits: search again in Python's integers.
                 limits.ended = None
 
     def _bi_objective_search(
         self, limits: Limits, bounds: Mapping[str, Fraction], *, single: bool, tolerance: Percent
     ) -> AnySearch:
-        """Return the compiled search for one cost and one preference that fits the measure.
+        """Return the compiled search for one cost and one preference that suits the preference's terms.
 
         Raises:
-            OverflowError: 64 bits may not hold its numbers.
+            OverflowError: a number might not fit 64 bits.
         """
         measure, product, options = self.problem.measure, self._product, self._options
         cost, preference = self.problem.objective_names
@@ -306,7 +309,7 @@ class Planner:
         return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single, drafted=drafted)
 
     def _draft_front(self, limits: Limits, max_cost: float) -> list[Found]:
-        """Return plans that are close to the front, to have some soon, unless it is found soon itself."""
+        """Return plans close to the front, found early; none for few tasks, where the front itself is found early."""
         drafted = []
         if len(self.problem.tasks) >= self._options.drafted_tasks:
             light = prepare_draft(self._product, self._options, limits.bytes)
@@ -317,7 +320,7 @@ class Planner:
         return drafted
 
     def _checked(self, found: Found, searched: Product) -> Plan:
-        """Return the plan of a goal, which is asserted to be worth in the model what the search counted."""
+        """Return the plan of a goal, asserting that its costs and preferences in the model are those of the search."""
         plan = self._reduction.lifted(found.plan, searched)
         if found.objectives is not None:
             worth = tuple(map(to_number, found.objectives))
@@ -325,7 +328,7 @@ class Planner:
             return plan
         assert plan.cost == to_number(found.cost * self.problem.units.cost)
         counted, paid = found.label_mu, in_units(self._product, found.mu)
-        # A label that is not the best of its kind may have paid for a rule that its plan keeps.
+        # A label that is not optimal may have paid for a rule that its plan keeps.
         may_overpay = len(self.problem.priced) > len(self.problem.tasks)
         assert counted is None or counted == paid or (counted > paid and may_overpay)
         return plan
@@ -335,13 +338,13 @@ class Planner:
         self.stats = replace(search.work, build_seconds=self._reduction.build_seconds, seconds=seconds)
 
     def _below(self, limits: Limits) -> Number | None:
-        """Return up to which cost a search that was stopped has found everything, in the user's units."""
+        """Return the cost below which a stopped search has found every point, in the user's units; None if it ended."""
         if limits.complete_below == math.inf:
             return None
         return to_number(Fraction(limits.complete_below) * self.problem.units.cost)
 
     def _proven(self, plans: Sequence[Plan]) -> Number | None:
-        """Return within how many percent of these plans each best trade-off is, as far as a stopped search proves."""
+        """Return within what percentage of these plans the whole front is proven to be by a stopped search, or None."""
         points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
         proven = []
         if self._begun is not None:
@@ -354,7 +357,7 @@ class Planner:
         return None if least is None else to_number(least)
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
-        """Return why a search found nothing; what else was possible is looked for within what its limits leave."""
+        """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
         reason = infeasible(self._reduction, limits)
         if reason is not None:
             return reason
@@ -376,7 +379,7 @@ class Planner:
 
 @contextmanager
 def _stopped_by(limits: Limits, *, interrupts: bool) -> Iterator[None]:
-    """Work within limits: what stops it is noted in them, and so is Ctrl-C if wanted."""
+    """Work within limits: a limit that stops the work is noted in them, and so is Ctrl-C if wanted."""
     try:
         with limits:
             yield
@@ -389,7 +392,7 @@ def _stopped_by(limits: Limits, *, interrupts: bool) -> Iterator[None]:
 
 
 def _undominated(plans: Sequence[Plan]) -> list[Plan]:
-    """Return the plans that no other is as good as in cost and mu, in order of cost; of equal ones the first."""
+    """Return the plans that no other dominates in (cost, mu), in order of cost; of equal ones the first."""
     kept: list[Plan] = []
     for plan in sorted(plans, key=lambda plan: (plan.cost, plan.preference)):
         if not kept or plan.preference < kept[-1].preference:

@@ -1,4 +1,4 @@
-"""A planning problem: a robot's transition system, its tasks, and how they would best be done."""
+"""A planning problem: a robot's transition system, its tasks and rules, and preferences."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ from prefplan.preferences.objective import (
 )
 
 SKIP_LIMIT = 6
-"""Rules that may be broken: automata have states for every choice of those that are dropped."""
+"""Most rules that may be broken: automata have states for every subset of these."""
 
-UNWEIGHED = 'nothing in the preference weighs what it costs; give a term of the preference over = "violation"'
+UNWEIGHED = 'no term of the preference depends on this price; add a term with over = "violation"'
 
 LARGEST_TRIED = 10**15
-"""Units of cost up to which a declared contract is tried, where plans may cost as much."""
+"""Largest cost, in units, for which a declared contract is tested."""
 
 
 @dataclass(frozen=True, init=False)
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 
-    The search follows one automaton for each of `priced`: of a rule that may be broken, one that is satisfied or
-    dropped before the first action. The tasks' automata watch the rules that are not dropped.
+    The search follows one automaton for each of `priced`; that of a rule that may be broken is satisfied or skipped
+    before the first action. The tasks' automata monitor the rules that are not dropped.
 
     Attributes:
         system: the robot's model (Definition 1).
         tasks: phi_1 .. phi_N.
         preference: mu (Definition 5), the first of several; one that is always 0 if there is none.
-        rules: safety formulas that every plan keeps.
-        present: a proposition; a plan that drops tasks does not end before it holds. None if they may end at once.
-        preferences: all of them, by name.
-        measure: the preference's terms for these tasks.
+        rules: safety formulas that every plan keeps, or breaks at a price.
+        present: a proposition; a plan that skips tasks does not end before it holds. None if it may end at once.
+        preferences: all preferences, with their names.
+        measure: terms of the first preference for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
 
@@ -82,7 +82,7 @@ class Problem:
         several = preference if isinstance(preference, Sequence) else [NamedPreference(DEFAULT_PREFERENCE, preference)]
         named = tuple(several)
         known = system.propositions
-        # What is frozen is set once, here.
+        # The attributes of a frozen dataclass can be set only like this.
         self.__dict__.update(
             system=system,
             tasks=tuple(replace(task, known=known) for task in tasks),
@@ -103,7 +103,7 @@ class Problem:
         self._check_weighed()
 
     def _check_number(self) -> None:
-        """Check how many tasks and rules there are."""
+        """Check the numbers of tasks and rules."""
         number = len(self.priced)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
@@ -115,7 +115,7 @@ class Problem:
             raise PrefplanError(f"rules[{may_break[SKIP_LIMIT]}].skip: at most {SKIP_LIMIT} rules may be broken")
 
     def _check_weighed(self) -> None:
-        """Check that violation costs, if there may be any, matter to a preference."""
+        """Check that some preference depends on violation costs, if there may be any."""
         if any(measure.weighs_violation for measure in self._measures):
             return
         for i, task in enumerate(self.tasks):
@@ -126,9 +126,9 @@ class Problem:
                 raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
 
     def _check_objective_names(self) -> None:
-        """Check the names of costs and preferences, and the costs that preferences are of."""
+        """Check that the names of costs and preferences are distinct, and that `of` names a cost."""
         if not self.preferences and len(self.cost_names) == 1:
-            raise PrefplanError("preference: missing; only where there are several costs none is needed")
+            raise PrefplanError("preference: missing; it may be left out only if there are several costs")
         taken = list(self.cost_names)
         for named in self.preferences:
             where = named.key
@@ -150,7 +150,7 @@ class Problem:
         return tuple(measures)
 
     def _check_claims(self) -> None:
-        """Try contracts that the user declared on costs of the sizes that occur."""
+        """Test contracts that the user declared on costs of the sizes that occur."""
         for named, objective in zip(self.preferences, self.objectives, strict=True):
             for formula in objective.measure.formulas:
                 if formula.claimed:
@@ -166,12 +166,12 @@ class Problem:
 
     @cached_property
     def priced(self) -> tuple[str, ...]:
-        """The names of all that violation costs may be paid for: the tasks, and the rules that may be broken."""
+        """The names of all that have violation costs: the tasks, then the rules that may be broken."""
         return (*self.names, *(rule.name for rule in self.rules if rule.skip is not None))
 
     @cached_property
     def modes(self) -> tuple[frozenset[int], ...]:
-        """Which of the rules that may be broken are dropped, each a place among those: every choice, none first."""
+        """All sets of dropped rules, the empty one first, by indices among the rules that may be broken."""
         places = range(len(self.priced) - len(self.tasks))
         return tuple(frozenset(dropped) for size in range(len(places) + 1) for dropped in combinations(places, size))
 
@@ -185,17 +185,17 @@ class Problem:
         return tuple(found)
 
     def keeps_rules(self, mode: int, labels: Sequence[frozenset[str]]) -> bool:
-        """Return whether some labels keep the rules that are not dropped in one of `modes`."""
+        """Return whether a trace keeps the rules that are not dropped in one of `modes`."""
         return all(first_accepted(monitor, labels) is None for monitor in self.watched(mode))
 
     def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
-        """Return after how many actions each rule that some labels break is broken, by name."""
+        """Return, by name, after how many actions a trace breaks each rule that it breaks."""
         found = {rule.name: first_accepted(dfa, labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
         return {name: step for name, step in found.items() if step is not None}
 
     @cached_property
     def task_propositions(self) -> frozenset[str]:
-        """The propositions on which the tasks and their relaxations depend."""
+        """The propositions on which the tasks, their relaxations and the rules depend."""
         found = frozenset(name for dfa in (*self.automata, *self.monitors) for name in dfa.propositions)
         for relaxation in (relaxation for task in self.tasks for relaxation in task.relax):
             found |= {relaxation.assume} | propositions_of(relaxation.condition)
@@ -205,7 +205,7 @@ class Problem:
     def may_hurry(self) -> bool:
         """Whether leaving out an action that changes no proposition of the tasks never makes a plan worse.
 
-        So it is where no automaton tells one reading of a label from two, and mu never gains from waiting.
+        That is so if all automata are idempotent, no task can be relaxed, and no preference has a general contract.
         """
         general = any(measure.contract == "general" for measure in self._measures)
         if general or any(task.relax for task in self.tasks):
@@ -213,9 +213,9 @@ class Problem:
         return all(map(is_idempotent, (*self.automata, *self.monitors)))
 
     def over(self, system: TransitionSystem, tasks: Sequence[int] | None = None) -> Problem:
-        """Return the problem over another system that the tasks see as they see this one, in the same units.
+        """Return the problem over another system with the same propositions for the tasks, in the same units.
 
-        All tasks are kept unless some are given by number; the preference remains that of all.
+        All tasks are kept unless some are given by number; the preference remains that over all tasks.
         """
         kept = range(len(self.tasks)) if tasks is None else tasks
         followed = range(len(self.priced)) if tasks is None else tasks
@@ -234,7 +234,7 @@ class Problem:
 
     @property
     def resolution(self) -> Number | None:
-        """Of what the model's costs were rounded to a multiple, in the user's units; None if they were not."""
+        """The model's costs were rounded to multiples of this, in the user's units; None if they were not rounded."""
         return None if self.system.resolution is None else to_number(self.system.resolution)
 
     @property
@@ -244,7 +244,7 @@ class Problem:
 
     @property
     def objective_names(self) -> tuple[str, ...]:
-        """What is minimised: every cost, then every preference."""
+        """The names of what is minimised: every cost, then every preference."""
         return (*self.cost_names, *(named.name for named in self.preferences))
 
     @property
@@ -254,7 +254,7 @@ class Problem:
 
     @cached_property
     def objectives(self) -> tuple[PreferenceObjective, ...]:
-        """The preferences, bound to the costs that they count in."""
+        """The preferences, each with the cost in which it measures the tasks' costs."""
         found = []
         for named, measure in zip(self.preferences, self._measures, strict=True):
             cost = 0 if named.of is None else self.cost_names.index(named.of)
@@ -263,16 +263,16 @@ class Problem:
 
     @cached_property
     def cost_units(self) -> tuple[Fraction, ...]:
-        """The unit in which each of the costs is whole."""
+        """For each cost, the unit in which it is whole, in the user's units."""
         return tuple(self._units(cost, self.measure).cost for cost in range(len(self.cost_names)))
 
     @cached_property
     def units(self) -> Units:
-        """Units in which all that the search for one cost and one preference adds up is whole."""
+        """Units in which all costs and values of the search for one cost and one preference are whole."""
         return self._units(0, self.measure)
 
     def _units(self, cost: int, measure: Measure) -> Units:
-        """Return the units of one of the costs, and of a measure that counts in it."""
+        """Return the units of one of the costs, and of a preference over it."""
         unit = self.system.shared_units[cost]
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
@@ -282,7 +282,7 @@ class Problem:
 
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
-        """The automata of the tasks with their relaxations, watching the rules, and of rules that may be broken."""
+        """The automata of the tasks, with relaxations and monitored rules, and then of the rules that may be broken."""
         found, unit = [], self.units.price
         modes = [self.watched(mode) for mode in range(len(self.modes))]
         read = frozenset(name for monitor in self.monitors for name in monitor.propositions)

@@ -1,7 +1,7 @@
-"""Fixtures for pytest, there for everybody who has prefplan installed: outcomes of plans as regression tests.
+"""Fixtures for pytest, available wherever prefplan is installed: regression tests of plans and their execution.
 
-Nothing but pytest is loaded before a test uses a fixture. The assertions are made in `experiments.regression`, which is
-imported by name: the planner knows nothing of programs, and who tests may have packages of the same names.
+Nothing but pytest is loaded before a test uses a fixture. The assertions are in `experiments.regression`, which is
+imported by name: the planner must not depend on programs, and the tested project may have packages of the same names.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from prefplan.front import Front, Plan
 
 FOLDER = Path(__file__).parents[1]
-"""Where the packages are installed."""
+"""Folder in which the packages are installed."""
 
 PACKAGES = ("assets", "experiments", "sim")
-"""Those of prefplan that others may have, too."""
+"""Packages of prefplan whose names other projects may use, too."""
 
 
 @pytest.fixture(name="assert_front")
 def _assert_front() -> Callable[..., Front]:
-    """assert_front(scenario, points): its Pareto front has exactly these points (cost, preference)."""
+    """assert_front(scenario, points): the Pareto front has exactly these points (cost, preference)."""
     return _assertion("assert_front")
 
 
 @pytest.fixture(name="assert_plan")
 def _assert_plan() -> Callable[..., Plan]:
-    """assert_plan(scenario, actions, plan="cost"): one of its plans takes exactly these actions."""
+    """assert_plan(scenario, actions, plan="cost"): the chosen plan has exactly these actions."""
     return _assertion("assert_plan")
 
 
 @pytest.fixture(name="assert_completed")
 def _assert_completed() -> Callable[..., Any]:
-    """assert_completed(scenario, plan="cost", seed=1): the simulated arm carries a plan out."""
+    """assert_completed(scenario, plan="cost", seed=1): the simulated arm completes the plan."""
     return _assertion("assert_completed")
 
 
@@ -55,12 +55,12 @@ def _assertion(name: str) -> Callable[..., Any]:
 
 
 _own: dict[str, ModuleType] = {}
-"""Our modules that were loaded while others of the same names are in use."""
+"""Modules of prefplan's packages that were loaded while others of the same names are in use."""
 
 
 @contextmanager
 def own_packages() -> Iterator[None]:
-    """Have `assets`, `experiments` and `sim` mean ours, whatever they mean to the test."""
+    """Make `assets`, `experiments` and `sim` refer to prefplan's packages, whatever they are in the test."""
     if all(map(_is_own, PACKAGES)):
         yield
         return
@@ -81,6 +81,6 @@ def _is_own(name: str) -> bool:
 
 
 def _taken_out() -> dict[str, ModuleType]:
-    """Return the loaded modules of these names, which are then no longer loaded."""
+    """Unload the modules of `PACKAGES`, and return them."""
     found = [name for name in sys.modules if name.partition(".")[0] in PACKAGES]
     return {name: sys.modules.pop(name) for name in found}

@@ -1,9 +1,8 @@
-"""Planning on from the middle of an execution: what was done and observed so far leads every plan.
+"""Replanning during an execution: every plan begins with the actions and observations so far.
 
-The past is a chain of states in front of the model, each with the label that was observed there, and the actions that
-led on, with what they cost. Every plan begins with the whole chain, so the (cost, mu) of past and future together is
-what the planner optimises; a label of the past may be read under relaxations that nobody thought of then, for nothing
-has been paid for any yet.
+The past is a chain of states in front of the model, each with its observed label, connected by the actions taken, with
+their costs. Every plan begins with the whole chain, so the planner optimises the (cost, mu) of past and future
+together. Relaxations of past labels are chosen anew, since none has been paid for yet.
 """
 
 from __future__ import annotations
@@ -29,13 +28,13 @@ from prefplan.problem import Problem
 
 @dataclass(frozen=True)
 class Past:
-    """K actions that were taken, each with what was observed before it.
+    """K actions that were taken, each with the observation before it.
 
     Attributes:
         actions: (K,) in order.
-        costs: (K,) what each cost, whether or not it worked out.
-        states: (K,) the state before each, the first one the start.
-        labels: (K,) the propositions that held in those states.
+        costs: (K,) cost of each, whether or not it succeeded.
+        states: (K,) state before each; the first is the initial state.
+        labels: (K,) the propositions that held in these states.
     """
 
     actions: tuple[str, ...] = ()
@@ -45,12 +44,12 @@ class Past:
 
     @property
     def cost(self) -> Number:
-        """What was spent so far."""
+        """The total cost so far."""
         return to_number(sum((exact(cost) for cost in self.costs), Fraction(0)))
 
 
 def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem:
-    """Return the problem of which every plan begins with the past; the start of `system` is the present."""
+    """Return the problem in which every plan begins with the past; the start of `system` is the present."""
     known = problem.system.propositions | system.propositions
     if not past.actions:
         return Problem(system.knowing(known), problem.tasks, problem.preference, rules=problem.rules)
@@ -72,7 +71,7 @@ def continue_cheaply(
     planner = Planner(continued(problem, past, system))
     plan = planner.cheapest(max_preference=max_preference)
     if len(plan.actions) < len(past.actions):
-        # All plans that end within the past cost the same, the past; the best of them is the preferred one.
+        # All plans that end within the past cost as much as the past; the best of them is the preferred one.
         plan = planner.preferred(max_cost=past.cost)
     return _reaching(past, plan, system)
 
@@ -87,15 +86,15 @@ def continue_as_preferred(problem: Problem, past: Past, system: TransitionSystem
 
 
 def damaged(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
-    """Return the names of the tasks that, as they are written, nothing can satisfy after some labels."""
+    """Return the names of the tasks that no continuation of a trace satisfies without relaxations."""
     automata = zip(problem.names, problem.automata, strict=True)
     return tuple(name for name, dfa in automata if reduce(dfa.step, labels, 0) == dfa.dead)
 
 
 def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
-    """Return the names of the tasks that nothing can satisfy after some labels, relaxed or not, nor may be skipped.
+    """Return the names of the tasks that may not be skipped and that nothing can satisfy after a trace, even relaxed.
 
-    Where the labels break a rule, that is to blame, and no task is.
+    Empty if the trace breaks a rule that may not be broken.
     """
     if not any(problem.keeps_rules(mode, labels) for mode in range(len(problem.modes))):
         return ()
@@ -110,7 +109,7 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 
 
 def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
-    """Return a problem with more rules, but those that some labels have broken already."""
+    """Return a problem with further rules, except those that a trace has already broken."""
     added = tuple(rules)
     if not added:
         return problem
@@ -121,23 +120,23 @@ def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozens
 
 
 def sparing(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
-    """Return a problem with rules that no plan makes other tasks impossible, but those that some labels have."""
+    """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable."""
     return with_rules(problem, [Possible(task.name, task.formula) for task in others], labels)
 
 
 def achievable(
     problem: Problem, past: Past, system: TransitionSystem, *, spared: Collection[Task] | None = None
 ) -> tuple[Problem, Plan] | None:
-    """Return as many tasks as can still be satisfied together, and a cheapest plan for them; None for none.
+    """Return a problem with tasks that can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict with each other the last one is left out first; with a rule, the last one that does so by
-    itself. The preference of the smaller problem is always 0.
+    Of tasks that conflict with each other the last one is left out first; of tasks that conflict with a rule, the last
+    that does so by itself. The preference of the smaller problem is always 0.
 
     Args:
-        problem: the tasks.
-        past: what every plan begins with.
-        system: what is ahead.
-        spared: other tasks, which the plan must not make impossible, nor what is left out; None if it may.
+        problem: the problem with all tasks.
+        past: the past, with which every plan begins.
+        system: the system ahead; its start is the present.
+        spared: other tasks that the plan must keep satisfiable, like the tasks left out; None to keep none so.
     """
     labels, tasks = [*past.labels, system.label(system.start)], problem.tasks
     while tasks:
@@ -153,7 +152,7 @@ def achievable(
 
 
 def _breaking(problem: Problem, past: Past, system: TransitionSystem) -> str:
-    """Return the name of the last task that by itself breaks a rule in every plan, or else of the last one."""
+    """Return the name of the last task that no plan satisfies by itself within the rules, or else of the last task."""
     for task in reversed(problem.tasks):
         try:
             continue_cheaply(Problem(problem.system, (task,), problem.preference, rules=problem.rules), past, system)
@@ -163,7 +162,7 @@ def _breaking(problem: Problem, past: Past, system: TransitionSystem) -> str:
 
 
 def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> Plan:
-    """Return a plan for some of the tasks, which begins with the past, with the worth it has for all of a problem."""
+    """Return a plan for some of the tasks, which begins with the past, with the costs and mu it has for all tasks."""
     labels, costs = _ahead(past, plan, system)
     worth = Ledger.of(problem, plan.actions, (*past.costs, *costs), labels, plan.relaxations).final
     return replace(
@@ -176,14 +175,14 @@ def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -
 
 
 def spoiled(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:
-    """Return the names of the tasks that a plan, which begins with the past, makes impossible for whatever comes."""
+    """Return the names of the tasks that a plan, which begins with the past, makes unsatisfiable."""
     labels, _ = _ahead(past, plan, system)
     before = damaged(problem, labels[: len(past.labels) + 1])
     return tuple(name for name in damaged(problem, labels) if name not in before)
 
 
 def _ahead(past: Past, plan: Plan, system: TransitionSystem) -> tuple[list[frozenset[str]], list[Number]]:
-    """Return the labels before and after each action of a plan that begins with the past, and what those ahead cost."""
+    """Return the labels before and after each action of a plan that begins with the past, and the costs ahead."""
     state, costs = system.start, list[Number]()
     labels = [*past.labels, system.label(state)]
     for action in plan.actions[len(past.actions) :]:
@@ -194,16 +193,16 @@ def _ahead(past: Past, plan: Plan, system: TransitionSystem) -> tuple[list[froze
 
 
 def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:
-    """Return a plan that goes on to the present at least: what was spent after the last task was satisfied is spent."""
+    """Return a plan that reaches the present at least, as the cost of actions after the last task is spent already."""
     if len(plan.actions) >= len(past.actions):
         return plan
     return replace(plan, cost=past.cost, actions=past.actions, states=(*past.states, system.states[system.start]))
 
 
 class _Continuation(GeneratedSystem):
-    """The past as a chain that leads to a system's start, and the system, where `present` holds.
+    """The past as a chain that leads to the start of a system, in which `present` holds.
 
-    States 0 .. K-1 are those of the past; after them come the system's.
+    States 0 .. K-1 are those of the past; then come those of the system.
     """
 
     def __init__(self, past: Past, ahead: TransitionSystem, present: str, known: frozenset[str]) -> None:
@@ -251,7 +250,7 @@ class _Continuation(GeneratedSystem):
         return (common_unit([self.ahead.shared_units[0], *self.spent]),)
 
     def state(self, number: int) -> Hashable:
-        """Return what a state is called."""
+        """Return the name of a state."""
         length = len(self.past.states)
         return self.past.states[number] if number < length else self.ahead.states[number - length]
 
@@ -271,7 +270,7 @@ class _Continuation(GeneratedSystem):
         return state + 1 + (self.ahead.start if state + 1 == length else 0), (self.spent[state],)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
-        """See `TransitionSystem.quotient`; the past is kept as it was."""
+        """See `TransitionSystem.quotient`; the past is not changed."""
         smaller, length = self.ahead.quotient(names, may_hurry=may_hurry), len(self.past.actions)
 
         def lift(trajectory: Trajectory) -> Trajectory:

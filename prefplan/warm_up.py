@@ -22,13 +22,13 @@ from prefplan.search.labels import rehash
 
 
 def is_compiled() -> bool:
-    """Return whether the machine code of the search lies on disk."""
+    """Return whether the machine code of the search is cached on disk."""
     code = f"{Path(boa_star.__file__).stem}.run-*.nbi"
     return any(Path(boa_star.run.stats.cache_path).glob(code))  # type: ignore[attr-defined]
 
 
 def warm_up() -> None:
-    """Solve small problems that take every kernel."""
+    """Solve small problems that together use every kernel."""
     system = TransitionSystem.from_transitions(
         [("s", "go", "t", 1), ("t", "go", "s", 1)], start="s", labels={"s": ["a"], "t": ["b"]}
     )

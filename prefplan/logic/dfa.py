@@ -1,13 +1,13 @@
 """Minimal DFA of a task's good prefixes (Definition 6), by formula progression.
 
 After reading some labels, what is left of a formula is a positive Boolean combination of subformulas that must hold
-from now on. Such a combination has exactly one irredundant disjunctive form, an *antichain*: a set of sets of
-obligations none of which contains another. Antichains are the states. There are finitely many, and every infinite
-word that satisfies a co-safe formula reaches the antichain `true` after finitely many letters.
+from now on, the *obligations*. Such a combination has exactly one irredundant disjunctive form, an *antichain*: a set
+of sets of obligations none of which contains another. Antichains are the states. There are finitely many, and every
+infinite word that satisfies a co-safe formula reaches the antichain `true` after finitely many letters.
 
-As g implies f U g, that obligation is left out beside g, and the set {g} beside the set {f U g}: nested U then have as
-many states as names, not as many as sets of names. No word reaches `true` later for it: g is met no sooner than f U g.
-The same holds for F[0,2] g and F[0,5] g.
+Since g implies f U g, a set with g needs no f U g, and the set {f U g} makes the set {g} redundant. The states of
+nested U then are as many as propositions, not as many as sets of these. No word reaches `true` later because of this: g
+is met no sooner than f U g. The same holds for F[0,2] g and F[0,5] g.
 
 Transitions are decision diagrams over the formula's propositions: letters are never listed, so a formula may have
 many propositions.
@@ -35,7 +35,7 @@ STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
 
 READINGS_TRIED = 2**14
-"""Number of readings, of every label in every state, up to which it is found out."""
+"""Most pairs of a state and a label for which idempotence is decided."""
 
 Antichain = frozenset[frozenset[int]]
 """Sets of obligations, each a number of a subformula."""
@@ -53,7 +53,7 @@ class Automaton:
     Attributes:
         text: the formula as it was written.
         propositions: AP, sorted: those that the formula mentions.
-        transitions: delta, one decision diagram a state, with states at its leaves.
+        transitions: delta, by state: a decision diagram with states at its leaves.
         accepting: F: the one absorbing state in which the task is satisfied, or None if there is no good prefix.
         dead: the one absorbing state from which the task can no longer be satisfied, or None.
     """
@@ -89,9 +89,9 @@ def first_accepted(dfa: Automaton, labels: Iterable[frozenset[str]]) -> int | No
 
 
 def is_idempotent(dfa: Automaton) -> bool:
-    """Return whether reading any label twice is the same as once; False also if there are too many to try.
+    """Return whether reading any label twice is the same as once; False also if there are too many labels to try.
 
-    If it is, the automaton's language is closed under stuttering: so are all formulas without X.
+    If so, the automaton's language is closed under stuttering, as that of every formula without X and bounds is.
     """
     if dfa.size << len(dfa.propositions) > READINGS_TRIED:
         return False
@@ -109,7 +109,7 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
 
     Args:
         formula: the formula, or its text.
-        text: what the automaton is called; the formula if it is empty.
+        text: text of the formula for messages; if empty, that of `formula`.
 
     Raises:
         FormulaError: if the text is not a co-safe formula, or its automaton would be too large.
@@ -141,11 +141,11 @@ class _Obligations:
         return number
 
     def _add_until(self, number: int, formula: Until) -> None:
-        """Note what implies an until, and what it implies."""
+        """Record which obligations imply an until, and which it implies."""
         if formula.low == 0:
             for stronger in _stronger(formula.right):
                 self._weaker_than.setdefault(stronger, set()).add(number)
-        # What comes soon enough for one bound does for a later one.
+        # An until with an upper bound implies the one with a larger bound.
         high = math.inf if formula.high is None else formula.high
         others = self._until.setdefault((formula.left, formula.right, formula.low), [])
         for bound, other in others:
@@ -156,7 +156,7 @@ class _Obligations:
         others.append((high, number))
 
     def irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
-        """Return the weakest of some sets of obligations, each without what its others imply."""
+        """Return the weakest of some sets of obligations, each without those that others in it imply."""
         whole = {clause: self._with_implied(clause) for clause in clauses}
         kept: list[frozenset[int]] = []
         for number, clause in enumerate(sorted(whole, key=lambda one: len(whole[one])), 1):
@@ -174,7 +174,7 @@ class _Obligations:
 
 
 def _stronger(formula: Formula) -> frozenset[Formula]:
-    """Return obligations that imply a formula because it is made of them."""
+    """Return obligations within a formula each of which implies it."""
     match formula:
         case And(left, right):
             return _stronger(left) & _stronger(right)
@@ -193,7 +193,7 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
 
     @cache
     def obligations(f: Formula) -> Diagram:
-        """Return a formula as the antichain of what must hold from the next letter on."""
+        """Return the antichain of a formula's obligations from the next letter on."""
         match f:
             case Truth(value):
                 return _TRUE if value else _FALSE

@@ -1,7 +1,7 @@
 """Syntactically co-safe LTL (Definition 2) as syntax trees in negation normal form.
 
-Counting operators, such as `F[0,5] a`, count actions. They are kept as they are: expanding them to nested `X` would
-make trees as deep as the bound is large.
+Counting operators, such as `F[0,5] a`, count actions. They are not expanded to nested `X`, which would make trees as
+deep as the bound.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ class _Node:
     """A part of a formula."""
 
     def __str__(self) -> str:
-        """Return the formula as text that reads as itself."""
+        """Return the formula as text that parses to the same formula."""
         return _text(self, 0)  # type: ignore[arg-type]
 
 
@@ -72,9 +72,9 @@ class Until(_Node):
 
 @dataclass(frozen=True)
 class BoundedRelease(_Node):
-    """The dual: `right` holds at every position between `low` and `high`, up to the first at which `left` holds.
+    """The dual of a bounded until: `right` holds from `low` to `high`, or to the first position where `left` holds.
 
-    It is co-safe because of its bound. G[0,5] a is false R[0,5] a.
+    It is co-safe because of the bound. G[0,5] a is false R[0,5] a.
     """
 
     left: Formula
@@ -125,7 +125,7 @@ def propositions_of(formula: Formula) -> frozenset[str]:
 
 
 def later(formula: Until | BoundedRelease) -> Until | BoundedRelease:
-    """Return what is left of an operator at the next position: it counts down."""
+    """Return a counting operator as it is at the next position: with its bounds less by one."""
     low = max(0, formula.low - 1)
     if isinstance(formula, Until):
         return replace(formula, low=low, high=None if formula.high is None else formula.high - 1)
@@ -147,7 +147,7 @@ def holds(formula: Formula, label: frozenset[str]) -> bool:
 
 
 def _text(formula: Formula, strength: int) -> str:
-    """Return a formula as text, in brackets if it binds weaker than some strength."""
+    """Return a formula as text, in brackets if its operator binds weaker than a strength."""
     match formula:
         case Truth(value):
             return "true" if value else "false"

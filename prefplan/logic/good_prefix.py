@@ -1,7 +1,7 @@
-"""What a finite trace of labels says about a co-safe formula, decided on the formula itself.
+"""Whether a finite trace of labels satisfies a co-safe formula, decided on the formula itself.
 
-A trace satisfies a formula when it is a *good prefix*: every infinite continuation satisfies the formula. So what is
-looked for is a continuation that falsifies it. To falsify a formula at a position:
+A trace satisfies a formula if it is a *good prefix*: every infinite continuation satisfies the formula. So a
+continuation that falsifies it is searched for. To falsify a formula at a position:
 
 - `a`: a does not hold there; `!a`: it does
 - `f & g`: falsify f or falsify g
@@ -13,10 +13,10 @@ looked for is a continuation that falsifies it. To falsify a formula at a positi
 A counting operator counts down: `f U[2,5] g` becomes `f U[1,4] g` at the next position, and g is not read before its
 lower bound is 0.
 
-What is left for later is never due, so the falsifying words are those along which obligations can be passed on for
-ever. There are finitely many sets of obligations: such a word exists exactly when some set comes round again.
+Obligations passed on to the next position never become due, so the falsifying words are those along which obligations
+can be passed on for ever. There are finitely many sets of obligations: such a word exists exactly if a set recurs.
 
-Nothing here is shared with the automata that the search follows, so that either can judge the other.
+Nothing here is shared with the automata that the search follows, so that each can be checked against the other.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _ObligationSet = frozenset[Formula]
 
 def satisfied_at(formula: Formula, trace: Sequence[Label]) -> int | None:
     """Return the first position whose label makes the trace up to it satisfy a formula, or None."""
-    # Whatever continues a good prefix is one too.
+    # Every continuation of a good prefix is a good prefix, too.
     position = bisect_left(range(len(trace)), True, key=lambda k: is_satisfied(formula, trace[: k + 1]))
     return position if position < len(trace) else None
 
@@ -58,8 +58,8 @@ def satisfied_at(formula: Formula, trace: Sequence[Label]) -> int | None:
 def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     """Return whether every infinite continuation of a trace satisfies a formula.
 
-    The search goes depth first through (position, obligations); beyond the trace all positions are alike. It ends with
-    a continuation that falsifies the formula where it meets obligations that it is about to pass on.
+    Depth-first search over (position, obligations); beyond the trace all positions are one. A cycle is a continuation
+    that falsifies the formula.
     """
     mentioned = propositions_of(formula)
     read = [*(label & mentioned for label in trace), None]
@@ -69,7 +69,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
         return tee(_passed_on(obligations, label), 1)[0]
 
     def passed_on(here: tuple[int, _ObligationSet]) -> Iterator[_ObligationSet]:
-        # The same obligations meet the same label again and again: what they pass on is worked out once.
+        # The same obligations meet the same label many times: what they pass on is computed once.
         return copy(begun(here[1], read[here[0]]))
 
     start = (0, frozenset({formula}))
@@ -96,7 +96,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
 def _passed_on(obligations: _ObligationSet, label: Label | None) -> Iterator[_ObligationSet]:
     """Yield what is left to falsify at the next position, for every way to falsify some formulas at this one.
 
-    Its label is what holds there, None for whatever suits.
+    `label` is the label of this position, None if any label will do.
     """
     pending = [(tuple(obligations), frozenset[Literal](), frozenset[Formula]())]
     met = set(pending)
@@ -113,7 +113,7 @@ def _passed_on(obligations: _ObligationSet, label: Label | None) -> Iterator[_Ob
         else:
             match formula:
                 case Literal(name, positive):
-                    # Falsifying a and !a together is what no label does.
+                    # No label falsifies both a and !a.
                     if Literal(name, not positive) not in literals:
                         options = [(rest, literals | {formula}, due)]
                 case And(left, right):

@@ -1,7 +1,7 @@
-"""Automata of tasks that also watch rules: they go to their dead state when a rule is broken.
+"""Automata of tasks that also monitor rules: they go to their dead state when a rule is broken.
 
-A plan ends when the last task is satisfied, and until then that task's automaton is watching. So watching in each task
-alone is enough to keep every rule along the whole plan.
+A plan ends when the last task is satisfied, and until then that task's automaton monitors the rules. So no other
+automaton is needed to keep every rule along the whole plan.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from prefplan.logic.mtbdd import Branch, Diagram, Diagrams, upwards
 _ACCEPTING, _DEAD = "accepting", "dead"
 
 APART = "'"
-"""Ends the name of a proposition that only rules read. It keeps the order of names."""
+"""Suffix of a proposition that only rules read; it does not change the order of names."""
 
 
 def watching(
@@ -25,8 +25,8 @@ def watching(
 
     Args:
         task: the task's automaton.
-        modes: the automata of the bad prefixes of the rules that are watched, for each mode; the first has state 0.
-        apart: propositions that the rules read by themselves, with `APART` behind their names.
+        modes: the automata of the bad prefixes of the monitored rules, by mode; the first mode starts in state 0.
+        apart: propositions that the rules read under another name, with the suffix `APART`.
     """
     diagrams = Diagrams()
     pair = diagrams.lift(lambda states, rule: (*states, rule))
@@ -61,7 +61,7 @@ def watching(
 
 
 def told_apart(label: frozenset[str], apart: Iterable[str]) -> frozenset[str]:
-    """Return a label in which the propositions that rules read by themselves hold for both."""
+    """Return a label in which the propositions in `apart` also hold under the names that rules read."""
     return label | {name + APART for name in apart if name in label}
 
 

@@ -1,8 +1,8 @@
-"""Multi-terminal decision diagrams: functions from labels to anything, reduced and shared.
+"""Multi-terminal decision diagrams: functions from labels to arbitrary values, reduced and shared.
 
 R. E. Bryant, "Graph-Based Algorithms for Boolean Function Manipulation", 1986, with arbitrary leaves.
 
-A diagram is as deep as it has propositions. Nothing here recurses, so that there may be thousands.
+A diagram is as deep as its number of propositions, which may be thousands; so nothing here recurses.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Diagrams:
         self._made = 0
 
     def branch(self, name: str, high: Diagram, low: Diagram) -> Diagram:
-        """Return the diagram that decides on a proposition smaller than all those below."""
+        """Return the diagram that decides on a proposition, which must precede all those below it."""
         self._made += 1
         if not self._made % CHECKED_EVERY:
             check_limits()
@@ -60,7 +60,7 @@ class Diagrams:
         return mapped[diagram]
 
     def lift(self, function: Callable[[Any, Any], Hashable]) -> Callable[[Diagram, Diagram], Diagram]:
-        """Return a function of two leaves as one of two diagrams."""
+        """Return a function of two leaves as a function of two diagrams."""
         memo: dict[tuple[Diagram, Diagram], Diagram] = {}
 
         def apply(left: Diagram, right: Diagram) -> Diagram:
@@ -87,7 +87,7 @@ class Diagrams:
 
 
 def cofactors(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
-    """Return a diagram where a proposition, no larger than its first one, is true and where it is false."""
+    """Return a diagram's cofactors where a proposition, no later than its first one, is true and where it is false."""
     if isinstance(diagram, Branch) and diagram.name == name:
         return diagram.high, diagram.low
     return diagram, diagram
@@ -101,16 +101,16 @@ def leaf(diagram: Diagram, label: frozenset[str]) -> Any:
 
 
 def both(branch: Branch) -> tuple[Diagram, Diagram]:
-    """Return what is below a branch, true before false."""
+    """Return the children of a branch, true before false."""
     return branch.high, branch.low
 
 
 def upwards(diagram: Diagram, below: Callable[[Branch], tuple[Diagram, Diagram]] = both) -> Iterator[Diagram]:
-    """Yield every part of a diagram once, after all that is below it.
+    """Yield every node of a diagram once, after all its descendants.
 
     Args:
         diagram: the diagram.
-        below: which diagrams below a branch are entered, in which order; one of them may be given twice.
+        below: the children of a branch to visit, in order; both may be the same.
     """
     done: set[Diagram] = set()
     pending = [diagram]
@@ -140,14 +140,14 @@ Price = tuple[int, int, tuple[int, ...]]
 
 
 def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str, tuple[int, int]]) -> dict[Any, Price]:
-    """Return the leaves that a label leads to with some propositions added to it, each at the least price.
+    """Return the leaves that a label leads to if propositions may be added to it, each with the least price.
 
-    A path asks for every proposition once at most, so that prices add up along it as on a graph: one visit to each
-    branch does for all sets of propositions. Ties go to fewer of them, then to the offers that come first.
+    A path decides on every proposition at most once, so that prices add up along it: one visit to each branch covers
+    all sets of propositions. Ties go to fewer propositions, then to the offers that come first.
 
     Args:
-        diagram: what is read.
-        label: what holds.
+        diagram: the diagram.
+        label: the label.
         offers: propositions that may be added, each with its price and the number of the offer.
     """
 
@@ -182,7 +182,7 @@ def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:
 
 
 def same(one: Diagram, other: Diagram) -> bool:
-    """Return whether two diagrams, perhaps of different families, are the same function."""
+    """Return whether two diagrams, perhaps of different families, represent the same function."""
     compared: set[tuple[int, int]] = set()
     waiting = [(one, other)]
     while waiting:

@@ -1,4 +1,4 @@
-"""Co-safe formulas and safety rules: negations pushed inwards, and what no finite plan can show refused."""
+"""Co-safe formulas and safety rules in negation normal form; other formulas are refused."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from prefplan.logic.syntax import NESTING, Part, error_at, one_line, read, split
 _BEFORE, _TEMPORAL, _STRONG = ("!", "X", "F", "G"), ("X", "F", "U", "M"), {"W": "U", "R": "M"}
 
 MOST_PARTS = 20_000
-"""Greatest size of a normal form: each `<->` and `^` doubles its operands."""
+"""Largest number of nodes of a normal form: each `<->` and `^` doubles its operands."""
 
 MOST_HEIGHT = 350
-"""Greatest height of a normal form, in which `a & b & c` is `(a & b) & c`, for the interpreter's stack."""
+"""Largest height of a normal form, where `a & b & c` is `(a & b) & c`, so that recursion does not overflow."""
 
 
 def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: bool = True) -> Formula:
-    """Read a co-safe formula (Definition 2), as other tools write it; see `prefplan.logic.syntax`.
+    """Parse a co-safe formula (Definition 2) in the syntax of several tools; see `prefplan.logic.syntax`.
 
     Args:
         text: the formula.
         propositions: if given, the only names that may be used.
-        temporal: read `Fa` as `F a` unless `Fa` is one of them.
+        temporal: read `Fa` as `F a` unless `Fa` is one of these names.
 
     Returns:
         The syntax tree in negation normal form.
@@ -43,10 +43,10 @@ def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: boo
 
 
 def parse_rule(text: str, *, propositions: Iterable[str] | None = None) -> Formula:
-    """Read a safety formula, such as `G !wet`; return what its bad prefixes satisfy, its negation.
+    """Parse a safety formula, such as `G !wet`, and return its negation, which its bad prefixes satisfy.
 
     Raises:
-        FormulaError: as `parse` does, for a part of which no finite trace shows that it is broken.
+        FormulaError: as in `parse`, but for a part that makes the formula not a safety formula.
     """
     text, known = one_line(text), None if propositions is None else sorted(propositions)
     tree = read(text, propositions=known)
@@ -59,7 +59,7 @@ def parse_rule(text: str, *, propositions: Iterable[str] | None = None) -> Formu
 
 
 class _UnsafeError(Exception):
-    """A part that makes a formula not co-safe."""
+    """A part makes a formula not co-safe, or a rule not a safety formula."""
 
     def __init__(self, part: Part, positive: bool) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class _UnsafeError(Exception):
 
 
 class _NormalForm:
-    """Formulas in negation normal form of the parts of a text, or of their negations."""
+    """Converts the parts of a formula, or their negations, to negation normal form."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -82,7 +82,7 @@ class _NormalForm:
         self._found: dict[tuple[int, bool], Formula] = {}
 
     def __call__(self, part: Part, positive: bool) -> Formula:
-        """Return a part, or its negation.
+        """Return a part, or its negation if not `positive`.
 
         Raises:
             _UnsafeError: it is not co-safe.
@@ -146,7 +146,7 @@ class _NormalForm:
 
 
 def _joined(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
-    """Join operands from the left, or to a shallow tree where that would be a deep one."""
+    """Join operands from the left, or into a balanced tree if there are many."""
     if len(operands) <= NESTING:
         return reduce(operator, operands)
     while len(operands) > 1:
@@ -157,7 +157,7 @@ def _joined(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
 
 
 def _instead(text: str, tree: Part, error: _UnsafeError, known: Sequence[str] | None) -> str:
-    """Return which task and which rule are nearest to a formula that is not co-safe, in words."""
+    """Return, in words, the task and the rule that are nearest to a formula that is not co-safe."""
     conjuncts = list(_conjuncts(tree))
     whole = next(one for one in conjuncts if one.start <= error.part.start and error.part.end <= one.end)
     others = [one for one in conjuncts if one is not whole]
@@ -172,7 +172,7 @@ def _instead(text: str, tree: Part, error: _UnsafeError, known: Sequence[str] | 
 
 
 def _reads(text: str, known: Sequence[str] | None, positive: bool) -> bool:
-    """Return whether a text is a task, or a rule."""
+    """Return whether a text is a valid task, or a valid rule if not `positive`."""
     try:
         _NormalForm(text)(read(text, propositions=known), positive)
     except (FormulaError, _UnsafeError):
@@ -189,7 +189,7 @@ def _conjuncts(tree: Part) -> Iterator[Part]:
 
 
 def _task_instead(text: str, whole: Part, others: list[Part], error: _UnsafeError) -> str:
-    """Return the nearest co-safe formula; it may be none at all."""
+    """Return a formula near to one that is not co-safe; it need not be valid, and may be empty."""
 
     def words(part: Part, *, weak: bool = True) -> str:
         own = text[part.start : part.end]

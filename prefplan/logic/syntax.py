@@ -1,8 +1,8 @@
-"""The grammar of formulas: text to a tree of operators as they were written.
+"""The parser of formulas: from text to a tree of the operators as written.
 
-It reads the spellings of Spot, Owl, SPIN and LTLf2DFA. Precedence and associativity are Spot's: `->` and `<->` bind
-weakest, to the right, then `|`, `^` and `&`, to the left, then `U`, `W`, `R` and `M`, to the right, then all that
-stands before its operand. A name in quotes is never taken for operators.
+It accepts the spellings of Spot, Owl, SPIN and LTLf2DFA. Precedence and associativity are Spot's, from weak to strong:
+`->` and `<->` (right), `|`, `^` and `&` (left), `U`, `W`, `R` and `M` (right), prefix operators. A name in quotes is
+never taken for operators.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from prefplan.errors import FormulaError, choices
 from prefplan.names import NAME, RESERVED
 
 NESTING = 120
-"""Deeper formulas are refused rather than left to overflow the interpreter's stack."""
+"""Deeper formulas are refused, since recursion might overflow the stack."""
 
 MOST_STEPS = 1000
 """Greatest bound of a counting operator: the automaton has about as many states."""
@@ -52,13 +52,13 @@ class Part:
     """A part of a formula as it was written.
 
     Attributes:
-        sign: of its operator, in one spelling; `name`, `true` or `false` for what has no parts.
+        sign: its operator, in one spelling; `name`, `true` or `false` for a leaf.
         parts: its operands.
         start: first column of its text, from 0.
         end: column after it.
-        name: of a proposition.
+        name: name of a proposition.
         low: least number of steps of a counting operator.
-        high: its greatest; None for no bound.
+        high: greatest number of steps; None for no bound.
     """
 
     sign: str
@@ -71,21 +71,21 @@ class Part:
 
 
 def error_at(text: str, message: str, column: int) -> FormulaError:
-    """Return an error that points at a column of a formula, counted from 0 here and from 1 for people."""
+    """Return an error that points at a column of a formula, from 0; the message counts from 1."""
     return FormulaError(f"{message}, at column {column + 1}\n    {text}\n    {' ' * column}^")
 
 
 def one_line(text: str) -> str:
-    """Return a formula without line breaks, every column where it was."""
+    """Return a formula with line breaks and tabs replaced by spaces, so that columns stay the same."""
     return re.sub(r"\s", " ", text)
 
 
 def split(name: str, known: Collection[str] | None) -> tuple[str, str] | None:
-    """Return a name such as `GFa` as operators and the name behind them, which is empty in `GF`; None if it is a name.
+    """Return a word such as `GFa` as (operators, name), with an empty name for `GF`; None if it is a name itself.
 
     Args:
         name: the word.
-        known: the names that there are; None if any may be meant.
+        known: the valid names; None if any name is valid.
     """
     if known is not None and name in known:
         return None
@@ -116,7 +116,7 @@ class _Token:
 
 
 class _Parser:
-    """Precedence climbing."""
+    """A precedence-climbing parser."""
 
     def __init__(self, text: str, propositions: Sequence[str] | None, temporal: bool) -> None:
         self.text, self.propositions, self.temporal = text, propositions, temporal
@@ -158,7 +158,7 @@ class _Parser:
         return part
 
     def binary(self, weakest: int = 0) -> Part:
-        """Read a formula that is joined by operators of a level or of stronger ones."""
+        """Read a formula whose binary operators have at least a precedence level."""
         start, part, joined, depth = self.token.start, self.unary(), "", self.depth
         while (sign := _INFIX.get(self.token.text)) and _LEVEL[sign] >= weakest:
             low, high = self.bounds(sign, self.advance())
@@ -184,7 +184,7 @@ class _Parser:
         if (sign == "X") != (comma is None):
             number = "one number: X[3]" if sign == "X" else f"two bounds: {token.text}[0,5]"
             raise self.error(f"{token.text!r} takes {number}", bounds.start)
-        digits = 1 + len(str(MOST_STEPS))  # enough of them; Python reads no number of thousands
+        digits = 1 + len(str(MOST_STEPS))  # enough to exceed the limit; Python refuses to read thousands of digits
         low, high = low[:digits], high and high[:digits]
         least, most = int(low), int(high) if high else int(low) if sign == "X" else None
         if max(least, most or 0) > MOST_STEPS:
@@ -215,7 +215,7 @@ class _Parser:
         )
 
     def prefixed(self, operators: Sequence[tuple[str, int, int, int | None]]) -> Part:
-        """Read the operand of operators that stand before it, each with its column and its bounds."""
+        """Read the operand of prefix operators, each given as (sign, column, low, high)."""
         self.nested(operators[0][1], by=len(operators))
         part = self.unary()
         self.depth -= len(operators)
@@ -259,5 +259,5 @@ class _Parser:
 
 
 def _bounds(sign: str) -> tuple[int, int | None]:
-    """Return the bounds of an operator that has none written."""
+    """Return the default bounds of an operator."""
     return (1, 1) if sign == "X" else (0, None)

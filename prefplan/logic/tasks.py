@@ -1,4 +1,4 @@
-"""Temporal tasks that may be relaxed, and rules: what a problem's formulas are, and the automata of them."""
+"""Temporal tasks, which may be relaxed, and rules, with their automata."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from prefplan.names import check_names
 
 @dataclass(frozen=True)
 class Relaxation:
-    """A reading that may be bought: `assume` counts as true wherever `when` holds and it is false, for `cost`.
+    """A relaxation of a task: where `when` holds, `assume` may be read as true although it is false, for `cost`.
 
     Attributes:
         assume: a proposition.
         when: a formula without temporal operators.
-        cost: price of each such reading; it counts towards the task's violation cost, not the total cost.
+        cost: price of each such reading; it is added to the task's violation cost, not to the total cost.
     """
 
     assume: str
@@ -38,11 +38,11 @@ class Task:
     """A temporal task: a co-safe formula (Definition 2), and how it may be relaxed (Remarks 1 to 6).
 
     Attributes:
-        name: what costs and preferences call it.
-        formula: the task.
-        relax: readings that may be bought.
+        name: name by which costs and preferences refer to it.
+        formula: co-safe formula, as text.
+        relax: relaxations that plans may use.
         skip: price of dropping the task before the first action; None if it may not be dropped.
-        known: the propositions that there are, to tell `Fa` from `F a`; None until the task is part of a problem.
+        known: the valid propositions, to tell `Fa` from `F a`; None until the task is part of a problem.
     """
 
     name: str
@@ -56,20 +56,20 @@ class Task:
         """The formula's syntax tree.
 
         Raises:
-            FormulaError: it is no co-safe formula over the known propositions.
+            FormulaError: it is not a co-safe formula over the known propositions.
         """
         return parse(self.formula, propositions=self.known)
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A safety formula, which no plan breaks; or only once, for a price.
+    """A safety formula that no plan breaks, or only for a price.
 
     Attributes:
-        name: what messages and preferences over violations call it.
-        formula: the rule.
-        skip: price of breaking it, after which it is gone; None if it may not be broken.
-        known: as of a task.
+        name: name by which messages and preferences over violation costs refer to it.
+        formula: safety formula, as text.
+        skip: price of breaking it, paid once, after which it no longer applies; None if it may not be broken.
+        known: as in `Task`.
     """
 
     name: str
@@ -79,10 +79,10 @@ class Rule:
 
     @property
     def broken(self) -> Formula:
-        """What its bad prefixes satisfy, as a syntax tree.
+        """The formula's negation, which its bad prefixes satisfy, as a syntax tree.
 
         Raises:
-            FormulaError: it is no safety formula over the known propositions.
+            FormulaError: it is not a safety formula over the known propositions.
         """
         return parse_rule(self.formula, propositions=self.known)
 
@@ -91,31 +91,31 @@ class Rule:
         """The DFA of its bad prefixes.
 
         Raises:
-            FormulaError: as for `broken`.
+            FormulaError: as in `broken`.
         """
         return automaton(self.broken, text=self.formula)
 
 
 class Possible(Rule):
-    """That a co-safe formula can still be satisfied, if not by the plan: its bad prefixes are those of the formula."""
+    """The rule that a plan leaves a co-safe formula satisfiable: its bad prefixes are those of the formula."""
 
     @property
     def monitor(self) -> Automaton:
-        """The DFA of its bad prefixes: it ends where that of the formula is dead."""
+        """The DFA of its bad prefixes: that of the formula, with accepting and dead state exchanged."""
         dfa = automaton(parse(self.formula, propositions=self.known), text=self.formula)
         return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
 
 
 def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
-    """Return the automaton of a task, once its name and what it may be relaxed by are checked.
+    """Check a task's name and relaxations, and return its automaton.
 
     Args:
         task: the task.
         where: its key, for messages.
-        taken: names that it may not have.
+        taken: names already in use.
 
     Raises:
-        PrefplanError: its name, formula or a relaxation makes no sense; the message begins with the key.
+        PrefplanError: its name, formula or a relaxation is invalid; the message begins with the key.
     """
     _check_name(f"{where}.name", task.name, taken)
     with prefixed(f"{where}.formula: ", FormulaError):
@@ -134,7 +134,7 @@ def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
 
 
 def rule_monitor(rule: Rule, where: str, taken: Collection[str]) -> Automaton:
-    """Return the automaton of a rule's bad prefixes; arguments and errors as of `task_automaton`."""
+    """Check a rule's name and price, and return its monitor; arguments and errors as in `task_automaton`."""
     _check_name(f"{where}.name", rule.name, taken)
     _check_price(f"{where}.skip", rule.skip)
     with prefixed(f"{where}.formula: ", FormulaError):

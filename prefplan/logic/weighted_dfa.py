@@ -1,8 +1,8 @@
 """Weighted DFA of a task that may be relaxed (the paper's Remarks 1 to 6).
 
-To every transition of the task's automaton belong the readings that relaxations allow: a label read as if some more
+Besides the transitions of the task's automaton there are those that relaxations allow: a label is read as if more
 propositions were true, for a price. A task that may be skipped has one more state, entered before the first action;
-where plans begin with a past (`prefplan.replanning`), it waits in yet another one until the past is over.
+where plans begin with a past (`prefplan.replanning`), it waits in yet another state until the past is over.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class WeightedAutomaton:
         relaxations: (assumed proposition, condition, price in units) each.
         skip: price in units of the extra state n, or None.
         present: the proposition that ends the past, or None.
-        initial: the state in which it begins, for each choice of rules that are dropped (`Problem.modes`).
-        apart: propositions that relaxations may add for the task, but not for the rules that its automaton watches.
+        initial: the initial state for each choice of dropped rules (`Problem.modes`).
+        apart: propositions that relaxations may add for the task, but not for the rules that its automaton monitors.
     """
 
     automaton: Automaton
@@ -52,32 +52,32 @@ class WeightedAutomaton:
 
     @property
     def size(self) -> int:
-        """Number of states, the skipped one and the one before it included."""
+        """Number of states, including the skipped one and the one that waits for it."""
         return self.automaton.size + (self.skip is not None) * (1 if self.present is None else 2)
 
     @property
     def skipped(self) -> int | None:
-        """The state of a task that was dropped."""
+        """The state of a skipped task, None if the task may not be skipped."""
         return None if self.skip is None else self.automaton.size
 
     def skipping(self, label: frozenset[str]) -> int | None:
-        """Return the state of a task that is dropped as a label is read, or was before."""
+        """Return the state, after reading a label, of a task that is being skipped; None if it may not be."""
         waits = self.present is not None and self.present not in label
         return None if self.skip is None else self.automaton.size + waits
 
     @property
     def propositions(self) -> frozenset[str]:
-        """Those on which readings depend."""
+        """The propositions on which readings depend."""
         conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
         present = set() if self.skip is None or self.present is None else {self.present}
         own = frozenset(name.removesuffix(APART) for name in self.automaton.propositions)
         return own.union(present, *conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
-        """Return the ways to read a label, the free one first, the others the cheapest for each state they lead to.
+        """Return the free reading of a label, then the cheapest bought one for each other state.
 
-        Nothing is ever bought once the task is satisfied or dropped. Ties go to fewer relaxations, then to the order
-        in which they were written.
+        Nothing is bought once the task is satisfied or skipped. Ties go to fewer relaxations, then to the order in
+        which they were written.
         """
         if state == self.skipped:
             return [Reading(state)]

@@ -1,1 +1,1 @@
-"""Robot models that make a transition system: explicit graphs, grids and manipulation."""
+"""Robot models, each of which becomes a transition system: explicit graphs, grids and manipulation."""

@@ -1,4 +1,4 @@
-"""Transition systems that are known state by state; all states are listed only when something asks for them."""
+"""Transition systems whose states are generated one by one, and listed only if an attribute needs all of them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from prefplan.models.transition_system import TransitionSystem
 T = TypeVar("T")
 
 LISTS = frozenset(field.name for field in fields(TransitionSystem))
-"""Attributes that tell of all states, unless a system has them by itself."""
+"""Attributes for which all states are listed, unless a system defines them itself."""
 
 
 class OnDemand(Sequence[T]):
-    """A sequence that makes its entries."""
+    """A sequence that computes its entries when they are read."""
 
     def __init__(self, length: Callable[[], int], make: Callable[[int], T]) -> None:
-        """Take what tells the length, asked only if it matters, and what makes an entry or raises IndexError."""
+        """Take functions that return the length, called only if needed, and an entry, or raise IndexError."""
         self._length, self._make = length, make
 
     def __len__(self) -> int:
@@ -43,12 +43,12 @@ class OnDemand(Sequence[T]):
 class GeneratedSystem(TransitionSystem):
     """A transition system that lists its states on demand.
 
-    A subclass has `start`, `unit`, `propositions` and `resolution`, and what it knows without a list: it defines
-    `listed`, `state`, `label`, `steps`, `shared_units` and `quotient`. States keep their numbers when they are listed.
+    A subclass has `start`, `unit`, `propositions`, `resolution` and attributes of its own, and defines `listed`,
+    `state`, `label`, `steps`, `shared_units` and `quotient`. States keep their numbers when they are listed.
     """
 
     def __init__(self, **attributes: Any) -> None:
-        """Take what is known without a list."""
+        """Take the attributes that need no list."""
         self.__dict__.update(attributes)
 
     def __getattr__(self, name: str) -> Any:
@@ -64,9 +64,9 @@ class GeneratedSystem(TransitionSystem):
 
     @abstractmethod
     def state(self, number: int) -> Hashable:
-        """Return what a state is called."""
+        """Return the name of a state."""
 
     @property
     def states(self) -> Sequence[Hashable]:  # type: ignore[override]
-        """See `TransitionSystem`; their number is known once they are listed."""
+        """See `TransitionSystem`; their length lists all states."""
         return OnDemand(lambda: len(self.offsets) - 1, self.state)

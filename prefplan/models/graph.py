@@ -14,7 +14,14 @@ from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
 
 @dataclass(frozen=True)
 class Transition:
-    """One edge; `action` None stands for the target's name."""
+    """One edge.
+
+    Attributes:
+        source: state that it leaves.
+        target: state that it leads to.
+        action: its action; None for the target's name.
+        cost: >= 0, in the user's units.
+    """
 
     source: str = field(metadata={"key": "from"})
     target: str = field(metadata={"key": "to"})
@@ -27,14 +34,15 @@ class GraphModel:
     """Named states and the transitions between them.
 
     Attributes:
-        start: a state that some transition names.
+        start: the initial state, which some transition names.
         transitions: in the order in which a state's actions are tried.
         labels: propositions by state; states not listed have none.
-        propositions: names that may be used in formulas although no state carries them.
-        resolution: of what costs are rounded to a multiple, as in `TransitionSystem.from_transitions`.
+        propositions: further names that formulas may use, although they hold in no state.
+        resolution: costs are rounded to multiples of this, as in `TransitionSystem.from_transitions`.
 
     Raises:
-        ModelError: (on construction) for a start or label that names no state.
+        ModelError: (on construction) for a start or label of no state, an action that leaves a state twice, a negative
+            cost, or costs with different names.
     """
 
     kind: ClassVar[str] = "graph"

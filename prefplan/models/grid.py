@@ -1,4 +1,4 @@
-"""Grid model: a mobile robot that moves N S E W between cells (the paper's Example 1)."""
+"""Grid model: a mobile robot that moves north, south, east and west between cells (the paper's Example 1)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from prefplan.names import check_names
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 
 BYTES_A_CELL = 300
-"""Memory that building a grid takes for each cell, about."""
+"""Approximate memory for building a grid, per cell."""
 
 Cell = tuple[int, int]
 """x y."""
@@ -30,11 +30,11 @@ GridBox = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Terrain:
-    """Cells that cost something else to enter.
+    """Cells with their own cost of entering.
 
     Attributes:
         boxes: the cells.
-        cost: of a move into one of them.
+        cost: cost of a move into one of them, >= 0.
     """
 
     boxes: Sequence[GridBox]
@@ -47,16 +47,16 @@ class GridModel:
 
     Attributes:
         size: (width, height) in cells.
-        start: first cell.
-        cost: of every move, but for those into a cell of a terrain.
+        start: initial cell.
+        cost: cost of every move except those into a cell of a terrain, >= 0.
         terrain: by name; where two overlap, the last one counts.
         regions: boxes in which a proposition holds, by proposition; they may overlap.
-        obstacles: boxes that cannot be entered; their names are for the reader.
-        propositions: names that may be used in formulas although no cell carries them.
+        obstacles: boxes that cannot be entered; their names only appear in messages.
+        propositions: further names that formulas may use, although they hold in no cell.
 
     Raises:
-        ModelError: (on construction) for a box or start outside the grid, a start in an obstacle, or a negative cost.
-            The message starts with the key as in a scenario file.
+        ModelError: (on construction) for a box or start outside the grid, a start in an obstacle, an invalid name, or
+            a negative cost. The message starts with the key as in a scenario file.
     """
 
     kind: ClassVar[str] = "grid"
@@ -96,10 +96,10 @@ class GridModel:
         return names_of(self.cost)
 
     def transition_system(self) -> TransitionSystem:
-        """Return the cells that are no obstacle, row by row, as a weighted transition system.
+        """Return the cells without obstacles, row by row, as a weighted transition system.
 
         Raises:
-            ModelError: if the grid is larger than the memory that is free.
+            ModelError: if the grid does not fit into free memory.
         """
         return with_costs(self.cost_names, self._with_cost)
 
@@ -144,14 +144,14 @@ class GridModel:
         return frozenset(self.regions) | self.propositions
 
     def _ground(self) -> np.ndarray:
-        """Return the terrain of each cell by its number from 1, 0 for none."""
+        """Return (height, width) the terrain of each cell by its number from 1, 0 for none."""
         ground = np.zeros(self.size[::-1], dtype=np.int64)
         for k, terrain in enumerate(self.terrain.values(), start=1):
             _fill(ground, terrain.boxes, k)
         return ground
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
-        """Return each cell's label as an index, and the distinct labels."""
+        """Return (S,) each free cell's label as an index, and the distinct labels."""
         label = np.zeros(free.shape, dtype=np.int64)
         sets: list[frozenset[str]] = [frozenset()]
         for name, boxes in self.regions.items():

@@ -1,4 +1,4 @@
-"""Several costs of one action: a number, or a table of named costs with the same names wherever one is written."""
+"""Costs of an action: a number, or a table of named costs, with the same names for all actions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from prefplan.models.transition_system import DEFAULT_COST, EdgeCosts, Transitio
 from prefplan.names import check_names
 
 Cost = Number | Mapping[str, Number]
-"""What one action costs: a number, which is then the cost `cost`, or each of several costs by its name."""
+"""The cost of an action: a number, whose name is then `cost`, or several costs by name."""
 
 
 def amount(cost: Cost, name: str) -> Number:
@@ -20,15 +20,15 @@ def amount(cost: Cost, name: str) -> Number:
 
 
 def names_of(cost: Cost) -> tuple[str, ...]:
-    """Return the names of an action's costs; those of the first action in a file are the names of all."""
+    """Return the names of an action's costs, which are those of every action."""
     return tuple(cost) if isinstance(cost, Mapping) else (DEFAULT_COST,)
 
 
 def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
-    """Check that all costs of a model, each given with its key, have the same names.
+    """Check all costs of a model, each given with its key.
 
     Raises:
-        ModelError: a cost is negative, or has other names than the first; the message begins with the key.
+        ModelError: a cost is negative, has no names, or other names than the first; the message begins with the key.
     """
     names: tuple[str, ...] | None = None
     first = first_told = ""
@@ -58,7 +58,7 @@ def _told(cost: Cost) -> str:
 def with_costs(names: tuple[str, ...], build: Callable[[str], TransitionSystem]) -> TransitionSystem:
     """Return a transition system with several costs.
 
-    `build` returns the system with one of them; its states and actions do not depend on which.
+    `build` returns the system with one of them, given by name; states and actions must not depend on the cost.
     """
     systems = [build(name) for name in names]
     more = tuple(EdgeCosts(name, one.costs, one.unit) for name, one in zip(names[1:], systems[1:], strict=True))

@@ -1,4 +1,4 @@
-"""Weighted transition systems (Definition 1), held as arrays so that 10^6 states are no burden."""
+"""Weighted transition systems (Definition 1), as arrays, so that they may have 10^6 states."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_
 from prefplan.names import check_names
 
 DEFAULT_COST = "cost"
-"""Name of the only cost, where it is written as a number."""
+"""Name of a cost that is given as a number."""
 
 Barred = Collection[tuple[frozenset[str], str]]
-"""Actions, each with propositions under which it does not exist."""
+"""(propositions, action): the action does not exist in states where all the propositions hold."""
 
 Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...]]
-"""K actions, and the K + 1 states before the first and after each."""
+"""(K,) actions, and the (K + 1,) states before the first action and after each."""
 
 
 @dataclass(frozen=True)
 class EdgeCosts:
-    """One more cost of every edge of a transition system.
+    """One of the costs of every edge of a transition system.
 
     Attributes:
-        name: of the cost.
-        costs: (E,) >= 0, multiples of `unit`, as `TransitionSystem.costs`.
-        unit: one such multiple in the user's units.
+        name: name of the cost.
+        costs: (E,) >= 0, in multiples of `unit`, as `TransitionSystem.costs`.
+        unit: unit of `costs`, in the user's units.
     """
 
     name: str
@@ -41,11 +41,11 @@ class EdgeCosts:
 
 @dataclass(frozen=True)
 class Quotient:
-    """A smaller system in which some propositions are seen as in another one.
+    """A smaller system that has, for some propositions, the same plans with the same costs as another.
 
     Attributes:
-        system: the smaller one.
-        lift: returns a trajectory of the other system for one of the smaller, with the same costs and propositions.
+        system: the smaller system.
+        lift: maps a trajectory of the smaller system to one of the other, with the same costs and propositions.
     """
 
     system: TransitionSystem
@@ -59,20 +59,20 @@ class TransitionSystem:
     States are 0 .. S-1; the actions of state s are the edges `offsets[s]:offsets[s + 1]`, in the model's order.
 
     Attributes:
-        states: (S,) what each state is called in plans; any sequence, so that names may be made on demand.
+        states: (S,) the name of each state in plans; any sequence, so that names may be computed on demand.
         start: index of s0.
         offsets: (S + 1,) int64.
-        targets: (E,) int32, state each edge leads to.
+        targets: (E,) int32, state that each edge leads to.
         actions: (E,) int32, index into `action_names`.
-        costs: (E,) >= 0, whole multiples of `unit`: int64, or Python's integers where one does not fit.
-        unit: one such multiple in the user's units.
+        costs: (E,) >= 0, in whole multiples of `unit`: int64, or Python's integers where one does not fit.
+        unit: unit of `costs`, in the user's units.
         labels: (S,) int32, index into `label_sets`.
         action_names: names of the actions.
         label_sets: distinct sets of propositions; a state's label is one of them.
-        propositions: every name that may be used in a formula over this system.
-        resolution: of what the costs were rounded to a multiple, in the user's units; None if they were not.
-        cost_name: what the cost is called.
-        more_costs: costs beside it.
+        propositions: every name that a formula over this system may use.
+        resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
+        cost_name: name of the first cost.
+        more_costs: further costs.
     """
 
     states: Sequence[Hashable]
@@ -112,15 +112,15 @@ class TransitionSystem:
 
     @property
     def shared_units(self) -> tuple[Fraction, ...]:
-        """Of each cost the largest unit of which all its values are multiples, in the user's units."""
+        """For each cost, the largest unit of which all its values are multiples, in the user's units."""
         return tuple(edges.unit * (int(np.gcd.reduce(edges.costs, initial=0)) or 1) for edges in self.edge_costs)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
-        """Return a system to search in place of this one by those who see some propositions only: itself.
+        """Return a system to search in place of this one if only some propositions matter; here this one.
 
         Args:
-            names: the propositions that are seen.
-            may_hurry: whether actions that change none of them may be left out where that only lowers costs.
+            names: the propositions that matter.
+            may_hurry: whether actions that change none of them may be left out, which never makes a plan worse.
         """
         return Quotient(self, lambda trajectory: trajectory)
 
@@ -133,11 +133,11 @@ class TransitionSystem:
         return range(self.offsets[state], self.offsets[state + 1])
 
     def cost(self, edge: int) -> Number:
-        """Return what an edge costs in the user's units."""
+        """Return the first cost of an edge, in the user's units."""
         return to_number(int(self.costs[edge]) * self.unit)
 
     def step(self, state: int, action: str) -> tuple[int, Number]:
-        """Return the state an action leads to and its cost in the user's units.
+        """Return the state that an action leads to, and its first cost in the user's units.
 
         Raises:
             ModelError: if the action does not exist in that state.
@@ -153,10 +153,10 @@ class TransitionSystem:
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
     def along(self, actions: Iterable[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
-        """Return the labels of the start and after each of some actions from there, and each cost of all of them.
+        """Return the trace of K actions from the start, (K + 1,) labels, and for each cost its (K,) values.
 
         Raises:
-            ModelError: if an action does not exist where it is taken.
+            ModelError: if an action is not applicable in its state.
         """
         state, costs, labels = self.start, list[tuple[Fraction, ...]](), [self.label(self.start)]
         for action in actions:
@@ -166,11 +166,11 @@ class TransitionSystem:
         return labels, [tuple(each[d] for each in costs) for d in range(len(self.cost_names))]
 
     def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
-        """Return the system with other names that may be used in a formula over it."""
+        """Return the system with other `propositions`."""
         return replace(self, propositions=propositions)
 
     def without(self, barred: Barred) -> TransitionSystem:
-        """Return the system in which some actions do not exist where some propositions hold."""
+        """Return the system without some actions in some states; see `Barred`."""
         if not barred:
             return self
         labels = np.repeat(self.labels, np.diff(self.offsets))
@@ -203,14 +203,15 @@ class TransitionSystem:
 
         Args:
             transitions: every edge; states are created as they are named.
-            start: the start state; may have no edge.
+            start: the initial state, which may have no edge.
             labels: propositions true in a state; states not listed have none.
-            propositions: names that may be used although no label carries them.
-            resolution: round costs to multiples of this; by default only floats of more than 12 digits are,
-                where sums would not fit 64 bits, to 12 digits of the largest cost.
+            propositions: further names that formulas may use, although they hold in no state.
+            resolution: round costs to multiples of this; by default only floats of more than 12 digits are rounded,
+                if sums would not fit 64 bits, to 12 digits of the largest cost.
 
         Raises:
-            ModelError: a negative cost, an action twice in a state, a label on an unknown state, or no proper name.
+            ModelError: a cost is negative, an action leaves a state twice, a label is of an unknown state, or a
+                proposition is not a valid name.
         """
         index: dict[Hashable, int] = {start: 0}
         action_index: dict[str, int] = {}
@@ -262,13 +263,13 @@ class TransitionSystem:
         propositions: Iterable[str] = (),
         resolution: Fraction | None = None,
     ) -> TransitionSystem:
-        """Build a system from checked edges in any order; a state's actions keep theirs.
+        """Build a system from checked edges in any order; the order of a state's actions is kept.
 
-        Arguments are called as the attributes are; `sources` are the (E,) states that the edges leave, and `label_of`
-        has the propositions by state, of the states that have any.
+        Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, and `label_of` has
+        the propositions of the states that have any.
 
         Raises:
-            ModelError: a proposition is no proper name.
+            ModelError: a proposition is not a valid name.
         """
         known = frozenset(propositions).union(*label_of.values())
         check_names(known, where="propositions")
@@ -306,15 +307,15 @@ class TransitionSystem:
         Args:
             graph: a DiGraph or MultiDiGraph. Nodes may carry `labels` (an iterable of propositions); edges carry
                 `cost` (1 unless given) and `action` (the target's name unless given).
-            start: the start node.
-            propositions: names that may be used although no label carries them.
+            start: the initial node.
+            propositions: further names that formulas may use, although no node has them.
             resolution: as in `from_transitions`.
 
         Raises:
             ModelError: if the start is not a node, or as in `from_transitions`.
         """
         if not graph.is_directed():
-            raise ModelError("the graph is undirected; `to_directed` makes each of its edges two")
+            raise ModelError("the graph is undirected; `to_directed` turns each of its edges into two")
         if start not in graph:
             raise ModelError(f"start {start!r} is not a node of the graph")
         transitions = [

@@ -1,1 +1,1 @@
-"""Preference functions over task costs (Definition 5), and what a search may assume of them."""
+"""Preference functions over task costs (Definition 5), and the contracts that a search relies on."""

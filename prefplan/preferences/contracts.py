@@ -1,6 +1,12 @@
-"""Contracts: what may be assumed of a preference function, tried on random costs before it is relied on.
+"""Contracts: properties of a preference function that the search relies on, weakest last.
 
-A contract can be refuted by example, never proven; the ones that the planner derives itself are shown by construction.
+- `additive`: along a plan, mu grows at a rate that depends only on which tasks are satisfied
+- `convex`: the same plus convex non-decreasing functions of one task's cost each, or one weighted maximum alone
+- `componentwise`: mu does not decrease if the cost of a task grows
+- `general`: mu does not decrease along a plan; the search needs a bound of the total cost
+
+A contract that the user declares is tested on random costs, which can refute it but not prove it; contracts that the
+planner derives hold by construction.
 """
 
 from __future__ import annotations
@@ -22,23 +28,23 @@ SEED = 2023
 """Fixed, so that the same preference is always accepted or always refused."""
 
 TOLERANCE = 1e-9
-"""Relative; Python functions are computed in floating point, expressions exactly."""
+"""Relative tolerance for Python functions, which compute in floating point; expressions are exact."""
 
 LARGEST = 1e200
-"""Values beyond this would overflow when they are added up."""
+"""Sums of values beyond this might overflow."""
 
 CostLists = tuple[list[Fraction], list[Fraction]]
 
 
 @dataclass(frozen=True)
 class Span:
-    """The costs that are tried: whole multiples of the smallest one, of every order of magnitude up to the largest."""
+    """Range of the random costs: whole multiples of the smallest, of every order of magnitude up to the largest."""
 
     smallest: Fraction = Fraction(1)
     largest: Fraction = Fraction(2000)
 
     def draw(self, rng: random.Random) -> Fraction:
-        """Return zero now and then, small costs mostly, and large ones sometimes."""
+        """Return a random cost: sometimes zero, often small."""
         kind = rng.random()
         if kind < 0.15:
             return Fraction(0)
@@ -49,13 +55,13 @@ class Span:
 
 
 def check_claim(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-    """Try a contract that the user declared on costs as a problem has them; errors as of the other checks."""
+    """Test a contract that the user declared on costs of a problem's size; errors as in the other checks."""
     check_never_falls(formula, tasks, where, span)
     check_contract(formula, tasks, where, span)
 
 
 def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str) -> None:
-    """Raise PreferenceError if mu is too large at large costs, where it is shown never to fall or be negative."""
+    """Raise PreferenceError if mu, which is known never to fall or be negative, is too large at large costs."""
     large = [Span().largest] * len(tasks)
     value_at((large, large), formula, tasks, where)
 
@@ -86,7 +92,7 @@ def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, spa
 
 
 def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
-    """Raise PreferenceError with a pair of cost vectors that refutes a formula's contract, if one is found."""
+    """Raise PreferenceError if a pair of random cost vectors refutes a formula's contract."""
     rng = random.Random(SEED)
     for _ in range(TRIALS):
         check_limits()
@@ -104,7 +110,10 @@ def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: 
 
 
 def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-    """Refute that the better of two labels with the same satisfied set, by (cost, mu), stays the better one."""
+    """Raise PreferenceError if, of two random labels with one satisfied set, the better by (cost, mu) falls behind.
+
+    For `additive`, also if mu does not grow alike from both.
+    """
     n = len(tasks)
     satisfied = {i for i in range(n) if rng.random() < 0.5}
     spent = sorted(span.draw(rng) for _ in range(2))
@@ -163,7 +172,7 @@ def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where
     """Return mu of a cost vector: a fraction for an expression, a float for a function.
 
     Raises:
-        PreferenceError: if it cannot be worked out, is not a number, negative or too large.
+        PreferenceError: if it cannot be computed, is NaN, negative or too large.
     """
     try:
         value = formula.value(*vector)

@@ -1,4 +1,4 @@
-"""From an expression over task costs to the terms of which it is the sum."""
+"""Decomposition of an expression over task costs into a sum of terms."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _ONE = Constant(Fraction(1))
 
 
 def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
-    """Return an expression as a constant and additive and convex terms, or None if it has another form.
+    """Return an expression as a constant plus additive and convex terms, or None if it has another form.
 
-    Recognised are weighted costs and violation costs, |c_i - c_j|, max - min of the same costs, max(0, c_i - d) and
-    weighted maxima of costs, with factors >= 0, and sums of these.
+    Recognised are sums, with factors >= 0, of costs, violation costs, |c_i - c_j|, max - min of the same costs,
+    max(0, c_i - d) and weighted maxima of costs.
     """
     parts = _flatten(tree)
     if parts is None:
@@ -49,7 +49,7 @@ def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
 
 
 def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:
-    """Return a sum as {summand: factor}; constants belong to the summand 1."""
+    """Return a sum as {summand: factor}; constants have the summand 1."""
     result: dict[Tree, Fraction] = {}
 
     def add(node: Tree, by: Fraction) -> bool:
@@ -73,7 +73,7 @@ def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:
 
 
 def _linear(tree: Tree) -> tuple[dict[int, Fraction], Fraction] | None:
-    """Return an expression as a linear form in the costs and a constant."""
+    """Return an expression as ({task: factor}, constant), or None if it is not linear in the costs."""
     parts = _flatten(tree)
     if parts is None:
         return None
@@ -88,7 +88,7 @@ def _linear(tree: Tree) -> tuple[dict[int, Fraction], Fraction] | None:
 
 
 def _common_cost_set(tree: Operation) -> tuple[Fraction, frozenset[int]] | None:
-    """Return (w, tasks) if an operation's operands are w c_i with one common w > 0."""
+    """Return (w, tasks) if an operation's operands are w c_i with one common w > 0, else None."""
     members, factors = set(), set()
     for operand in tree.operands:
         linear = _linear(operand)

@@ -88,11 +88,10 @@ def variables(tree: Tree) -> frozenset[Variable]:
 
 
 def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
-    """Return an expression over costs as one over their multiples of a unit, and the factor that is left out of it.
+    """Return an expression over costs as one over multiples of units, and the factor to multiply its value by.
 
-    Without a division all its constants are whole, so that it gives whole numbers.
-
-    The units are those of costs and of violation costs.
+    Without a division all its constants are whole, so that its values are, too. `cost` and `price` are the units of
+    costs and of violation costs.
     """
     match tree:
         case Constant(value):
@@ -122,10 +121,10 @@ def divides(tree: Tree) -> bool:
 
 @dataclass(frozen=True)
 class Shape:
-    """What is known of an expression for all costs >= 0.
+    """Properties of an expression for all costs >= 0.
 
     Attributes:
-        low, high: between which its values lie, exact or infinite.
+        low, high: bounds of its values, exact or infinite.
         rising: whether it never falls in any variable.
         falling: whether it never rises in any variable.
     """
@@ -198,7 +197,7 @@ def _binary(name: str, a: Shape, b: Shape) -> Shape:
 
 
 def _sum(x: Fraction | float, y: Fraction | float) -> Fraction | float:
-    # A fraction may be too large to become a float, which it must to be added to infinity.
+    # A fraction is converted to a float to be added to infinity, for which it may be too large.
     return x if abs(x) == math.inf else y if abs(y) == math.inf else x + y
 
 
@@ -242,11 +241,11 @@ _FOREIGN = re.compile(r"[^\w\s.+\-*/(),]", re.ASCII)
 _SYMBOLS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _LENGTH = 400
 _MAGNITUDE = 30
-"""Limits that keep trees shallow enough to walk and numbers small enough to be exact."""
+"""Limits that keep trees shallow enough for recursion and exact numbers small."""
 
 
 class _Reader:
-    """Python's syntax tree of an expression, taken over as far as it is arithmetic."""
+    """Parses an expression as Python, and converts the syntax tree if it is arithmetic."""
 
     def __init__(self, text: str, tasks: Sequence[str], violation: bool) -> None:
         self.text, self.tasks, self.violation = re.sub(r"\s", " ", text).strip(), tasks, violation
@@ -262,7 +261,7 @@ class _Reader:
             raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
         if found := _FOREIGN.search(self.text):
             raise self.foreign(found[0], found.start())
-        # A task may be called what is a keyword in Python, such as `pass`.
+        # The name of a task may be a keyword of Python, such as `pass`.
         masked = _NAME.sub(lambda name: "_" * len(name[0]), self.text)
         try:
             with warnings.catch_warnings(action="ignore"):

@@ -1,7 +1,7 @@
 """Preference functions mu over the tasks' costs (Definition 5); lower is better.
 
-A preference is written in terms of task names and the user's units. `terms` breaks it into what the search knows how to
-follow; `prefplan.preferences.objective` binds those to a problem.
+A preference is written in terms of task names and the user's units. `terms` splits it into terms for which the search
+has label keys; `prefplan.preferences.objective` binds these to a problem.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ OVER = ("cost", "violation")
 
 
 class Preference(Protocol):
-    """What the rest of the planner needs to know of a preference."""
+    """The interface of a preference: any object with this method is one."""
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
-        """Return what mu is the sum of, for these tasks; fractions are constants.
+        """Return the terms whose sum is mu, for these tasks; fractions are constants.
 
         Args:
             tasks: their names, in order.
-            rules: names of the rules that may be broken. They follow the tasks, with violation costs, and cost 0. It is
-                left out where there are none.
+            rules: names of the rules that may be broken, which follow the tasks; they have violation costs, and cost 0.
+                The argument is left out if there are none.
 
         Raises:
             PreferenceError: with the key in front, if the preference does not fit the tasks.
@@ -53,8 +53,8 @@ class Order:
     interchangeable, i.e. mu is the smallest over all orders of a group's members.
 
     Attributes:
-        order: names of tasks, each once, or groups of names; None for the tasks' own order. Those not named weigh
-            nothing.
+        order: names of tasks, each once, or groups of names; None for the order of the problem. Tasks not named do not
+            count.
     """
 
     order: tuple[str | tuple[str, ...], ...] | None = None
@@ -81,7 +81,7 @@ class WeightedSum:
     """mu = sum_i w_i c_i, or over violation costs sum_i w_i v_i.
 
     Attributes:
-        weights: weights >= 0; tasks not named weigh nothing.
+        weights: weights >= 0 by task; 0 for tasks not named.
         over: `cost` or `violation`.
     """
 
@@ -99,7 +99,7 @@ class Max:
     """mu = max_i w_i c_i, or over violation costs max_i w_i v_i.
 
     Attributes:
-        weights: weights >= 0; tasks not named weigh 1.
+        weights: weights >= 0 by task; 1 for tasks not named.
         over: `cost` or `violation`.
     """
 
@@ -117,7 +117,7 @@ class Max:
 
 @dataclass(frozen=True)
 class Due:
-    """A deadline: cost `by` which a task should be satisfied, and the weight of each unit of tardiness."""
+    """A deadline: the cost `by` which a task should be satisfied, and the weight of each unit of tardiness."""
 
     by: Number
     weight: Number = 1
@@ -128,7 +128,7 @@ class Deadline:
     """Weighted tardiness: mu = sum_i weight_i max(0, c_i - by_i), or the same over violation costs.
 
     Attributes:
-        deadlines: by task; tasks not named have none.
+        deadlines: deadlines by task; tasks not named have none.
         over: `cost` or `violation`.
     """
 
@@ -158,8 +158,9 @@ class Expression:
     """mu as a formula over the tasks' costs: `+ - * / min max abs`, numbers and brackets.
 
     Attributes:
-        expression: a task's name stands for its cost.
-        contract: what may be assumed of it; None to have it derived. A declared contract is tried on random costs.
+        expression: the formula; a task's name stands for its cost.
+        contract: `additive`, `convex`, `componentwise` or `general`: the property that the search relies on; None to
+            derive it. A declared contract is tested on random costs.
         over: `cost` or `violation`.
     """
 
@@ -168,7 +169,7 @@ class Expression:
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
-        """Return the additive and convex terms the expression is made of, or itself."""
+        """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
         names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
         tree = parse(self.expression, names, violation=_over_violation(self.over))
         known, found = shape(tree), decompose(tree, count)
@@ -190,7 +191,7 @@ class Function:
 
     Attributes:
         function: (costs, violations) -> mu; both are float64 arrays of shape (N,) in the user's units.
-        contract: what may be assumed of it; it is tried on random costs.
+        contract: as in `Expression`; it is tested on random costs.
     """
 
     function: Callable[[Any, Any], float]
@@ -236,7 +237,7 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
 
 
 def _weighed(tasks: Sequence[str], rules: Sequence[str], over: str) -> tuple[str, ...]:
-    """Return the names of what has such costs: rules have no costs but those of violation."""
+    """Return the names that may have weights: rules have violation costs only."""
     return (*tasks, *rules) if _over_violation(over) else tuple(tasks)
 
 

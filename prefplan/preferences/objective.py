@@ -1,17 +1,18 @@
-"""A preference bound to a problem: exact values of mu, and what the search must keep to compare labels.
+"""A preference bound to a problem: exact values of mu, and the label keys by which the search compares labels.
 
 | terms                                               | label key                                              |
 | --------------------------------------------------- | ------------------------------------------------------ |
-| rates, violation sums, tardiness                    | one entry together: what they amount to                |
+| rates, violation sums, tardiness                    | their sum, as one entry                                |
 | one maximum and nothing else                        | its value                                              |
 | several maxima, or a maximum beside others          | the value of each                                      |
 | formulas, `componentwise`                           | c_i of satisfied tasks and v_i that they mention       |
-| formulas, `general`                                 | the same, and only equal keys are compared             |
+| formulas, `general`                                 | v_i; only labels with equal g and c_i are compared     |
 | formulas declared `additive` or `convex`            | the value of each                                      |
 
-The entry of rates and tardiness is enough: the future growth of a rate depends on S alone, and tardiness of an
-unsatisfied task is a convex function of g, so that of two labels of one product state the one with less (g, entry)
-stays ahead. A lone maximum m = max_i w_i c_i continues as max(m, w_i (g + ...)), which does not fall in (g, m).
+g is the total cost and S the set of satisfied tasks. The entry of rates and tardiness is sufficient: the future growth
+of a rate depends on S alone, and tardiness of an unsatisfied task is a convex function of g, so that of two labels of
+one product state the one with less (g, entry) stays ahead. A lone maximum m = max_i w_i c_i continues as
+max(m, w_i (g + ...)), which does not decrease in (g, m).
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
 
 TASK_LIMIT = 20
-"""Tables over all sets of satisfied tasks have 2^N entries."""
+"""Most tasks and breakable rules together: tables over all satisfied sets have 2^N entries."""
 
 
 DEFAULT_PREFERENCE = "preference"
-"""Name of the only preference, where it is given without one."""
+"""Name of a preference that is given without one."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,9 @@ class NamedPreference:
     """One of several preferences.
 
     Attributes:
-        name: what it is called.
-        preference: what is preferred.
-        of: the cost in which it counts what tasks cost; None for the first one.
+        name: its name.
+        preference: the preference function.
+        of: name of the cost in which the tasks' costs are measured; None for the first.
     """
 
     name: str
@@ -63,9 +64,9 @@ class Measure:
     """mu as a sum of terms over N tasks.
 
     Attributes:
-        tasks: how many tasks there are.
-        terms: what mu is the sum of.
-        constant: added to that.
+        tasks: N, the number of tasks and breakable rules.
+        terms: the summands of mu.
+        constant: the constant summand.
     """
 
     tasks: int
@@ -90,7 +91,7 @@ class Measure:
 
     @cached_property
     def formulas(self) -> list[OpaqueTerm]:
-        """The terms that only their values are known of."""
+        """The terms that are general expressions or Python functions."""
         return self._of_kind(OpaqueTerm)
 
     @property
@@ -132,12 +133,15 @@ class Measure:
 
     @property
     def rounds(self) -> bool:
-        """Whether a value that labels are compared by is a quotient, which compiled code would round."""
+        """Whether an entry of the label key has a division, which compiled code would round."""
         compared = [formula for formula in self.formulas if formula.contract in ("additive", "convex")]
         return any(formula.tree is not None and divides(formula.tree) for formula in compared)
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
-        """Return a unit of mu in which all terms without functions or divisions are whole, given those of costs."""
+        """Return a unit of mu in which all terms without functions or divisions are whole.
+
+        `cost` and `price` are the units of costs and of violation costs.
+        """
         amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:
@@ -148,7 +152,7 @@ class Measure:
 
     @property
     def claimed(self) -> bool:
-        """Whether the contract is the user's claim: it was tried on random costs, not shown."""
+        """Whether the contract was declared by the user: tested on random costs, not proven."""
         return any(formula.claimed for formula in self.formulas)
 
     @cached_property
@@ -158,16 +162,16 @@ class Measure:
         return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
 
     def largest_rate(self) -> Fraction:
-        """Return a bound of how much the additive terms over cost and tardiness grow for a unit of cost."""
+        """Return an upper bound of the growth of rates and tardiness per unit of cost."""
         steps = [step for rate in self.rate_terms for step in rate.steps]
         return sum([*steps, *(late.weight for late in self.tardiness)], Fraction(0))
 
     def rate_table(self, factor: Fraction) -> np.ndarray:
-        """Return the (2^N,) int64 growth of mu in each satisfied set, times a factor that makes it whole."""
+        """Return the (2^N,) int64 rate of mu's growth for each satisfied set, times a factor that makes it whole."""
         return self.rates(np.arange(2**self.tasks), frozenset(range(self.tasks)), 0, factor)
 
     def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
-        """Return the (K,) int64 part of mu's growth that some tasks are to blame for, as `OrderRate.rates`."""
+        """Return the (K,) int64 part of mu's rate that is due to some tasks; see `OrderRate.rates`."""
         return sum((rate.rates(sets, members, outside, factor) for rate in self.rate_terms), start=0 * sets)
 
     def maximum_table(self, factor: Fraction) -> np.ndarray:
@@ -185,10 +189,10 @@ class PreferenceObjective:
     """A preference as one of a problem's objectives.
 
     Attributes:
-        name: what it is called.
-        cost: number of the cost that it counts in.
+        name: its name.
+        cost: index of the cost in which the tasks' costs are measured.
         measure: its terms.
-        units: in which that cost, violation costs and mu are whole.
+        units: units in which that cost, violation costs and mu are whole.
     """
 
     name: str

@@ -1,7 +1,6 @@
-"""What a preference function is the sum of, each term with the label entries that are enough to follow it.
+"""The terms whose sum is a preference function; `prefplan.preferences.objective` makes label keys of them.
 
-See `prefplan.preferences.objective` for how terms become label keys. N tasks, S the satisfied set as bits, g the cost
-so far; the cost of a task not in S is g.
+There are N tasks; S is the satisfied set as bits, and g the cost so far, which is the cost of every task not in S.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ Costs = Sequence[Fraction]
 class OrderRate:
     """Additive: the order preference, weighted.
 
-    While S is satisfied mu grows by sum over groups G of max(0, #{places of G <= |S|} - |S & G|). For groups of one
-    that is Example 3's definition: the frozen costs fill the first |S| places of c*, so an unsatisfied task at such a
-    place is delayed by every unit spent, and all other differences stay at most 0.
+    While S is satisfied, mu grows per unit of cost by the sum over groups G of max(0, #{places of G <= |S|} - |S & G|).
+    For groups of one that is Example 3's definition: the costs of satisfied tasks fill the first |S| places of c*, so
+    an unsatisfied task at such a place is delayed by every unit spent, and all other differences stay at most 0.
 
     Attributes:
         groups: the tasks in the desired order; a group's members are interchangeable. Tasks in no group do not count.
@@ -40,13 +39,13 @@ class OrderRate:
         return (self.weight,) * sum(map(len, self.groups))
 
     def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
-        """Return the part of the rate that some whole groups are to blame for, times a factor that makes it whole.
+        """Return the part of the rate that is due to some groups, times a factor that makes it whole.
 
         Args:
             sets: (K,) int64, satisfied sets.
-            members: tasks of the groups.
-            outside: how many more tasks of the order are satisfied.
-            factor: see above.
+            members: the tasks of these groups; groups with other tasks do not count.
+            outside: number of further satisfied tasks of the order.
+            factor: what a unit of cost is in units of mu.
 
         Returns:
             (K,) int64.
@@ -82,7 +81,7 @@ class WeightedRate:
         return self.weights
 
     def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
-        """Return the part of the rate that some tasks are to blame for, as `OrderRate.rates`."""
+        """Return the part of the rate that is due to some tasks; see `OrderRate.rates`."""
         return sum(((1 - (sets >> i & 1)) * int(self.weights[i] * factor) for i in members), start=0 * sets)
 
     def value(self, costs: Costs, violations: Costs) -> Fraction:
@@ -103,7 +102,7 @@ class SpreadRate:
         return (self.weight,)
 
     def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
-        """Return the whole rate if all its tasks are among some, else nothing, as `OrderRate.rates`."""
+        """Return the whole rate if `members` has all its tasks, else 0; see `OrderRate.rates`."""
         done = np.bitwise_count(sets & sum(1 << i for i in self.members))
         grows = (done > 0) & (done < len(self.members)) & (self.members <= members)
         return np.where(grows, int(self.weight * factor), 0)
@@ -159,10 +158,10 @@ class OpaqueTerm:
     Attributes:
         tree: the expression; None for a function.
         function: (costs, violations) -> value; None for an expression.
-        contract: what may be assumed of it: `additive`, `convex`, `componentwise` or `general`.
-        tasks: how many tasks there are.
+        contract: `additive`, `convex`, `componentwise` or `general`; see `prefplan.preferences.contracts`.
+        tasks: number of tasks and breakable rules.
         weight: factor.
-        claimed: whether the contract is the user's claim, tried but not shown.
+        claimed: whether the contract was declared by the user: tested, not proven.
     """
 
     tree: Tree | None

@@ -35,7 +35,7 @@ class Moves(NamedTuple):
         capacity: (L,) int64. closed: (L,) bool. fixed: (O,) bool.
         supports: (L, L) bool, [x, y]: y must hold an object before one is put at x. clear_of: (L, L) bool.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
-        neutral: (max(L + 1, H),) bool, by location. places: (n + 1,) int64, the neutral ones, and one unused entry.
+        neutral: (max(S + 1, H),) bool, by slot or pose. places: (n + 1,) int64, the neutral locations, and 0.
         told: (T,) int64, objects that some task sees, or that are fixed. unseen: (U,) int64, the others.
         unseen_marks: (M,) int64, digits of marks that no task sees.
         letters: (N, D, R) int64, what each value of a digit adds to the number of the letter that each task reads.

@@ -100,8 +100,8 @@ class Product:
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
         if readings > READINGS_LIMIT:
             raise ModelError(
-                f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} are "
-                "looked at: fewer tasks may have relax"
+                f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} "
+                "can be searched: let fewer tasks have relax"
             )
         self.shift = _tie_bits(costs, states) if counts_actions else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
@@ -183,7 +183,7 @@ class Product:
         if count > READINGS_LIMIT:
             raise ModelError(
                 f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
-                f"at most {READINGS_LIMIT:,} are looked at: fewer tasks may have skip or relax"
+                f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
             )
         return tuple(
             Start(

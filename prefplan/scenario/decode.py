@@ -42,14 +42,14 @@ class Scenario:
     """A scenario file's contents.
 
     Attributes:
-        name: the file's name without its ending.
-        path: where it was read.
-        model: what the robot can do.
+        name: the file's name without its suffix.
+        path: path of the file.
+        model: the robot's model.
         tasks: in the order of the file.
-        preference: how they would best be done; the first of several.
-        rules: what no plan breaks.
-        text: the file itself; empty for a scenario that was not read from text.
-        preferences: all preferences, by name; None if `preference` is the only one.
+        preference: the preference; the first of several.
+        rules: in the order of the file.
+        text: the file's text; empty for a scenario that was not read from text.
+        preferences: all preferences, with their names; None if `preference` is the only one.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Scenario:
         """Return the planning problem, building the model's transition system at the first call.
 
         Raises:
-            ScenarioError: if a formula or the preference does not fit; the message names the file and the key.
+            ScenarioError: if the model, a formula or the preference is invalid; the message names the file and the key.
             LimitError: a limit was reached while the system was built.
         """
         return self._problem
@@ -83,11 +83,11 @@ def load(path: str | Path, *, measured: bool = True) -> Scenario:
     """Read a scenario file.
 
     Args:
-        path: of the file.
-        measured: read the measurements that the costs are to be taken from; False to leave such costs empty.
+        path: path of the file.
+        measured: whether to read the file of measured costs, if the model has such costs; else they stay empty.
 
     Raises:
-        ScenarioError: if there is no such file, it is not TOML, or something in it is wrong; the message names the
+        ScenarioError: if there is no such file, it is not TOML, or its contents are invalid; the message names the
             file and the key and says what would be valid.
     """
     path = Path(path)
@@ -95,7 +95,7 @@ def load(path: str | Path, *, measured: bool = True) -> Scenario:
 
 
 def is_scenario(path: Path) -> bool:
-    """Return whether a file is TOML and has at its top what no scenario can do without."""
+    """Return whether a file is TOML and has the top-level keys that every scenario needs."""
     try:
         data = _contents(_text(path), path)
     except ScenarioError:
@@ -108,8 +108,8 @@ def loads(text: str, *, name: str = "scenario", path: Path | None = None, measur
 
     Args:
         text: the file's contents.
-        name: what the scenario is called.
-        path: where it was read; measurements are looked for beside it.
+        name: the scenario's name.
+        path: path of the file; the model's other files are read from its folder.
         measured: as in `load`.
 
     Raises:
@@ -122,13 +122,13 @@ def loads(text: str, *, name: str = "scenario", path: Path | None = None, measur
 def from_dict(
     data: Mapping[str, Any], *, name: str = "scenario", path: Path | None = None, measured: bool = True
 ) -> Scenario:
-    """Return a scenario from the contents of a file, as a TOML reader gives them.
+    """Return a scenario from the contents of a file, as a TOML parser returns them.
 
     Arguments are those of `loads`.
 
     Raises:
         ScenarioError: as in `load`.
-        LimitError: a limit was reached while files were read.
+        LimitError: a limit was reached while the model's files were read.
     """
     path = path or Path(name)
     with prefixed(f"{path}: ", ScenarioError):
@@ -149,7 +149,7 @@ def from_dict(
 
 
 def _text(path: Path) -> str:
-    """Return what is in a file."""
+    """Return the text of a file."""
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -161,7 +161,7 @@ def _text(path: Path) -> str:
 
 
 def _contents(text: str, path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file with such a text."""
+    """Return the parsed text of a TOML file."""
     try:
         return tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
@@ -169,7 +169,7 @@ def _contents(text: str, path: Path) -> dict[str, Any]:
     except RecursionError:
         raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
     except ValueError as error:
-        # Python reads integers of at most some thousand digits.
+        # Python refuses to parse integers of thousands of digits.
         raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
 
 
@@ -183,7 +183,7 @@ class _File:
 
 
 def _model(table: Any, folder: Path) -> Model:
-    """Return a model; graphs and scenes may stand in files of the scenario's folder."""
+    """Return a model; graphs, scenes and robots may be in files of the scenario's folder."""
     kind = chosen(MODELS, table, "model")
     if kind is GraphModel and "file" in table:
         return decode_table(GraphFileModel, table, "model", also=("kind",), folder=folder)

@@ -1,7 +1,7 @@
-"""Values of a scenario file as values of a type: the fields of a dataclass are the keys of its table.
+"""Decoding of a scenario file's values into types: the fields of a dataclass are the keys of its table.
 
-A field's metadata may give its key in files another name, `{"key": "from"}`, or keep it out of them, `{"key": None}`.
-Dataclasses whose field `name` is kept out are written as a table of tables, each under its name.
+A field's metadata may rename its key, `{"key": "from"}`, or exclude it, `{"key": None}`. Dataclasses whose field `name`
+is excluded are written as a table of tables, each under its name.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
         kind: the dataclass.
         table: the table.
         where: its key, for messages.
-        also: keys that it may have beside those of the dataclass.
-        **given: fields that are known already.
+        also: further keys that are valid, and ignored.
+        **given: fields that do not come from the table.
 
     Raises:
         ScenarioError: a key is unknown or missing, or a value has the wrong type; the message begins with the key.
@@ -49,7 +49,7 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
 
 
 def chosen(kinds: Mapping[str, T], table: Any, where: str) -> T:
-    """Return what the key `kind` of a table stands for; arguments and errors as of `decode_table`."""
+    """Return the one of `kinds` that the key `kind` of a table names; arguments and errors as in `decode_table`."""
     if "kind" not in _typed(Mapping, table, where):
         raise ScenarioError(f"{where}.kind: missing {choices('', kinds)}")
     kind = table["kind"]
@@ -58,7 +58,7 @@ def chosen(kinds: Mapping[str, T], table: Any, where: str) -> T:
 
 
 def decode(kind: Any, value: Any, where: str) -> Any:
-    """Return a value of a file as one of a type; arguments and errors as of `decode_table`."""
+    """Return a value of a file as a value of a type; arguments and errors as in `decode_table`."""
     origin, parts = get_origin(kind), get_args(kind)
     if kind is Any:
         return value
@@ -91,13 +91,13 @@ def _types(kind: Any) -> dict[str, Any]:
 
 
 def _keys(kind: Any) -> dict[str, Field[Any]]:
-    """Return the fields of a dataclass that a file may give, by key."""
+    """Return the fields of a dataclass that a file may have, by key."""
     named = {field.metadata.get("key", field.name): field for field in fields(kind)}
     return {key: field for key, field in named.items() if key is not None}
 
 
 def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
-    """Return a value as the one of several types that its form suits; a file has no None."""
+    """Return a value as that of several types which matches its form; None never occurs in a file."""
     table = isinstance(value, Mapping) and any(get_origin(kind) is Mapping for kind in kinds)
     if set(get_args(Number)) <= set(kinds) and not table:
         return _number(value, where)
@@ -114,7 +114,7 @@ def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
 
 
 def _decode_several(kind: Any, value: Any, where: str) -> tuple[Any, ...]:
-    """Return the entries of a list; one number, or one list in a list of lists, needs no brackets around it."""
+    """Return the entries of a list; a single number, or a single list in a list of lists, may be without brackets."""
     if _is_named(kind):
         tables = _typed(Mapping, value, where).items()
         return tuple(decode_table(kind, table, f"{where}.{name}", name=name) for name, table in tables)
@@ -138,7 +138,7 @@ def _number(value: Any, where: str) -> Any:
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
-    """Return a value if it has a type."""
+    """Return a value, after checking its type."""
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         shown = value if isinstance(value, Decimal) else repr(value)
         is_single_table = kind is list and isinstance(value, Mapping) and "." not in where

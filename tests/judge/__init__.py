@@ -1,4 +1,4 @@
-"""Judges of the planner: slow, plain, and sharing none of its code or algorithms."""
+"""Judges: slow, simple implementations to check the planner against, which share none of its code or algorithms."""
 
 from judge.enumerate import cheapest_cost, exact_front
 from judge.preferences import EXPRESSIONS, exact, random_preference, reference

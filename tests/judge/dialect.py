@@ -1,4 +1,4 @@
-"""Temporal logic as other tools write it, by its definition: every operator in terms of those of `judge.syntax`.
+"""The operators of other tools' temporal logic, defined by those of `judge.syntax`.
 
 Beyond those, a formula is `("iff", f, g)`, `("xor", f, g)`, `("G", f)`, `("W", f, g)`, `("R", f, g)`, `("M", f, g)` or
 counts: `("F", f, low, high)`, the same for `G`, `U` and `R` (whose bounds come last), and `("X", f, n)`.
@@ -32,7 +32,7 @@ UNARY = ("not", "X", "F", "G")
 
 
 def core(formula: Formula) -> Formula:
-    """Return the formula with `not`, `and`, `or`, `X`, `F`, `U` alone."""
+    """Return an equivalent formula with only `not`, `and`, `or`, `X`, `F` and `U`."""
     kind, *rest = formula
     if kind in ("ap", "true", "false"):
         return formula
@@ -69,7 +69,7 @@ def core(formula: Formula) -> Formula:
 
 
 def co_safe(formula: Formula, *, positive: bool = True) -> bool:
-    """Say whether no operator without an upper bound asks for something for ever, negations counted."""
+    """Return whether no unbounded operator requires something for ever, with negations taken into account."""
     kind, *rest = formula
     if kind in ("ap", "true", "false"):
         return True

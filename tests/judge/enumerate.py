@@ -1,10 +1,10 @@
 """The exact Pareto front of a small problem by exhaustive search, with no pruning that needs a contract.
 
-A label is (product state, every cost so far, what they were when each task was satisfied, violation costs). Only these
-go:
+A label is (product state, every cost so far, the same when each task was satisfied, violation costs). Only these are
+pruned:
 
 - exact duplicates, and labels equal to another in all but higher violation costs (mu never falls in a violation cost);
-- labels of which no objective is better than a plan's: none falls along a trajectory;
+- labels with no objective better than some plan's: none falls along a trajectory;
 - labels that cannot reach the end of any plan within the cost bound, by exact distances in the product.
 
 So the answer is exact for every mu that never falls along a trajectory, up to the bound.
@@ -136,7 +136,7 @@ def _price(entries: tuple[tuple[str, Number], ...]) -> Number:
 
 @lru_cache(maxsize=1)
 def explored(problem: GraphProblem) -> Product:
-    """Return the product of a problem; the last one is kept, so that it is built once for all that is asked of it."""
+    """Return the product of a problem; the last one is cached for the next call."""
     return Product(problem)
 
 
@@ -147,7 +147,7 @@ def cheapest_cost(problem: GraphProblem) -> Number | None:
 
 
 class TooManyError(Exception):
-    """There are more labels than a judge will look at."""
+    """There are more labels than the judge's limit."""
 
 
 def exact_front(
@@ -186,8 +186,8 @@ def undominated(
 
     Args:
         space: the product, with the distances in the first cost.
-        worth: of what was spent of every cost, the same when each task was satisfied (or now), and violation costs; no
-            entry falls along a trajectory, nor in a violation cost.
+        worth: objectives, given every total cost, the same when each task was satisfied (or now), and violation costs;
+            none falls along a trajectory, nor in a violation cost.
         limits: greatest costs, inclusive.
         prices: every cost of a move.
         max_labels: labels to make at the most.

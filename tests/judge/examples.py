@@ -1,4 +1,4 @@
-"""Small problems for the judges, and for the planner beside them."""
+"""Small problems on which judges and planner are compared."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ TRAPS = {
         [(3, 3)],
     ),
 }
-"""Problems that lose a point by pruning with another contract than theirs: the problem, its contract, its front.
+"""Problems whose front loses a point if the search assumes a wrong contract: the problem, its contract, its front.
 
-The componentwise ones lose it by pruning labels by cost and mu, the additive one by pruning by vectors of task costs.
+Componentwise ones lose it if labels are pruned by cost and mu, the additive one if by vectors of task costs.
 """

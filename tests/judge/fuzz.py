@@ -1,7 +1,7 @@
-"""Hold the planner against the judges on random problems of every kind of preference and style of numbers.
+"""Compare the planner with the judges on random problems of every kind of preference and style of numbers.
 
 Run by hand: `PYTHONPATH=tests python -m judge.fuzz --problems 100000`. The same seed gives the same problems;
-one that differs is looked at again with `--seed NUMBER --problems 1`.
+`--seed NUMBER --problems 1` repeats a single one.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def judged(numbers: Iterator[int]) -> Iterator[tuple[int, str, str, str]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draw and judge problems until they or the time are over, or Ctrl-C, and return the exit status."""
+    """Draw and judge problems until all are done, the time is up or Ctrl-C is pressed; return the exit status."""
     parser = argparse.ArgumentParser(prog="judge.fuzz", description="Hold the planner against the judges of the tests.")
     parser.add_argument("--problems", type=int, default=sys.maxsize, metavar="N", help="stop after so many")
     parser.add_argument("--seconds", type=float, default=math.inf, metavar="S", help="stop after this time")

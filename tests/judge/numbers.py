@@ -1,4 +1,4 @@
-"""Numbers of every style that users write, in place of the small ones of a random problem."""
+"""Random problems with their small numbers replaced by numbers in every style that users write."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STYLES: dict[str, Callable[[random.Random, int], Written]] = {
 
 
 def restyled(rng: random.Random, problem: GraphProblem, style: str) -> GraphProblem:
-    """Return a problem with all its costs, prices, weights and deadlines in a style, or in `mixed` ones."""
+    """Return a problem with all its costs, prices, weights and deadlines in one style, or in `mixed` styles."""
     floats: dict[Number, float] = {}
 
     def write(number: Number) -> Number:

@@ -130,13 +130,13 @@ def random_preference(rng: random.Random, names: Sequence[str], kind: str, over:
 
 
 def named(expression: str, names: Sequence[str]) -> str:
-    """Put task names in the places of x, y, z; with two tasks z is the second too."""
+    """Replace x, y, z by names of tasks; with two tasks, z is also the second."""
     places = {place: names[min(k, len(names) - 1)] for k, place in enumerate("xyz")}
     return re.sub(r"\b[xyz]\b", lambda match: places[match.group()], expression)
 
 
 def _some(rng: random.Random, names: Sequence[str]) -> list[str]:
-    """Return all the tasks, or now and then only some: the others weigh nothing, or 1 in a maximum."""
+    """Return all tasks, or sometimes only some: those not named have weight 0, or 1 in a maximum."""
     left_out = rng.randrange(len(names)) if rng.random() < 0.2 else 0
     return rng.sample(list(names), len(names) - left_out)
 

@@ -26,7 +26,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Leave to read a label on which `when` holds with `assume` added, for `cost` each time (Remarks 1-6)."""
+    """Permission to read labels where `when` holds as if `assume` held too, for `cost` each time (Remarks 1 to 6)."""
 
     assume: str
     when: Formula
@@ -35,7 +35,7 @@ class Relaxation:
 
 @dataclass(frozen=True)
 class JudgedTask:
-    """A task; `skip` is what dropping it costs, None when it may not be dropped."""
+    """A task; `skip` is the price of skipping it, None if it may not be skipped."""
 
     name: str
     formula: Formula
@@ -49,12 +49,12 @@ class GraphProblem:
 
     Attributes:
         start: the first state.
-        edges: every action, a state's own in order.
+        edges: every action; those of a state in order.
         labels: the propositions of each state that has any.
         tasks: the tasks, in order.
         preference: the `[preference]` table of the scenario.
         bygone: states in which no plan ends.
-        floats: what floats a scenario has in place of some numbers, none unless said.
+        floats: the floats that a scenario has in place of some exact numbers.
     """
 
     start: str

@@ -1,4 +1,4 @@
-"""Small planning problems drawn at random, on which wrong dominance, semantics or accounting shows."""
+"""Small random planning problems that reveal wrong dominance, semantics or accounting."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def random_problem(
 ) -> GraphProblem:
     """Draw a problem with 3 to 7 states: zero-cost edges, self-loops, dead ends, several propositions a state.
 
-    Tasks are mostly such that each alone can be done, and not at the start; together they need not be feasible.
+    Most tasks can be satisfied alone, but not at the start; together they need not be feasible.
 
     Args:
         seed: the same seed gives the same problem.
         kind: kind of the preference; over violations when `relaxed` (then `weighted-sum`, `max` or `sum`).
-        tasks: how many; 2 or 3 by chance when None.
-        relaxed: give tasks relaxations and leave to skip.
-        decimals: digits after the point that costs may have.
+        tasks: number of tasks; None to draw 2 or 3.
+        relaxed: whether tasks have relaxations and may be skipped.
+        decimals: decimal places that costs may have.
         depth: greatest depth of a task's formula.
     """
     rng = random.Random(f"{seed} {kind} {relaxed}")
@@ -87,7 +87,7 @@ def _tangle(rng: random.Random) -> list[tuple[str, str, str]]:
 
 
 def _diamonds(rng: random.Random) -> list[tuple[str, str, str]]:
-    """Draw a chain of forks that join again: paths that differ in the past only, where dominance is decided."""
+    """Draw a chain of forks that join again: paths that differ only before the join, where dominance is decided."""
     states = [f"s{k}" for k in range(rng.choice((4, 7, 7)))]
     moves = []
     for k in range(0, len(states) - 1, 3):
@@ -122,7 +122,7 @@ def _random_task(
 
 
 def _random_errand(rng: random.Random, atoms: Sequence[str]) -> Formula:
-    """Draw a formula of the kinds people write: visit in turn, avoid until, one thing right after another."""
+    """Draw a formula of a common kind: visits in sequence, avoidance until a visit, a visit right after another."""
     p, q, r = (("ap", rng.choice(atoms)) for _ in range(3))
     avoid: Formula = ("U", ("not", p), q)
     return rng.choice(
@@ -142,7 +142,7 @@ def _random_errand(rng: random.Random, atoms: Sequence[str]) -> Formula:
 
 
 def _is_worth_doing(graph: GraphProblem, formula: Formula) -> bool:
-    """Say whether some path of the graph satisfies a formula, and reading the start alone does not."""
+    """Return whether some path of the graph satisfies a formula that the start alone does not satisfy."""
     judge = monitor(formula)
     first = (graph.start, judge.step(judge.start, graph.label(graph.start)))
     if judge.satisfied(first[1]):

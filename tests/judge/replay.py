@@ -1,4 +1,4 @@
-"""Re-judge a plan by what its trace says about each task, knowing nothing of how it was found."""
+"""Evaluate a plan by its trace alone, independently of how it was found."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from judge.semantics import holds_now, satisfaction_index
 
 
 class Replay(NamedTuple):
-    """What a plan is worth; `satisfied`, `task_costs` and `violations` follow the order of the tasks.
+    """The costs and mu of a plan; `satisfied`, `task_costs` and `violations` are in the order of the tasks.
 
-    `ends` says that every task not skipped is satisfied, and only by the last action.
+    `ends` says whether the last action, and none before it, leaves every task satisfied or skipped.
     """
 
     cost: Number
@@ -32,7 +32,7 @@ def replay(
     *,
     mu: Mu | None = None,
 ) -> Replay:
-    """Carry a plan out on the graph and judge its trace (Definition 3, equations (1) and (2)).
+    """Replay a plan on the graph and evaluate its trace (Definition 3, equations (1) and (2)).
 
     Args:
         problem: the problem.

@@ -1,4 +1,4 @@
-"""The exact front of a small problem with rules, by exhaustive search; bad prefixes are watched."""
+"""The exact front of a small problem with rules, by exhaustive search with monitors of bad prefixes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GONE = -3
 
 
 class JudgedRule(NamedTuple):
-    """A rule; `bad` is what its bad prefixes satisfy, and `skip` what breaking it costs, None if it may not be."""
+    """A rule; its bad prefixes satisfy `bad`, and `skip` is the price of breaking it, None if it may not be broken."""
 
     name: str
     bad: Formula
@@ -34,7 +34,7 @@ class RuledProduct(Product):
         super().__init__(replace(problem, tasks=(*problem.tasks, *watched)))
 
     def finished(self, node: Node) -> bool:
-        """Say whether a plan ends here: no rule asks for anything more."""
+        """Return whether a plan may end here: rules do not prevent it."""
         return all(state < 0 for state in node[1][: self.tasks])
 
     def _readings_of(self, k: int, state: int, label: Label) -> list[Reading]:

@@ -1,4 +1,4 @@
-"""What a trace says about a formula, decided from the definition of LTL (Definition 2) and a tableau of its negation.
+"""Whether a trace satisfies a formula, by the definition of LTL (Definition 2) and a tableau of the formula's negation.
 
 A finite trace is a good prefix of f when every infinite continuation satisfies f, that is when none satisfies !f.
 With f co-safe, the negation normal form of !f has only literals, `and`, `or`, `X`, `G`, `R`: no eventuality. Its
@@ -12,7 +12,7 @@ tableau keeps *clauses*, sets of formulas that the rest of the word must satisfy
    *live*: it reaches a cycle, i.e. survives the removal, again and again, of clauses without a successor.
 3. Hence a trace is a good prefix exactly when no live clause can be reached by reading it.
 
-Clauses that contain another of the same set are left out: what satisfies them satisfies the smaller one too.
+Clauses that contain another of the same set are left out: a word that satisfies them satisfies the smaller one too.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _both(first: frozenset[Clause], second: frozenset[Clause]) -> frozenset[Clau
 
 
 class Monitor:
-    """Reads a trace letter by letter and knows when it has become a good prefix of a co-safe formula.
+    """Reads a trace letter by letter and detects when it is a good prefix of a co-safe formula.
 
     States are integers, `start` before anything is read. Two traces in the same state have the same continuations.
     """

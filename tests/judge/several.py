@@ -18,7 +18,7 @@ COST_NAMES = ("time", "energy", "noise")
 
 
 class Wish(NamedTuple):
-    """A named preference: its table, and the cost that it counts in by number."""
+    """A named preference: its table, and the number of the cost in which it measures the tasks' costs."""
 
     name: str
     table: Mapping[str, Any]
@@ -147,7 +147,7 @@ def several_front(
 
 
 def replayed(problem: SeveralProblem, actions: Sequence[str], relaxations: Sequence[Mapping[str, Any]]) -> Values:
-    """Return what a plan is worth by its trace.
+    """Return the objectives of a plan, computed from its trace.
 
     Raises:
         ValueError: an action or a relaxation that the problem does not offer, or the plan does not end.

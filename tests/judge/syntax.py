@@ -56,7 +56,7 @@ def bracketed(formula: Formula) -> str:
 
 
 def random_text(formula: Formula, rng: random.Random) -> str:
-    """Write a formula with needless brackets and spaces strewn in; `parse` gives the same tuple back."""
+    """Write a formula with redundant brackets and spaces inserted; `parse` gives the same tuple back."""
     words: list[str] = []
     for token in _tokens(formula, 0, lambda: rng.random() < 0.2):
         would_merge = bool(words) and _is_word(words[-1]) and _is_word(token)

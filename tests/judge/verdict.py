@@ -1,4 +1,4 @@
-"""The planner's answers to one problem held against the judges': fronts, bounds, and every plan replayed."""
+"""The planner's answers to one problem compared with the judges': fronts, bounds, and every plan replayed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OPTIONS = (
 )
 
 MAX_LABELS = 100_000
-"""Labels of a problem that the judge looks at."""
+"""Most labels of a problem that the judge makes."""
 
 
 def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str | None:
@@ -76,7 +76,7 @@ def exact_limit(problem: GraphProblem) -> Number | None:
 
 
 def beyond(front: Sequence[Plan], expected: Sequence[tuple[Number, Number]], percent: Number) -> str | None:
-    """Return which point of the exact front no plan is within so many percent of, or None."""
+    """Return a point of the exact front that no plan approximates within a percentage, or None."""
     factor = 1 + exact(percent) * Fraction(1, 100)
     for cost, mu in expected:
         most = printed(cost * factor), printed(mu * factor)
@@ -134,11 +134,11 @@ def misjudged(problem: GraphProblem, plan: Plan) -> str | None:
 
 
 READ_BACK = (lambda number: number, lambda number: Decimal(str(number)), lambda number: json.loads(json.dumps(number)))
-"""How what is printed comes back as a bound: from Python, from the command line, and from JSON."""
+"""How a printed value is given as a bound: from Python, from the command line, and from JSON."""
 
 
 def _unbound(planner: Planner, plans: Sequence[Plan], limit: Number) -> str | None:
-    """Return how a bound equal to what is printed of a plan does not admit it, or None; one plan is tried."""
+    """Return how a bound equal to a printed value of a plan fails to admit that plan, or None; one plan is tried."""
     if not plans:
         return None
     rng = random.Random(str(plans))

@@ -10,7 +10,7 @@ import pytest
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Where a test may write a scenario."""
+    """Path where a test may write a scenario."""
     return tmp_path / "case.toml"
 
 

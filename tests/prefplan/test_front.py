@@ -1,4 +1,4 @@
-"""A front in a researcher's hands: indexed, as a DataFrame, as a figure and in a notebook."""
+"""Fronts as results: indexed, as a DataFrame, as a figure and in a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plans that begin with a past: against plans made at the start, and against an exhaustive search of the whole."""
+"""Plans that begin with a past: against plans made at the start, and exhaustive search of past and future together."""
 
 from __future__ import annotations
 

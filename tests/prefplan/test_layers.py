@@ -1,4 +1,4 @@
-"""The planner stands on its own: it prints nothing, and loads neither simulator nor programs."""
+"""The planner is independent: it prints nothing, and loads neither simulator nor programs."""
 
 from __future__ import annotations
 

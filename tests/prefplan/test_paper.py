@@ -25,7 +25,7 @@ from prefplan import (
     preferred_plan,
 )
 
-#: Nothing may float above a missing base until blue, or pink, is sanitized and binned.
+#: No block may be above a missing base until blue, or pink, is sanitized and binned.
 ARCH_STANDS = "(!blue_top & (pink_top -> blue_left))"
 
 
@@ -34,7 +34,7 @@ def points(front: Front) -> list[tuple[float, float]]:
 
 
 def assert_plans_are_worth_what_they_say(problem: Problem, front: Front, path: Path | None = None) -> None:
-    """Replay plans, by the preference in a scenario's file if there is one."""
+    """Replay plans and compare their costs and mu, with the preference in a scenario's file if there is one."""
     table = tomllib.loads(path.read_text())["preference"] if path else {"kind": "order"}
     see = replace(judged(problem), preference=table)
     for plan in front:

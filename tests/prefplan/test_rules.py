@@ -1,4 +1,4 @@
-"""Rules: fronts against exhaustive search, what is paid for breaking one, and errors."""
+"""Rules: fronts against exhaustive search, the prices of broken rules, and errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the search is compiled is known, so that nobody is told to wait for nothing."""
+"""`is_compiled` tells whether the kernels are cached, so that a notice to wait is not shown in vain."""
 
 from __future__ import annotations
 

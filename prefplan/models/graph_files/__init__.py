@@ -1,1 +1,1 @@
-"""Graphs from files: GraphML as OSMnx writes it, CSV, node-link JSON and the DIMACS format."""
+"""Graphs from files: GraphML as written by OSMnx, CSV, node-link JSON and the DIMACS format."""

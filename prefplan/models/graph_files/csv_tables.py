@@ -1,4 +1,4 @@
-"""Tables of edges and of nodes in CSV, with a line of column names."""
+"""CSV tables of edges and of nodes, with a header line."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ NODE_COLUMNS = ("node", "x", "y", "labels")
 
 
 def read_edges(file: BinaryIO, sink: Sink) -> None:
-    """Pass the edges of a table on; it has the columns `from` and `to`, and all others are attributes.
+    """Pass the edges of a table to a sink; it has the columns `from` and `to`, and all others are attributes.
 
     Raises:
-        ModelError: the file is no such table, or the sink refuses something; the message begins with the line.
+        ModelError: the file is no such table, or the sink refuses an edge; the message begins with the line.
     """
     rows = _rows(file, required=("from", "to"))
     header = next(rows)[1]
@@ -31,10 +31,10 @@ def read_edges(file: BinaryIO, sink: Sink) -> None:
 
 
 def read_nodes(file: BinaryIO, sink: Sink) -> None:
-    """Pass the nodes of a table on; it has the column `node` and may have `x`, `y` and `labels`.
+    """Pass the nodes of a table to a sink; it has the column `node` and may have `x`, `y` and `labels`.
 
     Raises:
-        ModelError: as `read_edges`.
+        ModelError: as in `read_edges`.
     """
     rows = _rows(file, required=("node",))
     header = next(rows)[1]
@@ -49,7 +49,7 @@ def read_nodes(file: BinaryIO, sink: Sink) -> None:
 
 
 def _rows(file: BinaryIO, *, required: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line and the fields of every row that is not empty, first the names of the columns."""
+    """Yield (line, fields) of every row that is not empty, the header first."""
     rows = csv.reader(TextIOWrapper(file, encoding="utf-8-sig", newline=""), skipinitialspace=True, strict=True)
     try:
         filled = ((rows.line_num, row) for row in rows if row)

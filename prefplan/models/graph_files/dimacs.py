@@ -13,14 +13,14 @@ CHALLENGE_DEGREES = 1e-6
 
 
 MOST_DIGITS = 18
-"""Longer numbers of nodes and arcs are refused: Python does not read those of thousands of digits."""
+"""Longer numbers of nodes and arcs are refused, as Python refuses to parse those of thousands of digits."""
 
 
 def read_arcs(file: BinaryIO, sink: Sink) -> None:
-    """Pass the arcs of a `.gr` file on, with their number as the attribute `cost`.
+    """Pass the arcs of a `.gr` file to a sink, with their weight as the attribute `cost`.
 
     Raises:
-        ModelError: the file has not this format, or the sink refuses something; the message begins with the line.
+        ModelError: the file does not have this format, or the sink refuses an arc; most messages begin with the line.
     """
     lines = _lines(file)
     nodes, arcs = _heading(lines, "p sp NODES ARCS")
@@ -37,10 +37,10 @@ def read_arcs(file: BinaryIO, sink: Sink) -> None:
 
 
 def read_coordinates(file: BinaryIO, sink: Sink) -> None:
-    """Pass the nodes of a `.co` file on.
+    """Pass the nodes of a `.co` file to a sink.
 
     Raises:
-        ModelError: as `read_arcs`.
+        ModelError: as in `read_arcs`.
     """
     lines = _lines(file)
     (nodes,) = _heading(lines, "p aux sp co NODES")
@@ -54,7 +54,7 @@ def read_coordinates(file: BinaryIO, sink: Sink) -> None:
 
 
 def _lines(file: BinaryIO) -> Iterator[tuple[int, list[bytes]]]:
-    """Yield the number and the words of every line that is no comment."""
+    """Yield (number, words) of every line that is neither empty nor a comment."""
     for number, line in enumerate(file, start=1):
         words = line.split()
         if words and words[0] != b"c":
@@ -62,7 +62,7 @@ def _lines(file: BinaryIO) -> Iterator[tuple[int, list[bytes]]]:
 
 
 def _heading(lines: Iterator[tuple[int, list[bytes]]], form: str) -> list[int]:
-    """Return the numbers in the first line, which has a form such as `p sp NODES ARCS`."""
+    """Return the numbers in the first line, which must have a form such as `p sp NODES ARCS`."""
     line, words = next(lines, (1, []))
     fixed = [word for word in form.encode().split() if word.islower()]
     numbers = words[len(fixed) :]
@@ -72,7 +72,7 @@ def _heading(lines: Iterator[tuple[int, list[bytes]]], form: str) -> list[int]:
 
 
 def _check_record(words: list[bytes], form: str, nodes: int, *, ends: int) -> None:
-    """Check a line of four words, of which those after the first are nodes."""
+    """Check a line of four words, of which the `ends` after the first are nodes."""
     if len(words) != 4 or words[0] != form[0].encode():
         raise ModelError(f"must be '{form}', not {_shown(words)}")
     for word in words[1 : 1 + ends]:

@@ -1,4 +1,4 @@
-"""GraphML, as OSMnx and networkx write it."""
+"""GraphML, as written by OSMnx and networkx."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from prefplan.errors import ModelError
 from prefplan.models.graph_files.network import Sink
 
 UNSUPPORTED = ("hyperedge", "port", "endpoint")
-"""Elements of GraphML that stand for what is no graph of nodes and edges."""
+"""Elements of GraphML that go beyond plain nodes and edges."""
 
 
 def read(file: BinaryIO, sink: Sink) -> None:
-    """Pass the nodes and edges of a file on; an undirected edge is passed in both directions.
+    """Pass the nodes and edges of a file to a sink; an undirected edge is passed in both directions.
 
     Raises:
-        ModelError: the file is not GraphML, or the sink refuses something; the message begins with the line.
+        ModelError: the file is not GraphML, or the sink refuses a node or edge; the message begins with the line.
     """
     document = _Document(sink)
     try:
         document.parser.ParseFile(file)
     except expat.ExpatError as error:
         raise ModelError(f"line {error.lineno}: not XML: {expat.ErrorString(error.code)}") from None
-    except LookupError as error:  # of an encoding
+    except LookupError as error:  # the encoding is unknown
         raise ModelError(f"line {document.parser.CurrentLineNumber}: not XML: {error}") from None
     except ModelError as error:
         raise ModelError(f"line {document.parser.CurrentLineNumber}: {error}") from None
@@ -33,7 +33,7 @@ def read(file: BinaryIO, sink: Sink) -> None:
 
 
 class _Document:
-    """What has been read of a file so far."""
+    """State of the parser of a file."""
 
     def __init__(self, sink: Sink) -> None:
         self.parser = expat.ParserCreate()

@@ -1,4 +1,4 @@
-"""Graph model whose nodes and edges stand in files."""
+"""Graph model whose nodes and edges are in files."""
 
 from __future__ import annotations
 
@@ -22,15 +22,18 @@ class GraphFileModel:
     """A graph in a file: GraphML, CSV, node-link JSON or DIMACS, also compressed with gzip.
 
     Attributes:
-        folder: in which the files are.
-        file: of the edges; several `.gr` files by the names of the costs in them.
-        start: name of the node.
-        nodes: file of the nodes' coordinates and labels, where that of the edges has none.
-        cost: which attribute of an edge is its cost, or which ones are by the names of the costs; may be left out if
-            there is only one number. Of several files the one that is read; without it all are.
-        labels: propositions by node, beside those of the files.
-        propositions: names that may be used in formulas although no node carries them.
-        resolution: of what costs are rounded to a multiple, as in `TransitionSystem.from_transitions`.
+        folder: folder of the files.
+        file: file of the edges; or several `.gr` files, by the name of the cost in each.
+        start: name of the initial node.
+        nodes: file of the nodes' coordinates and labels, if that of the edges has none.
+        cost: the attribute of an edge that is its cost, or several, by the names of the costs; may be left out if an
+            edge has only one number. With several files, the name of the only one to read; None to read all.
+        labels: propositions by node, in addition to those of the files.
+        propositions: further names that formulas may use, although no node has them.
+        resolution: costs are rounded to multiples of this, as in `TransitionSystem.from_transitions`.
+
+    Raises:
+        ModelError: (on construction) for a `cost` that is not the name of an attribute, or invalid names of costs.
     """
 
     kind: ClassVar[str] = "graph"
@@ -57,10 +60,10 @@ class GraphFileModel:
 
     @cached_property
     def network(self) -> Network:
-        """The graph, read when it is first needed.
+        """The graph, read at the first access.
 
         Raises:
-            ModelError: a file cannot be read or has a mistake; the message begins with the key.
+            ModelError: a file cannot be read or is invalid; the message begins with the key.
         """
         return read_network(self.folder, self.file, self.nodes, self.cost)
 
@@ -75,7 +78,7 @@ class GraphFileModel:
         """Every name that a formula may use; files are read if they may have labels.
 
         Raises:
-            ModelError: as `network`.
+            ModelError: as in `network`.
         """
         read = self.network.labels.values() if may_have_labels(self.file, self.nodes) else ()
         return self.propositions.union(*self.labels.values(), *read)
@@ -84,7 +87,7 @@ class GraphFileModel:
         """Return the graph as a weighted transition system.
 
         Raises:
-            ModelError: as `network`, or the start or a label is of no node.
+            ModelError: as in `network`, or the start or a label is not of a node.
         """
         network = self.network
         index = {name: i for i, name in enumerate(network.states)}

@@ -16,14 +16,14 @@ from prefplan.limits import check_limits
 from prefplan.models.graph_files.parallel_edges import dominated_edges, tell_apart
 
 LARGEST_COST = 1e15
-"""Costs of a file are floats, which hold all decimals of 15 digits below this."""
+"""Costs of a file are floats, which represent all whole numbers up to this exactly."""
 
 LABEL = re.compile(r"[^\s,\[\]'\"]+")
-"""A proposition in a text of several, such as `shop bank`, `shop, bank` or `['shop', 'bank']`."""
+"""A proposition in a list such as `shop bank`, `shop, bank` or `['shop', 'bank']`."""
 
 
 SAME_EDGES = "files of several costs must list the same edges in the same order"
-"""What messages say where one file lacks an edge of another."""
+"""End of the messages for an edge that only one of several files has."""
 
 
 CLOCK_PERIOD = 10_000
@@ -31,21 +31,21 @@ CLOCK_PERIOD = 10_000
 
 
 class Sink:
-    """What takes the nodes and edges of a file; it raises ModelError, and the reader adds the line.
+    """Receives the nodes and edges of a file. It raises ModelError, to which the reader adds the line.
 
-    What a kind of sink does not need it leaves as here: not taken, but counted.
+    By default nodes and edges are counted and ignored.
     """
 
     _counted = 0
 
     def count(self) -> None:
-        """Count a node or an edge; at the first, and now and then, look whether a limit is reached."""
+        """Count a node or an edge; at the first, and then periodically, check the limits."""
         if self._counted % CLOCK_PERIOD == 0:
             check_limits()
         self._counted += 1
 
     def wants(self, attribute: str) -> bool:
-        """Return whether an attribute has to be passed on."""
+        """Return whether the reader must pass an attribute."""
         return False
 
     def node(self, name: str, attributes: Mapping[str, Any]) -> None:
@@ -72,13 +72,13 @@ class Network:
         sources: (E,) int64, node that each edge leaves, in the order of the file.
         targets: (E,) int64, node that it leads to.
         costs: (C, E) float64 >= 0, a row for each cost.
-        actions: (E,) int64, index into `action_names`; no two edges of a node have the same.
+        actions: (E,) int64, index into `action_names`; no two edges that leave a node have the same.
         action_names: the target's name unless the file gives one; `name#2` for the second of several between two nodes.
         labels: propositions by node, of the nodes that have any.
-        coordinates: (S, 2) float64, or None where some node has none.
-        degrees: that a unit of the coordinates is, where they are longitudes and latitudes.
-        dropped: how many edges were left out because another between the same nodes costs less.
-            With several costs: less in one of them and no more in any.
+        coordinates: (S, 2) float64, or None if a node has none.
+        degrees: degrees per unit of the coordinates, if these are longitudes and latitudes; else None.
+        dropped: number of edges left out because another between the same nodes dominates them: costs less, or with
+            several costs less in one and no more in any.
     """
 
     states: tuple[str, ...]
@@ -97,7 +97,7 @@ class NetworkBuilder(Sink):
     """Collects the nodes and edges of a graph."""
 
     def __init__(self, attributes: Sequence[str | None]) -> None:
-        """Take the attributes that are the costs; None for a cost of 1."""
+        """Take the names of the attributes that are the costs; None for a cost of 1."""
         self._attributes = tuple(attributes)
         self._index: dict[str, int] = {}
         self._declared: set[int] = set()
@@ -126,7 +126,7 @@ class NetworkBuilder(Sink):
             self._coordinates[i] = _coordinate(x, f"x of node {name!r}"), _coordinate(y, f"y of node {name!r}")
 
     def edge(self, source: str, target: str, attributes: Mapping[str, Any]) -> None:
-        """Take an edge with its costs and `action`; without one, the action is called as the target."""
+        """Take an edge with its costs and `action`; without one, the action has the target's name."""
         self.count()
         index = self._index
         self._sources.append(index.setdefault(source, len(index)))
@@ -138,17 +138,17 @@ class NetworkBuilder(Sink):
             column.append(1 if attribute is None else _cost(attribute, source, target, attributes))
 
     def ends(self) -> Iterator[tuple[str, str]]:
-        """Yield from where to where each edge so far leads."""
+        """Yield (source, target) of each edge so far."""
         names = list(self._index)
         for source, target in zip(self._sources, self._targets, strict=True):
             yield names[source], names[target]
 
     def add_costs(self, costs: array[float]) -> None:
-        """Take one more cost of every edge, in the order of the edges."""
+        """Take a further cost of every edge, in the order of the edges."""
         self._costs.append(costs)
 
     def mirror(self) -> None:
-        """Take every edge so far in the other direction too, unless it leads back to its node."""
+        """Take every edge so far in the other direction too, except self-loops."""
         sources, targets = np.array(self._sources), np.array(self._targets)
         back = sources != targets
         for one, other in ((self._sources, targets), (self._targets, sources)):
@@ -162,10 +162,10 @@ class NetworkBuilder(Sink):
         self._degrees = per_unit
 
     def network(self) -> Network:
-        """Return the graph of what was collected.
+        """Return the graph.
 
         Raises:
-            ModelError: an edge has an end that is no node, or two actions of a node have the same name.
+            ModelError: an edge has an end that is not listed as a node, or edges of one action lead to different nodes.
         """
         states = tuple(self._index)
         sources, targets, actions = map(np.asarray, (self._sources, self._targets, self._actions))
@@ -200,14 +200,14 @@ class NetworkBuilder(Sink):
 
 
 class CostReader(Sink):
-    """Collects one more cost of the edges of a graph, from a file that lists them in the same order.
+    """Collects a further cost of the edges of a graph, from a file that lists them in the same order.
 
     Attributes:
-        costs: of the edges so far.
+        costs: the cost of each edge so far.
     """
 
     def __init__(self, builder: NetworkBuilder, attribute: str, *, first: str) -> None:
-        """Take the edges so far, the attribute that is the cost, and the file that the edges are from."""
+        """Take the edges, the attribute that is the cost, and the name of the file that the edges are from."""
         self.costs = array("d")
         self._ends, self._attribute, self._first = builder.ends(), attribute, first
 
@@ -225,7 +225,7 @@ class CostReader(Sink):
         self.costs.append(_cost(self._attribute, source, target, attributes))
 
     def check_complete(self) -> None:
-        """Raise ModelError if the file, which has been read, lacks an edge."""
+        """Raise ModelError if the file, once it is read, lacks an edge."""
         ends = next(self._ends, None)
         if ends is not None:
             raise ModelError(f"no edge from {ends[0]!r} to {ends[1]!r}, which {self._first} has; {SAME_EDGES}")
@@ -244,7 +244,7 @@ def _cost(attribute: str, source: str, target: str, attributes: Mapping[str, Any
 
 
 def number_of(value: Any) -> float:
-    """Return a value of a file as a number; NaN if it is none."""
+    """Return a value of a file as a number; NaN if it is not one."""
     if isinstance(value, bool):
         return math.nan
     try:

@@ -1,4 +1,4 @@
-"""Node-link JSON, as networkx writes it."""
+"""Node-link JSON, as written by networkx."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from prefplan.errors import ModelError
 from prefplan.models.graph_files.network import Sink
 
 EDGES = ("edges", "links")
-"""Keys of the list of edges: of networkx since 3.4, and before."""
+"""Keys of the list of edges: that of networkx since 3.4, and that before."""
 
 
 def read(file: BinaryIO, sink: Sink) -> None:
-    """Pass the nodes and edges of a file on; if it is undirected, each edge in both directions.
+    """Pass the nodes and edges of a file to a sink; if it is undirected, each edge in both directions.
 
     Raises:
-        ModelError: the file is not node-link JSON, or the sink refuses something; the message begins with the place.
+        ModelError: the file is not node-link JSON, or the sink refuses a node or edge, which the message then names.
     """
     objects = _Objects(sink)
     try:
@@ -27,7 +27,7 @@ def read(file: BinaryIO, sink: Sink) -> None:
         raise ModelError(f"line {error.lineno}: not JSON: {error.msg}") from None
     except RecursionError:
         raise ModelError("not JSON: nested too deep") from None
-    except ValueError as error:  # of what Python does not read as an integer
+    except ValueError as error:  # an integer of too many digits
         raise ModelError(f"a number is too long: {error}") from None
     if not isinstance(top, dict) or not any(isinstance(top.get(key), list) for key in EDGES):
         raise ModelError(f"not node-link JSON: there is no list {' or '.join(map(repr, EDGES))}")
@@ -46,14 +46,14 @@ def read(file: BinaryIO, sink: Sink) -> None:
 
 
 class _Objects:
-    """Takes the objects of a file as soon as each has been read, so that no more than one edge is held."""
+    """Passes the objects of a file on as soon as each is parsed, so that at most one edge is in memory."""
 
     def __init__(self, sink: Sink) -> None:
         self.nodes, self.edges = 0, 0
         self._sink = sink
 
     def take(self, found: dict[str, Any]) -> Any:
-        """Pass an object on if it is a node or an edge, and return None; return any other as it is."""
+        """Pass an object on if it is a node or an edge, and return None; return any other object unchanged."""
         try:
             if "source" in found and "target" in found:
                 self.edges += 1

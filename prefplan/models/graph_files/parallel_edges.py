@@ -1,4 +1,4 @@
-"""Several edges between the same two nodes: which of them are kept, and what they are called."""
+"""Parallel edges, between the same two nodes: which are kept, and the names of their actions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from prefplan.errors import ModelError
 
 
 def dominated_edges(sources: np.ndarray, targets: np.ndarray, costs: np.ndarray, nodes: int) -> np.ndarray:
-    """Return the (E,) bool edges whose costs another one between the same nodes dominates."""
+    """Return (E,) bool, the edges whose costs a parallel edge dominates."""
     pair = sources * nodes + targets
     # In this order an edge is dominated only by earlier ones.
     order = np.lexsort((*costs[::-1], pair))
@@ -27,7 +27,7 @@ def dominated_edges(sources: np.ndarray, targets: np.ndarray, costs: np.ndarray,
 
 
 def tell_apart(sources: np.ndarray, targets: np.ndarray, actions: np.ndarray, names: list[str]) -> None:
-    """Give parallel edges of the same action names of their own, `name#2` and so on, in place.
+    """Rename the actions of parallel edges with the same action to `name#2` and so on, in place.
 
     Raises:
         ModelError: edges of the same action lead to different nodes.

@@ -1,4 +1,4 @@
-"""Graph files: which format it is, which attribute is the cost, and the graph."""
+"""Reading of graph files: the choice of the format and of the attributes that are costs."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ EDGE_READERS: dict[str, Reader] = {
     ".json": node_link.read,
     ".gr": dimacs.read_arcs,
 }
-"""Readers of edges by the ending of a file."""
+"""Readers of edges by the suffix of a file."""
 
 NODE_READERS: dict[str, Reader] = {".csv": csv_tables.read_nodes, ".co": dimacs.read_coordinates}
-"""Readers of nodes by the ending of a file."""
+"""Readers of nodes by the suffix of a file."""
 
 COMPRESSED = ".gz"
 
 DEFAULT_COST = "cost"
-"""Attribute that is the cost where none is named."""
+"""Attribute that is the cost if none is named."""
 
 MOST_PROBED = 1000
-"""Edges that are looked at to tell which attributes are numbers."""
+"""Number of edges that are read to find the attributes that are numbers."""
 
 
 def read_network(
@@ -41,10 +41,10 @@ def read_network(
 ) -> Network:
     """Read a graph.
 
-    Arguments are as the attributes of `GraphFileModel`.
+    Arguments are the attributes of `GraphFileModel`.
 
     Raises:
-        ModelError: a file cannot be read or has a mistake; the message begins with the key and names file and line.
+        ModelError: a file cannot be read or is invalid; the message begins with the key and names file and line.
     """
     if isinstance(file, Mapping):
         attributes: list[str | None] = [DEFAULT_COST]
@@ -72,12 +72,12 @@ def attributes_by_key(cost: Any) -> dict[str, Any]:
 
 
 def may_have_labels(file: str | Mapping[str, str], nodes: str | None) -> bool:
-    """Return whether files as of `read_network` are of formats that have labels."""
+    """Return whether files, given as to `read_network`, are of formats that have labels."""
     return (isinstance(file, str) and _ending(file) in (".graphml", ".json")) or _ending(nodes or "") == ".csv"
 
 
 def _chosen_files(files: Mapping[str, str], cost: str | Mapping[str, str] | None) -> list[str]:
-    """Return which of several `.gr` files have the costs: the one that is named, else all."""
+    """Return which of several `.gr` files to read: the one that `cost` names, else all."""
     for key, name in files.items():
         if _ending(name) != ".gr":
             raise ModelError(f"file.{key}: must be a file that ends in .gr, not {name!r}; other files have all costs")
@@ -91,7 +91,7 @@ def _chosen_files(files: Mapping[str, str], cost: str | Mapping[str, str] | None
 
 
 def _chosen_attributes(folder: Path, name: str, wanted: str | Mapping[str, str] | None) -> list[str | None]:
-    """Return the attributes that are the costs: those wanted, else `cost`, else the only number; None without numbers.
+    """Return the attributes that are costs: those wanted, else `cost`, else the only number, else None.
 
     Raises:
         ModelError: there is no such attribute, or there are several to choose from.
@@ -120,15 +120,15 @@ def _unknown_cost(wanted: str, numeric: list[str], key: str = "cost") -> ModelEr
 
 
 class _EnoughError(Exception):
-    """As many edges as a probe looks at have been read."""
+    """Enough edges have been probed."""
 
 
 class _Probe(Sink):
-    """Looks at the first edges of a file.
+    """Counts the numeric attributes of the first edges of a file.
 
     Attributes:
-        edges: how many there were.
-        numbers: of how many of them an attribute was a number, by attribute.
+        edges: number of edges read.
+        numbers: number of edges of which an attribute was a finite number, by attribute.
     """
 
     def __init__(self) -> None:
@@ -148,13 +148,13 @@ class _Probe(Sink):
 
 
 def _ending(name: str) -> str:
-    """Return the ending of a file without `.gz`."""
+    """Return the suffix of a file's name, without `.gz`."""
     path = Path(name)
     return (path.with_suffix("") if path.suffix.lower() == COMPRESSED else path).suffix.lower()
 
 
 def _read(folder: Path, name: str, readers: Mapping[str, Reader], key: str, sink: Sink) -> None:
-    """Pass a file to a sink."""
+    """Pass the contents of a file to a sink; errors as in `read_network`."""
     reader = readers.get(_ending(name))
     if reader is None:
         raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and {COMPRESSED}")

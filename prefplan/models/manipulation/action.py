@@ -1,4 +1,4 @@
-"""Actions and propositions of a manipulation model as values, and how each is written."""
+"""Actions and propositions of a manipulation model, and their text."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from prefplan.errors import ModelError, choices
 
 @dataclass(frozen=True)
 class Action:
-    """A symbolic action; its text, such as `transport blue san`, names what it has in this order.
+    """A symbolic action; its text has these parts in order, such as `transport blue san`.
 
     Attributes:
-        kind: the operator's.
-        obj: the object that it is about, or "".
-        location: the location that it is about, or "".
+        kind: the kind of its operator.
+        obj: its object, or "".
+        location: its location, or "".
     """
 
     kind: str
@@ -23,17 +23,17 @@ class Action:
     location: str = ""
 
     def __str__(self) -> str:
-        """Return the text that plans and logs have."""
+        """Return the action's text in plans and logs."""
         return " ".join(part for part in (self.kind, self.obj, self.location) if part)
 
 
 def kind_of(text: str) -> str:
-    """Return the kind of the action that a text means."""
+    """Return the kind of an action, given its text."""
     return text.partition(" ")[0]
 
 
 def parse_action(text: str, parameters: Mapping[str, Sequence[str]]) -> Action:
-    """Return the action that a text means; an action of each kind has some of the parameters `obj` and `location`.
+    """Return the action with a text, given which of the parameters `obj` and `location` each kind has.
 
     Raises:
         ModelError: the kind is unknown, or the number of names is not that of its parameters.

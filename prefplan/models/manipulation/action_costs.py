@@ -1,4 +1,4 @@
-"""Costs of actions: one number a kind, or measured between every two poses of the hand."""
+"""Costs of actions: one for each kind, or measured between every two poses of the hand."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
 """Quantities that can be measured, with their units."""
 
 Pair = tuple[str, str, str]
-"""An action's kind, and the hand's pose before and after it: a location, one of its slots, or the start pose."""
+"""An action's kind, and the hand's poses before and after it: a location, one of its slots, or the start pose."""
 
 UNMEASURED = -1
 """Entry of a cost matrix for an action that was not measured."""
@@ -21,11 +21,11 @@ UNMEASURED = -1
 
 @dataclass(frozen=True)
 class MeasuredCosts:
-    """Costs of actions by where the hand is before and after them.
+    """Costs of actions by the hand's poses before and after them.
 
     Attributes:
-        measured: one of `QUANTITIES`, or several of them, each a cost of its own.
-        entries: the cost of each (kind, hand before, hand after) that was measured.
+        measured: one of `QUANTITIES`, or several, each a separate cost.
+        entries: the cost, in the quantity's unit, of each (kind, hand before, hand after) that was measured.
     """
 
     measured: str | tuple[str, ...]
@@ -33,12 +33,12 @@ class MeasuredCosts:
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """What is measured; the first of several is the first cost."""
+        """The measured quantities, in the order of the costs."""
         return (self.measured,) if isinstance(self.measured, str) else self.measured
 
     @property
     def quantity(self) -> str:
-        """What the first cost is."""
+        """The quantity that is the first cost."""
         return self.quantities[0]
 
 
@@ -47,17 +47,17 @@ ActionCosts = Mapping[str, Cost] | MeasuredCosts
 
 
 def cost_names(costs: ActionCosts) -> tuple[str, ...]:
-    """Return the names of checked costs, the first one first."""
+    """Return the names of costs that `check_costs` accepts, in order."""
     if isinstance(costs, MeasuredCosts):
         return (DEFAULT_COST,) if isinstance(costs.measured, str) else costs.measured
     return names_of(next(iter(costs.values()))) if costs else (DEFAULT_COST,)
 
 
 def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
-    """Check that each kind of action has a cost, and no other; of measured costs, that each is of one of the kinds.
+    """Check that exactly these kinds of actions have costs; of measured costs, that each is of one of these kinds.
 
     Raises:
-        ModelError: they are not; the message starts with the key as in a scenario file.
+        ModelError: that is not so, or a cost is invalid; the message starts with the key as in a scenario file.
     """
     if isinstance(costs, MeasuredCosts):
         if not costs.quantities:
@@ -65,7 +65,7 @@ def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
         for quantity in costs.quantities:
             check_known("costs.measured", "quantity", quantity, QUANTITIES)
             if costs.quantities.count(quantity) > 1:
-                raise ModelError(f"costs.measured: {quantity!r} is there twice")
+                raise ModelError(f"costs.measured: {quantity!r} is listed twice")
         for pair in costs.entries:
             check_known("costs.measured", "action", pair[0], kinds)
         check_costs_agree((f"costs.measured: {_described(pair)}", cost) for pair, cost in costs.entries.items())

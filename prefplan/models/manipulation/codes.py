@@ -1,4 +1,4 @@
-"""Symbolic states as integers, and many of them at once as arrays of their digits."""
+"""Symbolic states encoded as integers, and arrays of states by their digits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from prefplan.models.manipulation.slots import free_slot, hand_poses, location_o
 from prefplan.models.manipulation.state import ManipulationState
 
 MAX_CODES = 2**62
-"""Number of codes that fit 64-bit integers, with a margin for the differences between them."""
+"""Number of codes up to which codes and their differences fit 64-bit integers."""
 
 
 class StateCodes:
@@ -31,12 +31,12 @@ class StateCodes:
         objects: names of the objects.
         held: slot of an object in the hand.
         location: (slots + 1,) index of each slot's location, one beyond them for `held`.
-        over: (hands,) index of the location below each pose of the hand; that of `held` for a start elsewhere.
-        above: (slots + 1,) index of the hand's pose over each slot.
+        over: (hands,) index of the location below each pose of the hand; one beyond them for a start pose elsewhere.
+        above: (slots + 1,) index of the hand's pose over each slot; the last entry is unused.
         dtype: of arrays of codes: int64, or Python's integers where these do not fit.
         radices: number of values of each digit.
-        weights: value of a 1 in each digit.
-        mark_digits: the digit that holds whether an object carries a mark, by (object, mark).
+        weights: weight of each digit.
+        mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
     """
 
     def __init__(self, model: Description, start: ManipulationState) -> None:
@@ -77,10 +77,10 @@ class StateCodes:
         return pose(self.locations[x], i if self._slot_counts[x] > 1 else None)
 
     def seen(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
-        """Return the digits that propositions tell of; for every value of each, the one that it makes true, or "".
+        """Return the digits on which propositions depend, each with the proposition that each value makes true, or "".
 
         Args:
-            names: the propositions that are seen; None for all.
+            names: the propositions; None for all.
         """
         told = [
             (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
@@ -102,10 +102,10 @@ class StateCodes:
     def require_small(self) -> None:
         """Raise ModelError if there are too many objects and slots for all states to be listed."""
         if self.bound >= MAX_CODES:
-            raise ModelError(f"{len(self.objects)} objects and {self.held} places are more than a state can hold")
+            raise ModelError(f"{len(self.objects)} objects and {self.held} slots make more states than can be numbered")
 
     def decode(self, code: int) -> ManipulationState:
-        """Return the state that a code stands for."""
+        """Return the state with a code."""
         digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
         slots = dict(zip(self.objects, digits[1 : 1 + len(self.objects)], strict=True))
         resting = {obj: self._slots[slot] for obj, slot in slots.items() if slot != self.held}
@@ -123,7 +123,7 @@ class StateCodes:
         """Return the code of a state; `where` begins the messages of errors.
 
         Raises:
-            ModelError: it mentions what the model does not have, or leaves an object without a place.
+            ModelError: the state has names that are not of the model, or leaves an object without a place.
         """
         places = state.place | ({state.held: None} if state.held else {})
         for obj in places:
@@ -149,14 +149,14 @@ class StateCodes:
         return code
 
     def _resting_slots(self, state: ManipulationState, resting: list[tuple[str, str]]) -> dict[str, int]:
-        """Return the slot of every object that rests in a state."""
+        """Return the slot of every object that is not in the hand."""
         if self.held == len(self.locations):
             return {obj: self.locations.index(place) for obj, place in resting}
         found = slots_at_start(resting, dict(state.slots), self.model.slot_counts)
         return {obj: self._slots.index((self.locations.index(place), found[obj])) for obj, place in resting}
 
     def free_slots(self, x: int, slots: list[np.ndarray], number: int) -> np.ndarray:
-        """Return the slot of location x into which an object would be put in each of a number of states."""
+        """Return (number,) the slot of location x into which an object would be put in each of a number of states."""
         first = self._slots.index((x, 0))
         if self._slot_counts[x] == 1:
             return np.full(number, first)
@@ -167,10 +167,10 @@ class StateCodes:
 
 
 class StateLayer:
-    """N states by their codes; each attribute has one entry a state.
+    """N states, as arrays with one entry for each.
 
     Attributes:
-        space: the model's states.
+        space: the encoding of the states.
         codes: (N,).
         hand: (N,) index of the hand's pose.
         over: (N,) index of the location below the hand, one beyond them for none.
@@ -178,12 +178,12 @@ class StateLayer:
         places: for each object, (N,) index of its location, one beyond them for the hand.
         free: for each location, (N,) the slot into which an object would be put.
         accepts: for each location, (N,) bool, whether an object can be put there.
-        empty: (N,) bool, whether the hand is.
-        clear: (N,) bool, whether an object below the hand can be taken.
+        empty: (N,) bool, whether the hand is empty.
+        clear: (N,) bool, whether nothing prevents grasping an object below the hand.
     """
 
     def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
-        """Take the digits of every code apart."""
+        """Decode the digits of every code."""
         self.space, self.codes = space, codes
         self.hand = space.digit(codes, 0)
         self.over = space.over[self.hand]

@@ -1,4 +1,4 @@
-"""The cost of every action between every two poses of the hand."""
+"""Matrices of the cost of every kind of action between every two poses of the hand."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class CostMatrix:
     """One cost of K kinds of actions between H poses of the hand.
 
     Attributes:
-        name: of the cost.
-        entries: (K, H, H) by kind, hand before and hand after, multiples of `unit`, `UNMEASURED` where unknown.
-        unit: one such multiple in the user's units.
+        name: name of the cost.
+        entries: (K, H, H) by kind, hand before and hand after, in multiples of `unit`; `UNMEASURED` where unknown.
+        unit: unit of `entries`, in the user's units.
     """
 
     name: str
@@ -34,7 +34,7 @@ class CostMatrix:
 
     @property
     def shared_unit(self) -> Fraction:
-        """The largest unit of which every cost is a multiple."""
+        """The largest unit of which every cost is a multiple, in the user's units."""
         known = self.entries[self.entries != UNMEASURED]
         return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
 
@@ -46,7 +46,7 @@ def cost_matrices(model: Description, kinds: Sequence[str], hands: Sequence[str]
     over no location takes those of the start pose.
 
     Args:
-        model: its costs and locations.
+        model: the model, with its costs and locations.
         kinds: the K kinds of actions.
         hands: names of the H poses.
     """
@@ -82,7 +82,7 @@ def unmeasured(action: str, before: str) -> ModelError:
 
 
 def _nearest(model: Description, hand: str, measured: Sequence[str]) -> dict[str, float]:
-    """Return the measured poses that may stand in for one, each with its distance in m."""
+    """Return the measured poses that may replace a pose, each with its distance from it, m."""
     if hand in measured or not measured:
         return {hand: 0.0}
     here = _point(model, hand)
@@ -93,7 +93,7 @@ def _nearest(model: Description, hand: str, measured: Sequence[str]) -> dict[str
 
 
 def _point(model: Description, name: str) -> tuple[float, float] | None:
-    """Return the (x, y) of a pose's location in m, of one on others their middle; None if there is no such location."""
+    """Return the (x, y) of a pose's location, m: for one on others their middle; None if its position is not known."""
     place = next((place for place in model.locations if place.name == location_of(name)), None)
     if place is None or place.at is not None:
         return None if place is None or place.at is None else (place.at[0], place.at[1])

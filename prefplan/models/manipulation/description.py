@@ -27,15 +27,16 @@ class Location:
     """A place where objects rest.
 
     Attributes:
-        at: (x, y) or (x, y, height) of the surface that carries it, m; without a height the table top, which is at 0.
-            None when it lies on other locations, or where `site` says.
-        site: of the user's own scene, where it is.
-        on: locations that must all hold an object before something can be put here.
+        name: its name.
+        at: (x, y) or (x, y, height) of the surface that supports it, m; the default height is that of the table top, 0.
+            None if it is on other locations, or at a `site`.
+        site: name of the site in the user's MJCF scene where it is.
+        on: locations that must all hold an object before one can be put here.
         capacity: number of objects that it holds.
-        marks: the mark of an object released here: `<object>_<marks>` holds from then on.
-        kind: its look in simulation; None for a plain spot.
-        closed: True if nothing can be put here: a place where an object happens to lie.
-        clear_of: locations that must be empty before an object is put here, or if it is closed, taken from here.
+        marks: mark that an object gets when it is released here: from then on `<object>_<marks>` holds.
+        kind: its appearance in simulation; None for a plain spot.
+        closed: whether nothing can be put here: an object was left here by accident.
+        clear_of: locations that must be empty before an object is put here or, if it is closed, grasped here.
     """
 
     name: str = field(metadata={"key": None})
@@ -50,7 +51,7 @@ class Location:
 
     @property
     def height(self) -> float:
-        """Of the surface that carries it over the table top, m; 0 where it lies on other locations."""
+        """Height of the surface that supports it above the table top, m; 0 if it is on other locations."""
         return with_height(self.at)[2] if self.at else 0.0
 
 
@@ -59,15 +60,16 @@ class Object:
     """An object that the arm may move.
 
     Attributes:
-        start: name of the location where it rests at first.
-        fixed: True if it is never grasped.
+        name: its name.
+        start: name of its initial location.
+        fixed: whether it is never grasped.
         rgba: colour in simulation, each in 0 .. 1; None for a default.
         kind: its shape in simulation, such as `cube`.
-        size: its lengths in metres, which and how many its kind says; None for a cube of usual size, and for a mesh.
-        file: of a mesh, beside the scenario file.
-        scale: metres for one unit of length in that file.
-        body: of the user's own scene, which it is.
-        mass: kg; None for that of wood, within the limits of what the hand carries.
+        size: its lengths, m; its kind determines which; None for a cube of the default size, and for a mesh.
+        file: path of a mesh, relative to the scenario file.
+        scale: length of a unit of that file, m.
+        body: name of the body in the user's MJCF scene that it is.
+        mass: kg; None for that of wood, limited to what the hand can carry.
     """
 
     name: str = field(metadata={"key": None})
@@ -87,16 +89,16 @@ class Description:
     """Locations, objects and action costs: a manipulation model without its state space.
 
     Attributes:
-        start: where the hand is at first: a location, or any other word for a pose it leaves for good.
-        costs: cost of each kind of action, or measured ones.
+        start: the hand's initial location, or any other word for a pose to which it never returns.
+        costs: cost of each kind of action, or measured costs.
         locations: in the order of the file.
         objects: in the order of the file.
-        propositions: names that may be used in formulas although no state carries them.
-        fixtures: what stands in the way or carries locations, in the order of the file.
-        robot: which robot it is and where its base stands, or its name alone.
-        scene: the user's own MJCF file, beside the scenario, in place of the table.
-        folder: of the scenario file, in which other files are looked for.
-        begin: the first state, if that is not the hand at `start` and every object where it starts.
+        propositions: further names that formulas may use, although they hold in no state.
+        fixtures: obstacles and furniture, in the order of the file.
+        robot: the robot and the pose of its base, or its name alone.
+        scene: path of the user's MJCF scene, relative to the scenario, in place of the table.
+        folder: folder of the scenario file, to which paths are relative.
+        begin: the initial state; None for the hand at `start` and every object at its own `start`.
 
     Raises:
         ModelError: (on construction) for names that clash, unknown supports, or overfull or unsupported starts.
@@ -125,11 +127,11 @@ class Description:
 
     @property
     def robot_setup(self) -> RobotSetup:
-        """Which robot it is, and where its base stands."""
+        """The robot and the pose of its base."""
         return RobotSetup(self.robot) if isinstance(self.robot, str) else self.robot
 
     def location(self, name: str) -> Location:
-        """Return the location of that name."""
+        """Return the location with a name."""
         return next(place for place in self.locations if place.name == name)
 
     def propositions_of(self, obj: str) -> list[tuple[str, str]]:
@@ -140,7 +142,7 @@ class Description:
 
     @property
     def marks(self) -> tuple[str, ...]:
-        """The distinct marks that locations leave, in the order of the file."""
+        """The distinct marks that locations give, in the order of the file."""
         return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
 
     @property
@@ -161,7 +163,7 @@ class Description:
 
     @property
     def initial_state(self) -> ManipulationState:
-        """The state to begin in: unless it is given, the hand at `start`, every object where it starts, no marks."""
+        """The initial state: `begin`, or else the hand at `start`, every object at its own `start`, no marks."""
         places = tuple((obj.name, obj.start) for obj in self.objects)
         return self.begin or ManipulationState(self.start, None, places)
 
@@ -220,7 +222,7 @@ def _check_objects(model: Description) -> None:
         capacity = model.location(obj.start).capacity
         if len(resting[obj.start]) > capacity:
             there = " and ".join(resting[obj.start])
-            raise ModelError(f"{where}.start: {there} both start at {obj.start!r}, which has room for {capacity}")
+            raise ModelError(f"{where}.start: {there} start at {obj.start!r}, which has room for {capacity}")
     for obj in model.objects if model.begin is None else ():
         for support in model.location(obj.start).on:
             if not resting[support]:
@@ -243,7 +245,7 @@ def _check_matter(obj: Object, where: str) -> None:
 
 
 def _check_scene(model: Description) -> None:
-    """Refuse references to a scene of the user's own where there is none, or keys that it decides."""
+    """Raise ModelError for references to the user's MJCF scene if there is none."""
     check_beside(model.scene, "scene")
     if model.scene is not None:
         return

@@ -1,4 +1,4 @@
-"""The file of measurements beside a scenario: the time, travel and energy of each action in simulation."""
+"""The file of measurements of a scenario: the time, travel and energy of each action in simulation."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ COSMETIC = frozenset({"rgba"})
 """Attributes of objects that do not affect measurements."""
 
 DECIMALS = 3
-"""Decimals of quantities in the file."""
+"""Decimal places of quantities in the file."""
 
 FORMAT = 2
-"""Version of the file: since 2 an action goes from and to slots, where a location has several."""
+"""Version of the format: since 2, the hand's poses are over slots where a location has several."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """The average effort of one action between two poses of the hand.
+    """The mean measured quantities of one kind of action between two poses of the hand.
 
     Attributes:
-        pair: its kind, and the hand's pose before and after it.
+        pair: the kind, and the hand's poses before and after it.
         quantities: each of `QUANTITIES`, in its unit.
-        samples: number of simulations in the average.
+        samples: number of simulations in the mean.
     """
 
     pair: Pair
@@ -48,9 +48,9 @@ class Measurements:
     """The contents of a file of measurements.
 
     Attributes:
-        actions: the effort of each action.
+        actions: the measurements of all actions.
         robot: name of the simulated robot.
-        sources: digest of the sources that moved it: another one means that the measurements are outdated.
+        sources: digest of the simulation's source code; if it differs, the measurements are outdated.
     """
 
     actions: tuple[Measurement, ...]
@@ -59,12 +59,12 @@ class Measurements:
 
 
 def measurements_file(scenario: Path) -> Path:
-    """Return the path of a scenario's measurements: beside it."""
+    """Return the path of a scenario's measurements, in the scenario's folder."""
     return scenario.with_name(f"{scenario.stem}.measured.json")
 
 
 def geometry(model: ManipulationModel, robot: str) -> str:
-    """Return a digest of what measurements depend on: locations, objects, the start and the robot's name."""
+    """Return a digest of the locations, the objects, the start and the robot's name."""
     parts = {
         "robot": robot,
         "start": model.start,
@@ -75,7 +75,7 @@ def geometry(model: ManipulationModel, robot: str) -> str:
 
 
 def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, Any]:
-    """Return the contents of a file of measurements, in the order of the model's kinds and locations."""
+    """Return the contents of a file of measurements, in the order of the model's kinds and poses of the hand."""
     places = model.locations
     hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
     ordered = sorted(
@@ -100,8 +100,8 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     """Read the measurements of a model.
 
     Raises:
-        ModelError: there is no such file, it cannot be read, is of another format, or was measured on another
-            geometry; the message says how to make it.
+        ModelError: there is no such file, it cannot be read, has another format, or was measured with another
+            `geometry`; the message says how to make it.
     """
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
@@ -111,7 +111,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     except (OSError, ValueError):
         raise ModelError(f"the file of measurements cannot be read; {remedy} (delete it first)") from None
     try:
-        # The first format did not say which it was.
+        # Format 1 had no key for it.
         found = data.get("format", 1) if "actions" in data else None
         if found in range(1, FORMAT):
             raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
@@ -127,11 +127,11 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
-    """Return a model with its measured costs, if it has such.
+    """Return a model with its measured costs; one without `MeasuredCosts` is returned unchanged.
 
     Args:
-        model: its `MeasuredCosts` name the quantities.
-        scenario: its file; the measurements lie beside it.
+        model: the model.
+        scenario: path of its file, in whose folder the measurements are.
 
     Raises:
         ModelError: as in `read_measurements`; the message starts with the key.

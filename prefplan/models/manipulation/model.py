@@ -1,4 +1,4 @@
-"""Manipulation model: an arm moves objects between named locations, one at a time."""
+"""Manipulation model: an arm moves one object at a time between named locations."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ManipulationModel(Description):
         """Check that the parts fit together."""
         for kind in self.kinds:
             if self.kinds.count(kind) > 1:
-                raise ModelError(f"operators: {kind!r} is there twice")
+                raise ModelError(f"operators: {kind!r} is listed twice")
         check_costs(self.costs, self.kinds)
         super().__post_init__()
 
@@ -62,7 +62,7 @@ class ManipulationModel(Description):
         return next(operator for operator in self.operators if operator.kind == kind)
 
     def action(self, text: str) -> Action:
-        """Return the action that a text means, see `read_action`."""
+        """Return the action with a text; see `read_action`."""
         return read_action(text, self.operators)
 
     def effect(self, action: Action) -> frozenset[str]:
@@ -70,14 +70,14 @@ class ManipulationModel(Description):
         return self.operator(action.kind).effect(action)
 
     def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
-        """Return what is reached from the first state as a weighted transition system, listed on demand.
+        """Return the reachable states as a weighted transition system, listed on demand.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
         Args:
-            start: the state to begin in; None for `initial_state`. A hand at no location leaves its pose for good.
+            start: the initial state; None for `initial_state`.
 
         Raises:
-            ModelError: the state mentions what the model does not have, or leaves an object without a place.
+            ModelError: the state has names that are not of the model, or leaves an object without a place.
         """
         return ManipulationSystem(self, self.operators, start or self.initial_state, self.listed_states)

@@ -1,4 +1,4 @@
-"""Operators: when each kind of action exists, and what it does to a state (action schemas, as in STRIPS)."""
+"""Operators: the precondition and effect of each kind of action (action schemas, as in STRIPS)."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.state import ManipulationState
 
 Outcomes = Iterable[tuple[Action, ManipulationState]]
-"""Actions that exist in a state, each with the state it leads to."""
+"""The applicable actions of a state, each with its successor."""
 
 LayerSuccessors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
-"""Actions; for each, which of a layer's states have it (mask or indices), and the codes of the states it leads to."""
+"""Actions, each with the states of a layer where it is applicable (mask or indices), and their successors' codes."""
 
 
 class Operator:
     """A kind of action.
 
-    A subclass defines `outcomes`, for one state, or `successors`, for many at once: each follows from the other.
+    A subclass defines `outcomes`, for one state, or `successors`, for many at once; the default of each uses the other.
 
     Attributes:
         kind: first word of its actions.
         parameters: which of `obj` and `location` its actions have.
-        travels: whether it brings the hand to the action's location.
+        travels: whether it moves the hand to the action's location.
     """
 
     kind: ClassVar[str]
@@ -42,7 +42,7 @@ class Operator:
         return frozenset()
 
     def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
-        """Return the actions that exist in a state, each with the state it leads to."""
+        """Return the applicable actions of a state, each with its successor."""
         space = StateCodes(model, state)
         layer = StateLayer(space, space.array(space.encode(state, where="state")))
         for action, found, targets in self.successors(layer):
@@ -50,10 +50,10 @@ class Operator:
                 yield action, space.decode(int(targets[0]))
 
     def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """Return the actions of this kind, in the order of the model's objects and locations, with their outcomes.
+        """Return the actions of this kind, in the order of the model's objects and locations, with their successors.
 
         Raises:
-            ModelError: an outcome is not a state of the model, or an action is of another kind.
+            ModelError: a successor is not a state of the model, or an action is of another kind.
         """
         space, found = layer.space, defaultdict[Action, list[tuple[int, int]]](list)
         for i, state in enumerate(layer.states):
@@ -87,7 +87,7 @@ class Transit(Operator):
 
 @dataclass(frozen=True)
 class Grasp(Operator):
-    """Take an object with nothing on it from the location below the empty hand."""
+    """Grasp an object with nothing on it at the location below the empty hand."""
 
     kind = "grasp"
     parameters = ("obj",)
@@ -131,7 +131,7 @@ class Transport(Operator):
 
 @dataclass(frozen=True)
 class Release(Operator):
-    """Put the held object down at the location below the hand, which may mark it."""
+    """Put the held object down at the location below the hand, which may give it a mark."""
 
     kind = "release"
 
@@ -156,13 +156,13 @@ class Release(Operator):
 
 
 STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())
-"""The operators of every manipulation model, in the order of their actions."""
+"""The operators of every manipulation model, in order."""
 
 
 def read_action(text: str, operators: Iterable[Operator] = STANDARD_OPERATORS) -> Action:
-    """Return the action that a text, such as `transport blue san`, means; its names need not be a model's.
+    """Return the action with a text, such as `transport blue san`; its names need not be those of a model.
 
     Raises:
-        ModelError: it is written as none of the operators' actions is.
+        ModelError: no operator has actions of this form.
     """
     return parse_action(text, {operator.kind: operator.parameters for operator in operators})

@@ -1,21 +1,20 @@
-"""Smaller models of a manipulation model for those who see only some of its propositions.
+"""Smaller models of a manipulation model, equivalent for the propositions in a given set, which are called *seen*.
 
-Two things make a model smaller, both exact:
+Two reductions, both exact:
 
-*Symmetry.* A location for one object that nothing depends on and no proposition that is seen tells of is *neutral*
-(measured costs tell locations apart, so that none is; they do not tell objects apart). Exchanging neutral locations, or
-movable objects of which nothing is seen, maps the model onto itself with the same costs and propositions seen. So one
-state can stand for all that such exchanges make of it (its orbit), and the states that stand for others are a
-bisimulation quotient: every trajectory of the one has its counterpart in the other, action by action. (E. A. Emerson
-and A. P. Sistla, "Symmetry and model checking", 1996.)
+*Symmetry.* A location of capacity one that no other location depends on and no seen proposition mentions is *neutral*
+(with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral locations, or
+movable *unseen* objects, which no seen proposition mentions, maps the model onto itself and preserves costs and seen
+propositions. So one canonical state can stand for all states that such exchanges make of it (its orbit), and the
+canonical states are a bisimulation quotient: every trajectory of the one has its counterpart in the other, action by
+action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
 
-*Relevance.* A movable object of which nothing is seen, at a neutral location, need never be moved, if the neutral
-locations that are left can hold all other movable objects at once, and nothing that is seen rests on supports: in any
-plan, leave out what is done with it, and put every object that the plan puts at a neutral location at a free one. One
-is free, the object in the hand not counted; costs do not depend on where, so the plan gets no dearer, action by
-action. What falls away are actions that change nothing that is seen; so this needs tasks that do not count actions,
-and preferences that do not gain from waiting. By the same argument more neutral locations than movable objects are
-not needed.
+*Relevance.* A movable unseen object at a neutral location need never be moved, if the other neutral locations can hold
+all other movable objects at once, and no seen location rests on supports: in any plan, leave out the actions on it, and
+put every object that the plan puts at a neutral location at a free one. One is free, as the object in the hand takes
+none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out change no seen
+proposition; so this needs tasks that do not count actions, and preferences that do not gain from waiting. By the same
+argument no more neutral locations are needed than there are movable objects.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from prefplan.models.transition_system import Barred, Quotient, Trajectory
 
 
 def most_states(space: StateCodes) -> int:
-    """Return an upper bound of the number of states of a model, marks left out."""
+    """Return an upper bound of the number of states of a model, not counting marks."""
     slots = space.model.slot_counts
     capacities = [(place.capacity, slots[place.name]) for place in space.model.locations]
     movable = sum(not obj.fixed for obj in space.model.objects)
@@ -59,13 +58,13 @@ def most_states(space: StateCodes) -> int:
 
 
 class ReducedModel:
-    """A smaller model in which some propositions are seen as in another one.
+    """A smaller model that is equivalent to another for the propositions that are seen.
 
     Attributes:
-        generator: what leads from state to state of the smaller model.
+        generator: generates the successors in the smaller model.
         view: the smaller model, and which of its parts are seen.
-        start: its first state.
-        symmetry: which of its states stand for others.
+        start: its initial state.
+        symmetry: its canonical states.
         seen: the propositions that are seen.
         barred: actions that do not exist where some propositions hold.
     """
@@ -76,8 +75,8 @@ class ReducedModel:
         """Make a model smaller.
 
         Args:
-            whole: what leads from state to state of the other model.
-            start: its first state.
+            whole: generates the successors in the other model.
+            start: its initial state.
             barred: actions that do not exist where some propositions hold.
             names: the propositions that are seen.
             may_hurry: as in `TransitionSystem.quotient`.
@@ -97,7 +96,7 @@ class ReducedModel:
 
     @property
     def first(self) -> int:
-        """The code of the state that stands for the first one.
+        """The code of the canonical state of `start`.
 
         Raises:
             ModelError: there are too many states for 64-bit integers.
@@ -107,7 +106,7 @@ class ReducedModel:
         return int(self.symmetry.canonical(self.generator.space.array(code))[0])
 
     def quotient(self) -> Quotient:
-        """Return the states that stand for others, listed."""
+        """Return the canonical states, listed."""
         system = reachable(self.generator, [self.first], names=self.seen, canonical=self.symmetry.canonical)
 
         def lift(trajectory: Trajectory) -> Trajectory:
@@ -117,10 +116,10 @@ class ReducedModel:
         return Quotient(system.without(self.barred), lift)
 
     def lift(self, codes: Sequence[int]) -> Trajectory:
-        """Return a trajectory of the other model for one through the states that stand for others."""
+        """Return the trajectory of the other model that corresponds to one through canonical states, given by codes."""
         code, actions = self.generator.space.encode(self.start, where="start"), list[str]()
         for wanted in codes[1:]:
-            # Where an action leads tells its kind and the poses of the hand, and so its cost.
+            # The successor determines the action's kind and the poses of the hand, and so its cost.
             action, code = next(
                 (str(action), int(targets[0]))
                 for action, having, targets, _ in self.generator.edges(self.generator.space.array(code))
@@ -131,7 +130,7 @@ class ReducedModel:
 
 
 def _loads_cost(costs: ActionCosts) -> bool:
-    """Return whether costs do not tell places apart, and the hand travels for no less with an object than without."""
+    """Return whether costs do not depend on locations, and a transport costs at least as much as a transit."""
     if isinstance(costs, MeasuredCosts):
         return False
     return all(amount(costs["transit"], name) <= amount(costs["transport"], name) for name in cost_names(costs))
@@ -140,7 +139,7 @@ def _loads_cost(costs: ActionCosts) -> bool:
 def _states_along(
     generator: Generator, state: ManipulationState, actions: Sequence[str]
 ) -> Iterator[ManipulationState]:
-    """Yield the state before the first and after each of some actions, which must exist there."""
+    """Yield the state before the first and after each of some actions, which must be applicable."""
     yield state
     code = generator.space.encode(state, where="start")
     for action in actions:
@@ -162,13 +161,13 @@ class View:
     def __init__(
         self, model: Description, seen: frozenset[str], told: frozenset[str], *, places_alike: bool = True
     ) -> None:
-        """Find out what is seen.
+        """Find the neutral locations and the unseen objects.
 
         Args:
             model: the model.
-            seen: the propositions that are.
-            told: names of objects and locations that must stay what they are for another reason.
-            places_alike: whether locations may be neutral: not where costs tell them apart.
+            seen: the propositions that are seen.
+            told: names of objects and locations that count as seen for another reason.
+            places_alike: whether locations may be neutral; False if costs tell them apart.
         """
         self.model, self._seen, self._told = model, seen, told
         self._objects = [obj.name for obj in model.objects]
@@ -186,7 +185,7 @@ class View:
         ]
 
     def sees_mark(self, obj: str, mark: str) -> bool:
-        """Return whether it is seen that an object has a mark."""
+        """Return whether the proposition that an object has a mark is seen."""
         return marked(obj, mark) in self._seen
 
     def _sees(self, place: Location) -> bool:
@@ -194,7 +193,7 @@ class View:
         return place.name in self._told or bool(self._seen & ({at(obj, place.name) for obj in self._objects} | marks))
 
     def relevant(self, start: ManipulationState) -> tuple[View, ManipulationState]:
-        """Return the view without the objects that need never be moved, and locations that are not needed."""
+        """Return the view, and its initial state, without objects that need never be moved and surplus locations."""
         model, places = self.model, start.place
         if any(place.on and self._sees(place) for place in model.locations):
             return self, start
@@ -228,18 +227,18 @@ class View:
 
 
 class Symmetry:
-    """Which state stands for all that exchanging neutral locations and unseen objects makes of it.
+    """The canonical states under exchanges of neutral locations and of unseen objects.
 
     Attributes:
         places: (n,) the neutral locations.
-        neutral: (max(L + 1, H),) bool, which of the L locations, or poses of the hand, they are.
-        unseen: movable objects of which nothing is seen.
+        neutral: (max(S + 1, H),) bool, which slots, or poses of the hand, are at neutral locations.
+        unseen: the movable unseen objects.
         told: the other objects.
         marks: digits of marks that are not seen.
     """
 
     def __init__(self, space: StateCodes, view: View) -> None:
-        """Take the states' codes, and what can be exchanged in them."""
+        """Take the encoding of the states, and the view that says what can be exchanged."""
         self._space = space
         self.places = np.array([space.locations.index(name) for name in view.neutral], dtype=np.int64)
         self.neutral = np.zeros(max(space.held + 1, len(space.hands)), dtype=bool)
@@ -249,11 +248,11 @@ class Symmetry:
         self.marks = [d for (obj, mark), d in space.mark_digits.items() if not view.sees_mark(obj, mark)]
 
     def canonical(self, codes: np.ndarray) -> np.ndarray:
-        """Return (N,) the codes of the states that stand for some others.
+        """Return (N,) the codes of the canonical states of some states.
 
-        Objects that are seen take the first neutral locations, in their order; then come those unseen, and the hand
-        takes the first that is left. Unseen objects stand in order of their locations, and have no marks but those
-        that are seen.
+        Seen objects at neutral locations take the first of these, in order; then come the unseen objects, and a hand
+        over an empty neutral location takes the first that is left. Unseen objects are sorted by location, and unseen
+        marks are removed.
         """
         space, number = self._space, len(codes)
         hand = space.digit(codes, 0)
@@ -261,7 +260,7 @@ class Symmetry:
         after = codes.copy()
         for d in self.marks:
             after -= space.weights[d] * space.digit(codes, d)
-        # The rank may be one beyond the places while none is neutral there.
+        # The rank may be one beyond the places where it is not used.
         places = np.append(self.places, 0)
         for o in self.told:
             slot = space.digit(codes, 1 + o)

@@ -1,7 +1,7 @@
 """Slots: the places of a location that holds several objects.
 
-Plans do not choose slots, but the measured cost of an action depends on them. Only models with measured costs
-distinguish them. They follow from the actions: an object is put into the free slot farthest from the others there.
+Plans do not choose slots, but the measured cost of an action depends on them; so only models with measured costs
+distinguish them. The actions determine them: an object is put into the free slot farthest from the others there.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 from prefplan.errors import ModelError
 
 FAR_APART = 2
-"""Distance to the nearest object, in slots, beyond which slots are equally good."""
+"""Slots at least this far from the nearest object, in slots, are equally good."""
 
 
 def hand_poses(names: Iterable[str], capacities: Iterable[int], start: str) -> tuple[str, ...]:
-    """Return every pose of the hand: over each location's middle, over its slots if it has several, and at the start.
+    """Return every pose of the hand: over each location's middle, over its slots if it has several, and the start pose.
 
     Args:
-        names: of the locations.
-        capacities: how many slots each has.
-        start: the hand's first pose, a location or any other word.
+        names: names of the locations.
+        capacities: number of slots of each.
+        start: the hand's initial pose, a location or any other word.
     """
     names = tuple(names)
     counts = zip(names, capacities, strict=True)
@@ -31,7 +31,7 @@ def hand_poses(names: Iterable[str], capacities: Iterable[int], start: str) -> t
 
 
 def pose(location: str, slot: int | None) -> str:
-    """Return the name of the hand's pose over a slot; None for the only one, or the middle between several."""
+    """Return the name of the hand's pose over a slot; `slot` None is the only one, or the middle of several."""
     return location if slot is None else f"{location}[{slot}]"
 
 
@@ -47,7 +47,7 @@ def free_slot(taken: np.ndarray) -> np.ndarray:
         taken: (K, N) bool, which of the K slots of a location, side by side, are taken in each of N states.
 
     Returns:
-        (N,) their indices; without meaning where all are taken.
+        (N,) its index; undefined where all are taken.
     """
     indices = np.arange(len(taken))
     apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), FAR_APART)

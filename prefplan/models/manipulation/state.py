@@ -12,10 +12,10 @@ class ManipulationState:
     """One symbolic state.
 
     Attributes:
-        hand: location the hand is over, or the start pose's name.
+        hand: location that the hand is over, or the start pose's name.
         held: object in the hand, or None.
-        places: (object, location) for every object that rests somewhere, in the model's order.
-        marks: (object, mark) for every mark an object carries.
+        places: (object, location) for every object that is not held, in the model's order.
+        marks: (object, mark) for every mark that an object has.
         slots: (object, slot) for every object at a location with several slots, in the model's order, where slots are
             distinguished: see `prefplan.models.manipulation.slots`.
         hand_slot: the slot that the hand is over, if its location has several and they are distinguished; None also
@@ -31,7 +31,7 @@ class ManipulationState:
 
     @property
     def place(self) -> dict[str, str]:
-        """The location of every object that rests somewhere."""
+        """The location of every object that is not held."""
         return dict(self.places)
 
     @property

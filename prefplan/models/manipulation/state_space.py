@@ -1,4 +1,4 @@
-"""The reachable states of a manipulation model, generated a whole breadth-first layer at a time."""
+"""The reachable states of a manipulation model, generated breadth-first, one layer at a time."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ CHUNK = 2**13
 """States whose actions are generated at once, between two checks of the limits."""
 
 LAYER_BYTES = 40
-"""Memory that the edges of a layer take while the states that they lead to are numbered, for each of them."""
+"""Memory for each edge of a layer while its targets are numbered."""
 
 EDGE_BYTES = 80
-"""Memory that the edges take while they are sorted by their sources, for each of them."""
+"""Memory for each edge while all are sorted by source."""
 
 MAX_TABLE_CODES = 2**24
-"""Greatest number of possible codes for which a table of all of them is kept."""
+"""Largest number of codes for which `Numbering` keeps a table of all codes."""
 
 
 @dataclass(frozen=True)
 class Generator:
-    """What leads from state to state.
+    """Successor generator of a manipulation model.
 
     Attributes:
-        space: the states' codes.
+        space: the encoding of its states.
         operators: the kinds of actions.
-        costs: of the actions, the first cost first.
+        costs: the costs of the actions, in order.
     """
 
     space: StateCodes
@@ -47,13 +47,13 @@ class Generator:
 
     @classmethod
     def of(cls, space: StateCodes, operators: Sequence[Operator]) -> Generator:
-        """Return what leads from state to state of a model."""
+        """Return the generator for the model of an encoding."""
         costs = cost_matrices(space.model, [operator.kind for operator in operators], space.hands)
         return cls(space, tuple(operators), costs)
 
     @property
     def has_gaps(self) -> bool:
-        """Whether there are poses of the hand between which a kind of action may be possible, but was not measured."""
+        """Whether some kind of action might be possible between two poses of the hand, but was not measured there."""
         over = self.space.over
         stays = over[:, None] == over[None, :]
         known = self.costs[0].entries
@@ -63,14 +63,17 @@ class Generator:
     def edges(
         self, codes: np.ndarray, kind: str | None = None
     ) -> Iterator[tuple[Action, np.ndarray, np.ndarray, list[np.ndarray]]]:
-        """Yield each action of some states, in order: which states have it, where it leads, and each of its costs.
+        """Yield each action, in order, as (action, states where it is applicable, successors, costs).
 
         Args:
-            codes: (N,) of the states.
-            kind: of the actions, None for all.
+            codes: (N,) codes of the states.
+            kind: kind of the actions, None for all.
+
+        Yields:
+            The action; (n,) indices into `codes`; (n,) codes of the successors; for each cost, (n,) values in its unit.
 
         Raises:
-            ModelError: an operator's outcome is not a state of the model, or an action was not measured.
+            ModelError: a successor is not a state of the model, or the cost of an action was not measured.
         """
         layer = StateLayer(self.space, codes)
         for k, operator in enumerate(self.operators):
@@ -85,12 +88,12 @@ class Generator:
                 yield action, np.arange(len(codes))[having], targets, costs
 
     def require_measured(self, code: int) -> None:
-        """Raise ModelError if a state has an action that was not measured."""
+        """Raise ModelError if the cost of some action of a state was not measured."""
         for _ in self.edges(self.space.array(code)):
             pass
 
     def step(self, code: int, text: str) -> tuple[int, tuple[Fraction, ...]] | None:
-        """Return where an action leads, and its costs in the user's units; None if it does not exist."""
+        """Return an action's successor and costs, in the user's units; None if it is not applicable."""
         for action, having, targets, costs in self.edges(self.space.array(code), kind_of(text)):
             if len(having) and str(action) == text:
                 units = [matrix.unit for matrix in self.costs]
@@ -99,10 +102,10 @@ class Generator:
 
 
 class Numbering:
-    """The numbers of codes, in the order in which they are found, and the codes by number."""
+    """A two-way map between codes and numbers, which are given in the order in which codes are found."""
 
     def __init__(self, bound: int) -> None:
-        """Begin with none; codes are less than a bound."""
+        """Begin with no codes; all will be less than a bound."""
         self._layers: list[np.ndarray] = []
         self._count = 0
         self._index = np.full(bound, -1, dtype=np.int32) if bound <= MAX_TABLE_CODES else None
@@ -110,7 +113,7 @@ class Numbering:
         self._numbers = np.empty(0, dtype=np.int32)
 
     def __len__(self) -> int:
-        """Return how many codes have numbers."""
+        """Return the number of codes so far."""
         return self._count
 
     @property
@@ -119,7 +122,7 @@ class Numbering:
         return np.concatenate(self._layers)
 
     def add(self, codes: np.ndarray) -> np.ndarray:
-        """Number codes that are new, smallest first, and return them."""
+        """Number the codes that are new, in ascending order, and return these."""
         codes = np.unique(codes)
         new = codes[self.number(codes) < 0]
         numbers = np.arange(self._count, self._count + len(new), dtype=np.int32)
@@ -134,7 +137,7 @@ class Numbering:
         return new
 
     def number(self, codes: np.ndarray) -> np.ndarray:
-        """Return the numbers of codes, int32, -1 for those that have none."""
+        """Return the numbers of codes, int32, -1 for those not yet added."""
         if self._index is not None:
             return self._index[codes]
         places = np.searchsorted(self._sorted, codes)
@@ -153,7 +156,7 @@ class ListedStates(OnDemand[ManipulationState]):
     """
 
     def __init__(self, space: StateCodes, codes: np.ndarray) -> None:
-        """Take the codes, from which states are made when they are asked for."""
+        """Take the codes, which are decoded when they are read."""
         super().__init__(lambda: len(codes), lambda i: space.decode(int(codes[i])))
         self.codes = codes
 
@@ -165,16 +168,16 @@ def reachable(
     names: Collection[str] | None = None,
     canonical: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> TransitionSystem:
-    """Return every state of a manipulation model reached from known ones, `ListedStates`, as a transition system.
+    """Return every state of a manipulation model reachable from known ones, `ListedStates`, as a transition system.
 
     Args:
-        generator: what leads from state to state.
-        known: codes of the first states, by number; the start's first.
-        names: the propositions that labels tell; None for all.
-        canonical: returns the code that stands for each of some codes; None if each stands for itself.
+        generator: generates the successors.
+        known: codes of the first states, in the order of their numbers; the initial state's first.
+        names: the propositions to keep in labels; None for all.
+        canonical: maps codes to those of their canonical states; None if all are canonical.
 
     Raises:
-        ModelError: as `Generator.edges`, or there are too many states for 64-bit integers.
+        ModelError: as in `Generator.edges`, or there are too many states for 64-bit integers.
         LimitError: a limit of time or memory was reached.
     """
     space = generator.space
@@ -214,7 +217,7 @@ def _edges(
     known: Sequence[int],
     canonical: Callable[[np.ndarray], np.ndarray] | None,
 ) -> tuple[dict[str, list[np.ndarray]], list[list[np.ndarray]], tuple[str, ...]]:
-    """Number every state that is reached from known ones, and return edges and costs in pieces, and actions' texts."""
+    """Number every state reachable from known ones; return arrays of edges, of costs, and the actions' texts."""
     index: dict[Action, int] = {}
     none = np.empty(0, dtype=np.int32)
     lists = {"sources": [none], "targets": [none], "actions": [none]}
@@ -241,7 +244,7 @@ def _edges(
 def _labels(
     space: StateCodes, codes: np.ndarray, names: Collection[str] | None
 ) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
-    """Return each state's label, as far as it consists of some names, as an index, and the distinct labels."""
+    """Return (S,) each state's label, restricted to some names, as an index, and the distinct labels."""
     keys = np.zeros(len(codes), dtype=np.int64)
     weight = 1
     parts: list[tuple[int, list[str]]] = []

@@ -1,4 +1,4 @@
-"""What stands around the locations of a manipulation model: fixtures, and the robot's base."""
+"""The surroundings of a manipulation model's locations: fixtures, and the robot with its base."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from prefplan.names import check_names
 Point = tuple[float, float, float]
 
 FIXTURES = ("box", "shelf")
-"""Kinds of fixtures: a solid block, and boards between two sides and a back."""
+"""Kinds of fixtures: a solid box, and boards between two sides and a back."""
 
 MAX_FIXTURE_M = 20.0
-"""Greatest length and distance from the origin of a fixture: greater ones are millimetres taken for metres."""
+"""Largest length and coordinate of a fixture; larger ones are probably in millimetres."""
 
 
 @dataclass(frozen=True)
 class Fixture:
-    """What stands in the way and carries locations.
+    """An obstacle, which may support locations.
 
     Attributes:
+        name: its name.
         kind: one of `FIXTURES`.
-        at: (x, y, z) of a box's centre, of the middle of a shelf's foot, m.
+        at: (x, y, z) of a box's centre, or of the middle of a shelf's foot, m.
         size: its full lengths along its own x, y and z, m.
-        yaw: heading of its own x axis, degrees; a shelf is open towards it.
-        boards: heights over `at` of the upper sides of a shelf's boards, m.
+        yaw: heading of its own x axis, degrees; a shelf is open in that direction.
+        boards: heights above `at` of the upper sides of a shelf's boards, m.
         rgba: colour in simulation, each in 0 .. 1; None for a default.
     """
 
@@ -45,22 +46,22 @@ GRIPPERS = ("parallel", "suction")
 """Kinds of grippers: two fingers, and a suction cup."""
 
 MAX_OPENING_M = 0.5
-"""Greatest opening of a gripper: wider ones are millimetres taken for metres."""
+"""Largest opening of a gripper; larger ones are probably in millimetres."""
 
 OWN_KEYS = ("joints", "tool", "gripper", "home", "velocity", "torque")
-"""Keys that a robot of one's own needs."""
+"""Keys that a robot of the user's own needs."""
 
 
 @dataclass(frozen=True)
 class GripperSetup:
-    """The gripper of a robot of one's own.
+    """The gripper of a robot of the user's own.
 
     Attributes:
         kind: one of `GRIPPERS`.
-        actuator: in the MJCF: a position servo that moves both fingers, or the adhesion of a cup.
-        force: greatest one of each finger, or of the cup, N.
-        open: greatest width between the fingers, m; needed for those.
-        closed: least one, m.
+        actuator: name in the MJCF of the position servo that moves both fingers, or of the cup's adhesion actuator.
+        force: greatest force of each finger, or of the cup, N.
+        open: greatest width between the fingers, m; None for a suction cup.
+        closed: least width, m.
     """
 
     kind: str
@@ -72,24 +73,24 @@ class GripperSetup:
 
 @dataclass(frozen=True)
 class RobotSetup:
-    """Which robot works in a scene, and where its base stands.
+    """The robot of a scene and the pose of its base.
 
-    With `mjcf` it is one of one's own.
+    The keys from `mjcf` on describe a robot of the user's own.
 
     Attributes:
-        name: of a robot that the simulation knows, or of one's own.
-        at: (x, y) or (x, y, z) of its base, m; the table top is at z = 0, and a pedestal carries a base above it. None
-            for where the robot usually stands: most at the origin.
+        name: name of a robot that the simulation has, or of the user's own.
+        at: (x, y) or (x, y, z) of its base, m; the table top is at z = 0, and a base above it stands on a pedestal.
+            None for the robot's default, for most robots the origin.
         yaw: heading of its base, degrees; 0 looks along x.
-        mjcf: the MJCF of a robot of one's own, a path relative to the scenario file.
-        joints: of its arm, n in number, from base to wrist.
-        tool: site between the fingers or at the lip of the cup: z out of the hand, the fingers close along y.
-        gripper: its hand.
-        home: (n,) where it starts, the tool pointing down in front of the base, rad or m.
+        mjcf: path of the robot's MJCF, relative to the scenario file.
+        joints: names of the arm's n joints, from base to wrist.
+        tool: site between the fingers or at the lip of the cup: z points out of the hand, the fingers close along y.
+        gripper: its gripper.
+        home: (n,) initial joint positions, with the tool pointing down in front of the base, rad or m.
         velocity: (n,) limits, rad/s or m/s.
         torque: (n,) limits, N m or N.
-        acceleration: (n,) limits, rad/s^2 or m/s^2; none if they are not known.
-        folder: that `mjcf` is relative to.
+        acceleration: (n,) limits, rad/s^2 or m/s^2; empty if not known.
+        folder: folder that `mjcf` is relative to.
     """
 
     name: str = "panda"
@@ -107,7 +108,7 @@ class RobotSetup:
 
     @property
     def position(self) -> Point | None:
-        """(x, y, z) of its base, m; None for where it usually stands."""
+        """(x, y, z) of its base, m; None for the robot's default."""
         return None if self.at is None else with_height(self.at)
 
 
@@ -126,13 +127,13 @@ def check_point(at: tuple[float, ...], where: str) -> None:
 
 
 def check_beside(path: str | None, where: str) -> None:
-    """Raise `ModelError` for a path that does not start from the scenario's folder: logs keep files by such paths."""
+    """Raise `ModelError` for an absolute path: logs store files by their paths relative to the scenario's folder."""
     if path is not None and Path(path).is_absolute():
         raise ModelError(f"{where}: must be a path from the folder of the scenario file, not {path!r}")
 
 
 def check_fixtures(fixtures: tuple[Fixture, ...], taken: Collection[str]) -> None:
-    """Raise `ModelError` for fixtures that make no sense, or whose names are taken; the message begins with its key."""
+    """Raise `ModelError` for fixtures that are invalid, or whose names are taken; the message begins with the key."""
     check_names([fixture.name for fixture in fixtures], where="fixtures")
     for fixture in fixtures:
         where = f"fixtures.{fixture.name}"
@@ -177,7 +178,7 @@ def _check_foot(fixture: Fixture, where: str) -> None:
 
 
 def check_robot(robot: RobotSetup) -> None:
-    """Raise `ModelError` for a base that cannot stand where it is put."""
+    """Raise `ModelError` for an invalid pose of the base, or invalid keys of a robot of the user's own."""
     if robot.at is not None:
         check_point(robot.at, "robot.at")
         height = with_height(robot.at)[2]
@@ -189,7 +190,7 @@ def check_robot(robot: RobotSetup) -> None:
 
 
 def _check_own(robot: RobotSetup) -> None:
-    """Raise `ModelError` if the table of a robot of one's own lacks a key, or has a value that makes no sense."""
+    """Raise `ModelError` if the table of a robot of the user's own lacks a key or has an invalid value."""
     if robot.mjcf is None:
         for key in (*OWN_KEYS, "acceleration"):
             if getattr(robot, key):
@@ -209,7 +210,7 @@ def _check_own(robot: RobotSetup) -> None:
             raise ModelError(f"robot.{key}: must be {wanted}, not {list(values)}")
     for joint in robot.joints:
         if robot.joints.count(joint) > 1:
-            raise ModelError(f"robot.joints: {joint!r} is there twice")
+            raise ModelError(f"robot.joints: {joint!r} is listed twice")
     if robot.gripper is not None:
         _check_gripper(robot.gripper)
 

@@ -1,4 +1,4 @@
-"""A manipulation model as a transition system whose states are generated when something asks for them."""
+"""A manipulation model as a transition system whose states are generated on demand."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, Trans
 
 
 class ManipulationSystem(GeneratedSystem):
-    """The states that operators reach from one state of a manipulation model, numbered as they are met.
+    """The states reachable from one state of a manipulation model, numbered as they are met.
 
     Attributes:
-        generator: what leads from state to state.
+        generator: generates the successors.
         first: the first state.
         barred: actions that do not exist where some propositions hold.
         listed_states: how many states may be listed, by an upper bound of their number.
@@ -57,13 +57,13 @@ class ManipulationSystem(GeneratedSystem):
         )
         unknown = generator.has_gaps and not self.is_large
         if unknown or generator.operators != STANDARD_OPERATORS:
-            # Only the list of all states tells whether every outcome is a state, and every possible action measured;
-            # of a large model the search tells what was not measured when it meets it.
+            # Only listing all states shows whether every successor is a state, and every possible action was measured;
+            # in a large model, the search reports an action that was not measured when it meets one.
             self.__dict__["listed"] = reachable(generator, self._codes)
 
     @cached_property
     def listed(self) -> TransitionSystem:
-        """All states; those that were met before keep their numbers."""
+        """All states; those met before keep their numbers."""
         return reachable(self.generator, self._codes).without(self.barred).knowing(self.propositions)
 
     @cached_property
@@ -83,7 +83,7 @@ class ManipulationSystem(GeneratedSystem):
 
     @property
     def shared_units(self) -> tuple[Fraction, ...]:
-        """See `TransitionSystem.shared_units`; here of all costs that an action may have."""
+        """See `TransitionSystem.shared_units`; here for all costs that an action may have, reachable or not."""
         return tuple(matrix.shared_unit for matrix in self.generator.costs)
 
     def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
@@ -101,7 +101,7 @@ class ManipulationSystem(GeneratedSystem):
         return other
 
     def state(self, number: int) -> ManipulationState:
-        """Return the state of a number."""
+        """Return the state with a number."""
         if not 0 <= number < len(self._codes):
             return self.listed.states[number]  # type: ignore[return-value]
         return self.generator.space.decode(self._codes[number])
@@ -126,13 +126,13 @@ class ManipulationSystem(GeneratedSystem):
         return self._codes.index(code)
 
     def reduced(self, names: Collection[str], *, may_hurry: bool) -> ReducedModel | None:
-        """Return a smaller model to search instead; None in a small model, or where there are other operators."""
+        """Return a smaller model to search instead; None for a small model, or one with further operators."""
         if not self.is_large or self.generator.operators != STANDARD_OPERATORS:
             return None
         return ReducedModel(self.generator, self.first, self.barred, names, may_hurry=may_hurry)
 
     def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
-        """See `TransitionSystem.quotient`; in a small model it is the list of all states."""
+        """See `TransitionSystem.quotient`; for a small model, the system with all states listed."""
         smaller = self.reduced(names, may_hurry=may_hurry)
         if smaller is None:
             return self.listed.quotient(names, may_hurry=may_hurry)

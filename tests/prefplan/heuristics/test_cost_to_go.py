@@ -1,4 +1,4 @@
-"""Tables of the cost-to-go, against shortest paths in T x A_K written out."""
+"""Tables of the cost-to-go, against shortest paths in an explicit T x A_K."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from prefplan.scenario.decode import from_dict
 
 
 def random_product(seed: int) -> tuple[Product, Graph, Backward]:
-    """Return a random product over a contracted graph, and what it looks like backward."""
+    """Return a random product over a contracted graph, and its backward tables."""
     whole = Product(from_dict(random_problem(seed).scenario()).problem())
     graph = contract(whole)
     assert graph is not None

@@ -1,4 +1,4 @@
-"""Tables of larger sets, which only long searches for one plan call for: nothing may be lost by them."""
+"""Tables of larger sets, which only long searches for one plan fill: the plans must stay the same."""
 
 from __future__ import annotations
 

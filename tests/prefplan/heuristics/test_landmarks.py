@@ -1,4 +1,4 @@
-"""Bounds by what every plan still visits, against exact costs-to-go of all tasks together."""
+"""Landmark bounds, against exact costs-to-go of all tasks together."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_no_state_of_errands_costs_less_than_its_bound_and_many_cost_no_more(see
 
 
 def test_places_on_a_line_are_bounded_exactly() -> None:
-    """From the middle of a line to both its ends: the bound by single tasks is half of that by landmarks."""
+    """From the middle of a line to both ends: the bound of single tasks is half that of landmarks."""
     edges = [(i, f"{i} {j}", j, 2) for i in range(9) for j in (i - 1, i + 1) if 0 <= j < 9]
     system = TransitionSystem.from_transitions(edges, start=4, labels={0: ["a"], 8: ["b"], 2: ["c"]})
     problem = Problem(system, [Task("x", "F a"), Task("y", "F (b | (b & c))"), Task("z", "!a U c")], Order())

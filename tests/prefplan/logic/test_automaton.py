@@ -85,7 +85,7 @@ def test_a_long_formula_is_read_without_a_stack_overflow(text: str, size: int) -
 
 Drawn = list[tuple[judge.Formula, Automaton]]
 BLOCK = 20
-"""Formulas that one test looks at, so that hundreds of them are not thousands of tests."""
+"""Formulas checked by one test, to keep the number of tests small."""
 
 
 @pytest.fixture(scope="module", params=range(0, 400, BLOCK))

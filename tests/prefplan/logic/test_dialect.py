@@ -1,4 +1,4 @@
-"""Formulas as Spot, Owl, SPIN and LTLf2DFA write them, against the definitions of their operators."""
+"""Formulas in the syntax of Spot, Owl, SPIN and LTLf2DFA, against the definitions of their operators."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Label = frozenset[str]
 
 
 def word(rng: random.Random) -> tuple[list[Label], list[Label]]:
-    """Return the labels of an infinite word: some, and some that come again and again."""
+    """Return the labels of an infinite word: a stem, and a loop."""
     labels = [frozenset(name for name in "ab" if rng.random() < 0.5) for _ in range(7)]
     length = rng.randint(1, 4)
     return labels[:-length], labels[-length:]

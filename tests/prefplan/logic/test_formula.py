@@ -1,4 +1,4 @@
-"""Reading scLTL: precedence, what is refused, and where a message points."""
+"""Parsing scLTL: precedence, refused formulas, and the column that a message points at."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Relaxations, prices of skipping and numbers of tasks that cannot be used: each is refused by a sentence."""
+"""Invalid relaxations, prices of skipping and numbers of tasks: each is refused with a message."""
 
 from __future__ import annotations
 
@@ -60,8 +60,7 @@ def test_what_no_term_weighs_may_not_be_relaxed(preference: Preference, task: di
     with pytest.raises(PrefplanError) as caught:
         build(preference, **task)
     assert str(caught.value) == (
-        f"tasks[0].{key}: nothing in the preference weighs what it costs; "
-        'give a term of the preference over = "violation"'
+        f'tasks[0].{key}: no term of the preference depends on this price; add a term with over = "violation"'
     )
 
 

@@ -1,4 +1,4 @@
-"""Graphs from files: the same as the same graph written out, whatever the format."""
+"""Graphs from files equal the same graph given explicitly, in every format."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def points(scenario: Scenario) -> list[tuple[Any, Any]]:
 
 
 def without_parallel_edges(model: dict[str, Any]) -> dict[str, Any]:
-    """Return a model with the first edge between each two states: others may be left out of what is read."""
+    """Return a model with only the first edge between each two states, as files may lose parallel edges."""
     first = {(edge["from"], edge["to"]): edge for edge in reversed(model["transitions"])}
     return {**model, "transitions": list(first.values())[::-1]}
 

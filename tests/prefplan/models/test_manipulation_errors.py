@@ -1,4 +1,4 @@
-"""Manipulation models that make no sense: each is refused by a sentence that names the place."""
+"""Invalid manipulation models: each is refused with a message that names the key."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ A, B = spot("a"), spot("b")
         (
             [A, B],
             [Object("o", "a"), Object("p", "a")],
-            "objects.p.start: o and p both start at 'a', which has room for 1",
+            "objects.p.start: o and p start at 'a', which has room for 1",
         ),
         (
             [A, Location("t", on=("a",))],

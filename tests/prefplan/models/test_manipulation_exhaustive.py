@@ -1,4 +1,4 @@
-"""The manipulation model against a plain walk over the states of random models."""
+"""The manipulation model against a simple enumeration of the states of random models."""
 
 from __future__ import annotations
 

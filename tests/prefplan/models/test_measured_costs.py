@@ -1,4 +1,4 @@
-"""Costs that depend on where the hand is, and the file beside a scenario that they are read from."""
+"""Costs that depend on the hand's pose, and the file of measurements from which they are read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Operators state by state and many states at once; operators of one's own; actions and their texts."""
+"""Operators state by state and many states at once; user-defined operators; actions and their texts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_state_by_state_is_the_same_as_many_at_once(what: ManipulationModel) -> 
 
 
 class Swap(Operator):
-    """Change the places of the first two objects, whatever that leads to."""
+    """Exchange the locations of the first two objects, whether or not that gives a valid state."""
 
     kind, parameters = "swap", ("obj",)
 
@@ -85,7 +85,7 @@ def test_an_outcome_that_does_not_fit_the_model_is_refused(swap: Swap, message: 
 
 
 def test_every_kind_is_there_once_and_has_a_cost() -> None:
-    with pytest.raises(ModelError, match="operators: 'swap' is there twice"):
+    with pytest.raises(ModelError, match="operators: 'swap' is listed twice"):
         replace(with_swap(Swap()), operators=(Swap(), Swap()))
     with pytest.raises(ModelError, match="costs: no cost for 'swap'"):
         replace(with_swap(Swap()), costs=COSTS)

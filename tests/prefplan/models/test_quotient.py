@@ -152,11 +152,11 @@ def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
         "o3",
         "o9",
     }
-    with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
+    with pytest.raises(ModelError, match="20 objects and 25 slots make more states than can be numbered"):
         _ = model.transition_system().size
     # Where a hand travels for less with a load, what is not needed may yet be worth carrying.
     dear = replace(model, costs=COSTS | {"transit": 7})
-    with pytest.raises(ModelError, match="20 objects and 25 places are more than a state can hold"):
+    with pytest.raises(ModelError, match="20 objects and 25 slots make more states than can be numbered"):
         pareto_front(Problem(dear.transition_system(), tasks, Order()))
 
 

@@ -99,7 +99,7 @@ class Spot:
 
 
 class Walk(NamedTuple):
-    """What a walk over all states finds."""
+    """The result of an enumeration of all states."""
 
     edges: tuple[judge.Edge, ...]
     labels: dict[str, frozenset[str]]

@@ -1,4 +1,4 @@
-"""Weighted transition systems (Definition 1): from transitions, from and to networkx, and what is refused."""
+"""Weighted transition systems (Definition 1): from transitions, from and to networkx, and refused input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contracts of preferences: derived, declared, refuted, and what a general one asks for."""
+"""Contracts of preferences: derived, declared, refuted, and the cost bound that a general one needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Preference functions (Definition 5): values, against reference definitions, and what is refused."""
+"""Preference functions (Definition 5): values, against reference definitions, and refused input."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def plan_of(names: Sequence[str], costs: Sequence[Fraction], preference: Mapping
     ],
 )
 def test_values_by_hand(preference: dict[str, Any], expected: float) -> None:
-    """The planner and the judge agree with what was worked out by hand for costs 6, 5 and 2."""
+    """The planner and the judge agree with values computed by hand for costs 6, 5 and 2."""
     names, costs = ("x", "y", "z"), (Fraction(6), Fraction(5), Fraction(2))
     assert plan_of(names, costs, preference).preference == expected
     assert judge.reference(preference, names)(costs, (0, 0, 0)) == expected

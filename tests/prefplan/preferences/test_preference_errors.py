@@ -1,4 +1,4 @@
-"""Preferences that cannot be used: each is refused by a sentence that names the place."""
+"""Invalid preferences: each is refused with a message that names the key."""
 
 from __future__ import annotations
 

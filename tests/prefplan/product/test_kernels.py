@@ -1,4 +1,4 @@
-"""Machine code on disk."""
+"""The cache of machine code on disk."""
 
 from __future__ import annotations
 

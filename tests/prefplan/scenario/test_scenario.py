@@ -1,4 +1,4 @@
-"""Scenario files: what they become, what is no scenario file, and tasks that can never be satisfied."""
+"""Scenario files: their decoded values, files that are no scenario, and tasks that can never be satisfied."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenario files that are refused: the message names the key, and what is wrong or would be valid."""
+"""Scenario files that are refused: the message names the key, and says what is wrong or would be valid."""
 
 from __future__ import annotations
 

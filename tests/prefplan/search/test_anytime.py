@@ -1,4 +1,4 @@
-"""What is known of a plan or a front when the search is stopped is so, whenever that is; judged by exact fronts."""
+"""Whatever is claimed of a plan or front when the search is stopped is true, at any time; judged by exact fronts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers that 64 bits do not hold, numbers from computations, and bounds equal to what was printed."""
+"""Numbers that do not fit 64 bits, computed numbers, and bounds equal to printed values."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_values_about_the_limit_of_64_bits_are_not_taken_for_out_of_bounds(power
 
 
 def test_payments_on_a_cycle_without_cost_end() -> None:
-    """Under a general contract such a cycle makes ever larger violation costs at the same cost."""
+    """Under a general contract, violation costs grow without end along such a cycle, at the same cost."""
     system = TransitionSystem.from_transitions(
         [("s", "go", "t", 0), ("t", "back", "s", 0), ("t", "on", "u", 2)],
         start="s",

@@ -14,7 +14,7 @@ def relaxed(formula: str, *entries: tuple[str, str, int], skip: int | None = Non
 
 
 def line(task: JudgedTask, *marked: str) -> GraphProblem:
-    """Lay states out in a row of unit costs; a second task asks for the end of it."""
+    """Return a line of states with edges of cost 1; a second task requires its end."""
     last = f"s{len(marked) - 1}"
     edges = tuple(Edge(f"s{k}", "go", 1, f"s{k + 1}") for k in range(len(marked) - 1))
     states = {f"s{k}": frozenset(word) | ({"end"} if f"s{k}" == last else set()) for k, word in enumerate(marked)}

@@ -1,4 +1,4 @@
-"""Fronts within some percent keep what they promise."""
+"""Fronts within some percent approximate the exact front as claimed."""
 
 from __future__ import annotations
 
