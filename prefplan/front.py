@@ -296,5 +296,4 @@ def point_of(plan: Plan) -> tuple[Number, ...]:
 
 
 def _row(tag: str, cells: Iterable[object]) -> str:
-    """Return a row of an HTML table."""
     return f"<tr>{''.join(f'<{tag}>{escape(str(cell))}</{tag}>' for cell in cells)}</tr>"

@@ -117,7 +117,6 @@ class Ledger:
         return [running_totals(each) for each in (self.costs, *self.more_costs.values())]
 
     def _spent(self, step: int, cost: int = 0) -> Fraction:
-        """Return one of the total costs after a number of actions."""
         numerators, denominator = self._totals[cost]
         return Fraction(numerators[step], denominator)
 
@@ -163,7 +162,6 @@ class Ledger:
         return self._first_preference(len(self.costs))
 
     def _first_preference(self, step: int) -> Any:
-        """Return mu of the first preference after a number of actions."""
         cost = self.problem.objectives[0].cost if self.problem.objectives else 0
         return self.problem.measure.value(*self._costs(step, cost))
 

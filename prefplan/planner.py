@@ -115,7 +115,6 @@ class Planner:
 
     @property
     def _product(self) -> Product:
-        """The product that is searched."""
         return self._reduction.product
 
     def front(self, *, within: Number = 0, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:

@@ -103,7 +103,6 @@ class Problem:
         self._check_weighed()
 
     def _check_number(self) -> None:
-        """Check the numbers of tasks and rules."""
         number = len(self.priced)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")

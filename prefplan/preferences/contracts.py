@@ -110,10 +110,7 @@ def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: 
 
 
 def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-    """Raise PreferenceError if, of two random labels with one satisfied set, the better by (cost, mu) falls behind.
-
-    For `additive`, also if mu does not grow alike from both.
-    """
+    """Raise PreferenceError if, of two random labels with one satisfied set, the better by (cost, mu) falls behind."""
     n = len(tasks)
     satisfied = {i for i in range(n) if rng.random() < 0.5}
     spent = sorted(span.draw(rng) for _ in range(2))

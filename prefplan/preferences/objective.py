@@ -138,10 +138,7 @@ class Measure:
         return any(formula.tree is not None and divides(formula.tree) for formula in compared)
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
-        """Return a unit of mu in which all terms without functions or divisions are whole.
-
-        `cost` and `price` are the units of costs and of violation costs.
-        """
+        """Return a unit of mu, given those of costs, in which all terms without functions or divisions are whole."""
         amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
         amounts += [weight * cost for term in self.maxima for weight in term.weights]
         for late in self.tardiness:

@@ -149,7 +149,6 @@ def from_dict(
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file."""
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -138,7 +138,6 @@ def _number(value: Any, where: str) -> Any:
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
-    """Return a value, after checking its type."""
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         shown = value if isinstance(value, Decimal) else repr(value)
         is_single_table = kind is list and isinstance(value, Mapping) and "." not in where

@@ -129,10 +129,6 @@ class Search(ABC):
         Args:
             limits: of time and memory.
             most_expanded: expansions after which to stop; another call continues the search.
-
-        Raises:
-            ModelError: an action was met whose cost was not measured.
-            OverflowError: a number does not fit 64 bits.
         """
         pending, rank = list[Found](), 0
         while pending or self.counters[AT.EXPANDED] < most_expanded:

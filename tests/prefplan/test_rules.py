@@ -202,7 +202,7 @@ def test_a_rule_without_a_price_is_kept_and_blamed_where_no_plan_keeps_it() -> N
         (
             'kind = "weighted-sum"\nover = "violation"\nweights = { clean = 1 }',
             'kind = "order"',
-            "rules[0].skip: nothing",
+            "rules[0].skip: no term",
         ),
         ("{ clean = 1 }", "{ tidy = 1 }", "preference.weights: unknown task 'tidy'"),
     ],

@@ -154,7 +154,6 @@ def _ending(name: str) -> str:
 
 
 def _read(folder: Path, name: str, readers: Mapping[str, Reader], key: str, sink: Sink) -> None:
-    """Pass the contents of a file to a sink; errors as in `read_network`."""
     reader = readers.get(_ending(name))
     if reader is None:
         raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and {COMPRESSED}")
