@@ -16,10 +16,11 @@ from prefplan.exact_costs import Number
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses
+from prefplan.models.manipulation.surroundings import RobotSetup
 from prefplan.models.several_costs import Cost
 
-COSMETIC = frozenset({"rgba"})
-"""Attributes of objects that do not affect measurements."""
+IRRELEVANT = frozenset({"rgba", "folder"})
+"""Attributes of parts of the model that do not affect measurements."""
 
 DECIMALS = 3
 """Decimal places of quantities in the file."""
@@ -64,14 +65,20 @@ def measurements_file(scenario: Path) -> Path:
 
 
 def geometry(model: ManipulationModel, robot: str) -> str:
-    """Return a digest of the locations, the objects, the start and the robot's name."""
-    parts = {
+    """Return a digest of the locations, the objects, the start, the robot and what stands around it."""
+    parts: dict[str, Any] = {
         "robot": robot,
         "start": model.start,
         "locations": [_plain(place) for place in model.locations],
         "objects": [_plain(obj) for obj in model.objects],
     }
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+    around: dict[str, Any] = {
+        "fixtures": [_plain(fixture) for fixture in model.fixtures],
+        "setup": _plain(model.robot) if isinstance(model.robot, RobotSetup) else {},
+        "scene": model.scene,
+    }
+    parts |= {name: part for name, part in around.items() if part}
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=dataclasses.asdict).encode()).hexdigest()
 
 
 def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, Any]:
@@ -122,7 +129,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     except (AttributeError, KeyError, TypeError, ValueError):
         raise ModelError(f"the file of measurements is damaged; {remedy} (delete it first)") from None
     if digest != geometry(model, robot):
-        raise ModelError(f"the measurements were made with other locations or objects; {remedy}")
+        raise ModelError(f"the measurements were made with other locations, objects or surroundings; {remedy}")
     return Measurements(actions, robot, sources)
 
 
@@ -159,9 +166,9 @@ def _measurement(entry: Mapping[str, Any]) -> Measurement:
 
 
 def _plain(part: Any) -> dict[str, Any]:
-    """Return the attributes of a location or object that are not cosmetic and not the default."""
+    """Return the attributes of a part of the model that matter and are not the default."""
     return {
         attribute.name: getattr(part, attribute.name)
         for attribute in dataclasses.fields(part)
-        if attribute.name not in COSMETIC and getattr(part, attribute.name) != attribute.default
+        if attribute.name not in IRRELEVANT and getattr(part, attribute.name) != attribute.default
     }

@@ -191,12 +191,19 @@ def test_costs_that_were_never_measured_are_refused_with_what_to_do(scenario: Pa
         ("tray = {", "shelf = { at = [0.6, 0.1] }\ntray = {"),
         ("cup = { ", "jug = { start = 'tub' }\ncup = { "),
         ('start = "home"', 'start = "desk"'),
+        (
+            "[model.loc",
+            "[model.fixtures]\nwall = { kind = 'box', at = [0.7, 0, 0.1], size = [0.1, 0.1, 0.2] }\n[model.loc",
+        ),
+        ("[model.loc", "[model.robot]\nat = [0, 0.05]\n[model.loc"),
     ],
 )
 def test_measurements_of_another_geometry_are_refused(scenario: Path, old: str, new: str) -> None:
     write(scenario, table(*PLACES))
     scenario.write_text(SCENARIO.replace(old, new))
-    assert "the measurements were made with other locations or objects; `prefplan measure`" in refusal(scenario)
+    assert "the measurements were made with other locations, objects or surroundings; `prefplan measure`" in refusal(
+        scenario
+    )
 
 
 def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scenario: Path) -> None:
@@ -214,7 +221,7 @@ def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scena
         ({"format": 3}, "is damaged"),
         ({"format": "2"}, "is damaged"),
         ({"format": None}, "is damaged"),
-        ({"robot": "menagerie"}, "were made with other locations or objects"),
+        ({"robot": "menagerie"}, "were made with other locations, objects or surroundings"),
         ({"actions": [{"action": "transit"}]}, "is damaged"),
         ({"actions": [{"action": "grasp", "from": "tub", "to": "tub", "energy": "many"}]}, "is damaged"),
     ],
