@@ -158,7 +158,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     if outcome.completed:
         console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
     else:
-        verdict = "wrongly taken for completed" if rollout.completed else "stopped"
+        verdict = "wrongly called completed" if rollout.completed else "stopped"
         console.print(f"{scenario.name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
     for line in _surprises(outcome):

@@ -123,7 +123,7 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
     table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
     if certificates["wrongly_completed"]:
-        table.add_row("wrongly taken for completed", share(certificates["wrongly_completed"], summary["done"]))
+        table.add_row("wrongly called completed", share(certificates["wrongly_completed"], summary["done"]))
     for name, key, unit in (("simulated", "sim_seconds", "s"), ("placed to within", "placement_error_mm", "mm")):
         spread = summary[key]
         if spread["max"] is not None:

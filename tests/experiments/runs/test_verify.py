@@ -81,7 +81,7 @@ def test_a_run_that_its_log_refutes_was_not_carried_out(
     monkeypatch.setattr(evidence, "claims_of", lambda outcome: replace(honest(outcome), cost=9))
     (tmp_path / "cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
     result = run("run", "cup.toml", "--no-video")
-    assert result.status == 4 and "cup: wrongly taken for completed after 4 of 4 actions" in result.out
+    assert result.status == 4 and "cup: wrongly called completed after 4 of 4 actions" in result.out
     told = json.loads(Path("out/cup/cost.json").read_text())
     assert told["completed"] is told["certified"] is False
     assert told["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"

@@ -89,7 +89,7 @@ def test_rollouts_whose_logs_say_otherwise_are_named() -> None:
     summary = summarise(HEADER, [record(0), limits, wrong], rollouts=3)
     found = summary["certificates"]
     assert (found["checked"], found["agree"], found["confirmed"]) == (3, 2, 1)
-    assert found["wrongly_completed"] == 1 and "wrongly taken for completed" in shown(summary)
+    assert found["wrongly_completed"] == 1 and "wrongly called completed" in shown(summary)
     assert [entry["rollout"] for entry in found["refuted"]] == [1, 2]
     assert "completed: tidy was never satisfied" in shown(summary) and "2 of 3 (66.7%)" in shown(summary)
 
