@@ -64,7 +64,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "--max-seconds": {"type": seconds, "metavar": "S", "help": "stop after this time with {found}"},
     "--max-memory": {
         "type": megabytes,
-        "metavar": "MB",
+        "metavar": "MiB",
         "help": "stop before the search uses more memory, with {found}",
     },
     "--plan": {
