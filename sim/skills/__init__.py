@@ -1,1 +1,1 @@
-"""Skills: each action's operator with the motion that achieves its effect."""
+"""Skills: the operator of each kind of action, together with the motion that achieves its effect."""

@@ -1,4 +1,4 @@
-"""The skills of the arm, by their kind."""
+"""The skills of the arm, by the kind of action."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ SKILLS: dict[str, Skill] = {
 
 
 def perform(cell: Workcell, action: Action | str) -> None:
-    """Carry out one action of the standard skills, such as `transport blue san`, from rest to rest.
+    """Carry out one action, given as a value or as text such as `transport blue san`; return when the arm is at rest.
 
-    It raises as `Skill.perform` does.
+    Raises:
+        SimulationError: see `Skill.perform`.
     """
     if isinstance(action, str):
         action = cell.scene.model.action(action)

@@ -1,4 +1,4 @@
-"""Paths of the arm that are free of collisions, seen from where it is now."""
+"""Collision-free paths of the arm from its current configuration, with the objects as last observed."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from sim.simulation.workcell import Workcell
 
 
 def check_path(cell: Workcell, references: np.ndarray, *, clearance: float, touching: bool = True) -> CollisionChecker:
-    """Check a movement from where the arm is now for collisions, those of the robot's own links included.
+    """Check a movement from the current configuration for collisions, including those between the robot's own links.
 
-    Returns the checker, as it has seen what there is.
+    Returns the collision checker, which knows the objects as they were observed for this check.
 
     Args:
         cell: the running simulation.
-        references: (N, n) of the movement, rad; what is left of the one before is added.
+        references: (N, n) of the movement, rad; the rest of the previous movement is added to them.
         clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
-        touching: whether the fingers may touch the handled object though they do not hold it.
+        touching: whether the fingers may touch the handled object even if they do not hold it.
 
     Raises:
-        BlockedError: there is one.
+        BlockedError: there is a collision.
     """
     held = cell.held() is not None
     checker = cell.collision_checker(held=held, width=None if held else cell.width, touching=touching)
@@ -33,18 +33,19 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float, touc
 
 
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
-    """Return a path, (K, n) rad, from where the arm is, or comes to rest, to a goal.
+    """Return a path, (K, n) rad, to a goal from where the arm rests, or will rest when its movement ends.
 
-    What is near at the start may be as near on the way, but not touched unless it is from the start.
+    Bodies within the clearance at the start may be within it on the whole path, but must not come into contact, unless
+    they are in contact at the start.
 
     Args:
         cell: the running simulation.
         goal: (n,) joint angles, rad.
         clearance: bodies nearer than this count as in collision, m.
-        step: distance of two checks, m; see `EDGE_STEPS_M`.
+        step: distance between checks, m; see `EDGE_STEPS_M`.
 
     Raises:
-        BlockedError: none was found.
+        BlockedError: the goal is in collision, or no path was found.
     """
     checker = cell.collision_checker(touching=False)
     near = checker.touches(cell.reference, clearance=clearance)
@@ -52,7 +53,7 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
-        if (question := q.tobytes()) not in known:  # searches ask again for the ends of their edges
+        if (question := q.tobytes()) not in known:  # a search checks the ends of its edges repeatedly
             close = checker.touches(q, clearance=clearance)
             found = close - near
             if not found and close - touched:

@@ -1,4 +1,4 @@
-"""Drawing free: an object without space for the fingers beside it is pressed from above and drawn away from walls."""
+"""Dragging free: an object with too little space for the fingers beside it is pressed and dragged away from walls."""
 
 from __future__ import annotations
 
@@ -23,66 +23,70 @@ from sim.skills.transfer import travel
 from sim.world.grasps import GraspPose
 
 DISTANCES_M = (0.03, 0.045, 0.06, 0.09, 0.12)
-"""How far to draw an object, to try in turn, m."""
+"""Distances to drag an object, to try in turn, m."""
 
 STEP_M = 0.01
-"""Distance between the places at which it must be free on the way, m."""
+"""Distance between the positions on the way at which the object is checked for collisions, m."""
 
 STROKE_M, MAX_STROKES = 0.03, 16
-"""How far the fingers move while they press an object, m, and how often."""
+"""How far the fingers move in one stroke, pressing the object, m; and the greatest number of strokes."""
 
 SHARE_DRAWN = 0.8
-"""Share of the distance after which an object counts as drawn free."""
+"""Share of the distance after which an object counts as dragged free."""
 
 MAX_DIRECTIONS = 3
-"""Number of directions to try for each distance: where none of them frees it, the others hardly do."""
+"""Number of directions to try for each distance: if none of them frees the object, another one rarely does."""
 
 DIRECTIONS_RAD = np.radians(np.arange(0, 360, 22.5))
-"""Headings in which to draw it."""
+"""Headings in which to drag it."""
 
 PRESS_DURATION_S = 3.0
-"""Least duration of the last part of the way down, which ends when the fingertips feel the object."""
+"""Least duration of the last part of the way down, which ends early when the fingertips press the object."""
 
 RISE_DURATION_S = 1.0
-"""Least duration of raising the hand from an object, which may have tipped and springs back."""
+"""Least duration of raising the hand from an object: one that has tipped springs back."""
 
 PRESS_FORCE_N = 2.0
-"""Force on a pad at which the way down ends."""
+"""Force on either pad at which the way down ends."""
 
 STROKE_STEP_M, STROKE_STEP_S = 0.003, 0.15
-"""Length and least duration of the steps of a stroke; between them the hand gives way to the object or follows it."""
+"""Length and least duration of the steps of a stroke; after each, the hand's height is corrected by the force."""
 
 HOLD_DOWN_N, HOLD_DOWN_N_KG, COMPLIANCE_M_N, MAX_GIVE_M = 2 * PRESSED_N, 20.0, 0.0001, 0.001
-"""Force with which the object is pressed in a stroke, and how much more for each kg of it, so that it slides rather on
-what carries it; how far the hand rises for each N more, and at most in a step."""
+"""Force control in a stroke: target force on both pads together, N, and its increase per mass of the object, N/kg, so
+that the object slides on its support rather than under the fingers; how far the hand rises per excess force, m/N, and
+how far at most in a step, m."""
 
 BEHIND_CREST_M, MAX_ROLL_M = 0.004, 0.005
-"""Where the middle of the fingertips is pressed on a round object that rolls under them, and how far over its crest it
-comes then, m: where they leave it, it springs back. The Panda's are 20 mm wide."""
+"""A round object rolls under the fingertips: how far behind its crest their middle starts, and how far beyond the crest
+a stroke ends, m. If the fingertips, 20 mm wide on the Panda, left the crest, the object would spring back."""
 
 SLIDING, OFF_CENTRE = 0.8, (0.4, 0.75)
-"""Friction of objects on the table, and how far from the middle of its top an object may be pressed, as a share of half
-a side: the least and the most. What is high for its width tips over its front edge if it is pressed near its middle."""
+"""Friction coefficient of objects on the table; and the least and greatest distance from the middle of its top at which
+an object is pressed, as shares of half a side. Pressed near the middle, a high, narrow one tips over its front edge."""
 
 OFFSETS = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]])
-"""(K, 2) directions from the middle, to try in turn."""
+"""(K, 2) directions from the middle of the top to where it is pressed."""
 
 TILTS_RAD = np.radians([0, 30, 45])
-"""How far the hand leans over to where the object is drawn, away from a wall behind it, to try in turn."""
+"""Tilts of the hand towards where the object is dragged, away from a wall behind it, to try in turn."""
 
 TIP_HALF_M = 0.01
-"""Half the width of a fingertip, m: the edge of a tilted one is ahead of its middle."""
+"""Half the width of a fingertip, m: one edge of a tilted fingertip is lower than its middle."""
 
 CLOSED = GraspPose(np.zeros(3), np.eye(3), width=0.004, clearance=0.0)
-"""The hand as it presses: nearly closed, so that its pads do not press each other."""
+"""The hand while it presses an object: nearly closed, so that its pads do not press each other."""
 
 
 class _FeltError(SimulationError):
-    """The fingertips press the object hard enough."""
+    """A pad is pressed hard enough; it ends the way down."""
 
 
 def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
-    """Return the (3,) shift, m, by which to draw an object to where it can be taken; None if that is not found."""
+    """Return a (3,) shift, m, by which to drag an object to where it can be grasped; None if none is found.
+
+    A hand with a suction cup does not drag objects.
+    """
     if isinstance(cell.scene.robot.gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
@@ -95,16 +99,17 @@ def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
 
 
 def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
-    """Press an object from above with closed fingers and draw it aside, in several strokes, since it slips or rolls.
+    """Press an object from above with closed fingers and drag it aside, in several strokes, since it slips or rolls.
 
     Args:
         cell: the running simulation.
         obj: the object.
-        shift: (3,) by which it is drawn, m.
+        shift: (3,) by which it is dragged, m.
 
     Raises:
-        SkillError: it did not come along.
+        SkillError: after all strokes it has not moved far enough.
         BlockedError: bodies are in the way.
+        SimulationError: the arm does not reach it.
     """
     start = cell.measure(obj).position
     cell.grip(CLOSED.width, OPEN_DURATION_S)
@@ -115,11 +120,11 @@ def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
             cell.log_event("drawn free", object=obj, distance_mm=round(1000 * float(np.hypot(*came[:2])), 1))
             return
         _stroke(cell, obj, pose, shift - came)
-    raise SkillError(f"{obj} could not be drawn free: it slips under the fingers")
+    raise SkillError(f"{obj} could not be dragged free: it slipped under the fingers")
 
 
 def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> None:
-    """Draw an object at a pose towards where it is to be, (3,) m away, as far as it comes along; raise the hand."""
+    """Drag an object at a pose by at most one stroke along its remaining shift, (3,) m, and raise the hand."""
     before, over = _pressing(cell, obj, pose, left)
     up, heading = before.position - over.position, left / np.linalg.norm(left)
     if before.points_down:
@@ -145,7 +150,7 @@ def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> Non
 
 
 def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:
-    """Return whether a round object has rolled so far under the fingertips that they are about to leave its crest."""
+    """Return whether a round object lies and the fingertips are farther ahead of its crest than `MAX_ROLL_M`."""
     pose = cell.observe(obj)
     off = _lowest_point(cell, cell.arm.tool(cell.angles)) - pose.position
     axis = pose.rotation[:, 2]
@@ -154,19 +159,20 @@ def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:
 
 
 def _feel(cell: Workcell, force: float) -> None:
-    """Raise _FeltError if a pad is pressed with more than a force, N."""
+    """Raise _FeltError if the force on a pad exceeds a bound, N."""
     if cell.contacts.pad_forces.max() > force:
         raise _FeltError
 
 
 def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> tuple[ToolPose, ToolPose]:
-    """Return where the closed fingertips are just above an object at a pose, after from where they come.
+    """Return the tool's pose at which the closed fingertips are just above an object, preceded by its pre-grasp pose.
 
-    Nothing may be in their way where they would be if it gave way by as much as they are above it then.
+    Collisions are checked `fingertip_m` lower, before and after the (3,) shift, m: the hand moves down until a pad is
+    pressed, at most that far.
 
     Raises:
-        BlockedError: bodies are in the way everywhere.
-        SimulationError: the arm reaches it nowhere.
+        BlockedError: bodies are in the way of the last pose that was tried.
+        SimulationError: the arm does not reach that pose.
     """
     refused = SimulationError(f"{obj} is out of reach")
     give = np.array([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
@@ -184,7 +190,7 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
 
 
 def _lowest_point(cell: Workcell, tool: ToolPose) -> np.ndarray:
-    """Return the (3,) middle of the fingertips, or of their edge that is lowest if the hand is tilted, m."""
+    """Return the (3,) middle of the fingertips, m, or of their lowest edge if the hand is tilted."""
     side = tool.rotation[:, 0]
     edge = 0.0 if tool.points_down else -np.sign(side[2]) * TIP_HALF_M
     return tool.ahead(cell.scene.robot.gripper.fingertip_m) + edge * side
@@ -193,8 +199,8 @@ def _lowest_point(cell: Workcell, tool: ToolPose) -> np.ndarray:
 def _presses(pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
     """Yield where to press an object, (2,) m from its middle, and the heading of the closing direction, rad.
 
-    Drawn at its rear it tips the least. A round side is pressed along its crest, or a little behind it, by the
-    fingertips' narrow side.
+    Positions at the rear come first, where pressing tips the object least. A round object that lies is pressed on its
+    crest or a little behind it, with the closing direction along its axis.
     """
     sides = pose.footprint
     share = np.clip(SLIDING * (pose.above + pose.below) / sides.half.min() - 1, *OFF_CENTRE)
@@ -211,12 +217,16 @@ def _presses(pose: ObjectPose, shift: np.ndarray) -> Iterator[tuple[np.ndarray, 
 
 
 def _lies_round(pose: ObjectPose) -> bool:
-    """Return whether an object lies on a round side."""
+    """Return whether an object is round and does not stand upright: it may roll."""
     return pose.shape.is_round and pose.posture != Posture.UPRIGHT
 
 
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
-    """Yield (3,) shifts to try, m, by which an object meets nothing: short ones first, then the middle of the free."""
+    """Yield collision-free (3,) shifts of an object to try, m: short ones first, of each length the most central ones.
+
+    Central are headings near the mean of all that are free. A round object that lies is rolled across its axis or
+    dragged along it.
+    """
     headings = np.column_stack([np.cos(DIRECTIONS_RAD), np.sin(DIRECTIONS_RAD), np.zeros(len(DIRECTIONS_RAD))])
     if _lies_round(pose):
         along = pose.rotation[:, 2] * [1.0, 1.0, 0.0]

@@ -1,4 +1,4 @@
-"""Grasp: take the object below the hand."""
+"""Grasp: close the hand on the object below it and raise it."""
 
 from __future__ import annotations
 
@@ -26,44 +26,45 @@ CLOSING_DISTANCE_M = 0.015
 """Distance of the tool from its goal at which the hand begins to close."""
 
 NEARLY_CLOSED_M = 0.008
-"""By how much the hand is wider than the object when the arm has come to rest."""
+"""By how much the open hand is wider than the object when the arm has stopped at the grasp, m."""
 
 CLOSE_DURATION_S, SQUEEZE_DURATION_S = 0.2, 0.45
-"""Durations of closing the hand so far, and of closing it on the object: a pad that comes first pushes it gently. In
-0.3 s, torque rates of the arm reached 121 % of their limit when it pushed the object against the other pad."""
+"""Durations of closing the hand to that width, and then on the object: the pad that touches it first pushes it gently.
+When it pushed the object against the other pad within 0.3 s, torque rates of the arm reached 121 % of their limit."""
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
 
 LIFT_M, LIFT_DURATION_S = 0.005, 0.8
-"""How far a heavy object is lifted first, and the least duration: meanwhile its weight goes over to the arm. If the arm
-bore it before, a suction cup came up on its spring: torque rates reached 112 % of their limit with 1.5 kg, now 58 %."""
+"""How far a heavy object is lifted first, and the least duration: meanwhile the arm begins to compensate for its
+weight. When it did so before, a suction cup rose on its spring: torque rates reached 112 % of their limit with 1.5 kg,
+now 58 %."""
 
 OFF_GROUND_M = 0.006
-"""By how much an object has been raised when what it is still near to is beside it, m."""
+"""Height to which an object is raised in a check for what is beside it, so that its support does not count, m."""
 
 RUBBING_M = 0.003
-"""Greatest distance of what it may rub on, m."""
+"""Distance within which the object may rub on what is beside it, m."""
 
 OFF_WALL_M, OFF_WALL_HEADINGS_RAD = (0.015, 0.012), np.radians(np.arange(0, 360, 22.5))
-"""How far it is moved away from that, to the side and up, m, and where to, to try in turn."""
+"""How far the object is moved away from what is beside it, to the side and up, m; and the headings to try."""
 
 RUBBING_LIFT_S = 1.5
 """Least duration of moving an object off what stands beside it, such as the wall of a bin on which it leans, or of
-raising it along that: it sticks and gets free again. In 0.5 s the joints' accelerations reached 119 % of their limit,
-torque rates 124 %; now 78 and 50 %."""
+raising it along that: it sticks and slips. In 0.5 s the joints' accelerations reached 119 % of their limit, and torque
+rates 124 %; now 78 and 50 %."""
 
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
 
 MAX_PREPARATIONS = 2
-"""An object is drawn free or turned over so often at most before it is taken."""
+"""How often at most an object is dragged free or turned over before it is grasped."""
 
 MORE_GRASPS = 3
-"""Number of other grasps, with a tilted hand, that are tried where the way to one or out of it is blocked."""
+"""Number of other grasps, with a tilted hand, that are tried if the approach to one, or the retreat, is blocked."""
 
 LET_GO_WAIT_S = 0.5
-"""How long what was let go may roll before another grasp is tried."""
+"""How long to wait before another grasp is tried: an object that was let go may roll."""
 
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
@@ -95,7 +96,7 @@ class GraspSkill(Grasp, Skill):
         cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
 
     def _prepare(self, cell: Workcell, obj: str, pose: ObjectPose, error: SimulationError) -> bool:
-        """Bring an object that cannot be taken for some reason to where it can; return whether there is a way to."""
+        """Drag free or turn over an object that cannot be grasped because of an error; return whether that was done."""
         if isinstance(error, SkillError):
             return False
         if isinstance(error, BlockedError):
@@ -112,7 +113,7 @@ class GraspSkill(Grasp, Skill):
         return turn is not None
 
     def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float) -> np.ndarray:
-        """Take an object by the first grasp that serves and raise it; return the pads' contact forces, N."""
+        """Grasp an object with the first suitable grasp and raise it; return the pads' contact forces, (pads,) N."""
         came_down = cell.arm.tool(cell.reference).points_down
         tried: list[ToolPose] = []
         failure: BlockedError | None = None
@@ -125,7 +126,7 @@ class GraspSkill(Grasp, Skill):
                 self._approach(cell, obj, pose, grasp, before, target)
                 return self._close(cell, obj, grasp, before)
             except BlockedError as error:
-                # Straight down there may be no way to where the hand itself would be free.
+                # A way straight down may be blocked though the hand would be free at its end: tilted grasps are next.
                 if not target.points_down:
                     failure = failure or error
                     tried.append(target)
@@ -139,14 +140,19 @@ class GraspSkill(Grasp, Skill):
     def _approach(
         self, cell: Workcell, obj: str, pose: ObjectPose, grasp: GraspPose, before: ToolPose, target: ToolPose
     ) -> None:
-        """Bring the open hand to where its fingers close on an object."""
+        """Move the open hand from the pre-grasp pose `before` to the pose in which its fingers close on an object."""
         _open_at(cell, before, target, grasp.opening)
         _check_still(cell, obj, pose)
         target = self.closing_pose(cell, obj, target)
         move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
 
     def _close(self, cell: Workcell, obj: str, grasp: GraspPose, before: ToolPose) -> np.ndarray:
-        """Close the hand on an object and raise it; return the pads' contact forces, N."""
+        """Close the hand on an object and raise it; return the pads' contact forces, (pads,) N.
+
+        Raises:
+            SkillError: there is no firm grip, or the object is lost while it is raised.
+            BlockedError: bodies are in the way of raising it; it was let go.
+        """
         cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
         pressing = cell.scene.robot.gripper.pressing(grasp.width, cell.scene.shapes[obj].mass)
@@ -167,17 +173,18 @@ class GraspSkill(Grasp, Skill):
         return forces
 
     def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
-        """Return the pose of the tool at which the fingers close on an object; `target` is that of its grasp."""
+        """Return the pose of the tool in which the fingers close on an object: that of the chosen grasp, `target`."""
         return target
 
 
 def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
-    """Raise the hand with an object, a heavy one gently at first, to where it came from.
+    """Raise the hand with an object, a heavy one slowly at first, to the pre-grasp pose `before`.
 
-    What leans on something is moved away from that first. If something is in its way then, it is raised straight up.
+    An object that leans on another body is first moved off it. If the way is blocked, the hand moves straight to a
+    pre-grasp pose of where it is now: up, or back along its axis if it is tilted.
 
     Raises:
-        BlockedError: something is, either way.
+        BlockedError: all these ways are blocked.
     """
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
@@ -200,14 +207,14 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
 
 
 def _leans(cell: Workcell, obj: str, before: ToolPose) -> bool:
-    """Return whether the held object is beside something it touches once it has been raised a little towards a pose."""
+    """Return whether the held object would still be near another body after it was raised a little towards a pose."""
     here = cell.arm.tool(cell.reference)
     rise = before.position - here.position
     return _is_beside(cell, obj, here.shifted(OFF_GROUND_M / max(rise[2], OFF_GROUND_M) * rise), RUBBING_M)
 
 
 def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
-    """Return the (3,) shift, m, by which the held object leaves what is beside it best; None if it never does."""
+    """Return the most central (3,) shift, m, that frees the held object from what is beside it; None if none does."""
     here, up = cell.arm.tool(cell.reference), np.array([0.0, 0.0, OFF_WALL_M[1]])
     shifts = [up + OFF_WALL_M[0] * np.array([np.cos(yaw), np.sin(yaw), 0.0]) for yaw in OFF_WALL_HEADINGS_RAD]
     free = [shift for shift in shifts if not _is_beside(cell, obj, here.shifted(shift), PLANNING_CLEARANCE_M)]
@@ -216,7 +223,10 @@ def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
 
 
 def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bool:
-    """Return whether the held object would be nearer to others than a clearance, m, with the tool in a pose."""
+    """Return whether the held object would be within a clearance, m, of another body with the tool at a pose.
+
+    True if the arm does not reach the pose.
+    """
     try:
         q, _ = cell.arm.reach([tool], near=cell.reference)
     except SimulationError:
@@ -225,7 +235,7 @@ def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bo
 
 
 def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:
-    """Bring the hand to where it comes straight to its target, and open it to a width, m."""
+    """Open the hand to a width, m, and meanwhile bring it to the pose from which it moves straight to its target."""
     cell.set_width(width, OPEN_DURATION_S)
     if before.points_down:
         move_tool(cell, [before], within=BLEND_M)
@@ -234,7 +244,11 @@ def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -
 
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:
-    """Return the slot at the hand's location where an object rests."""
+    """Return the slot nearest to an object.
+
+    Raises:
+        SkillError: the object is not in it, or the hand is not over its location.
+    """
     pose = cell.observe(obj)
     position = pose.underside
     slots = [slot for row in cell.scene.slots.values() for slot in row]
@@ -245,13 +259,13 @@ def _slot_below(cell: Workcell, obj: str) -> Slot:
 
 
 def _check_still(cell: Workcell, obj: str, pose: ObjectPose) -> None:
-    """Raise SkillError if an object is not where it was measured."""
+    """Raise SkillError if an object has moved from its measured pose."""
     if np.linalg.norm(cell.observe(obj).position - pose.position) > MOTION_THRESHOLD_M:
         raise SkillError(f"{obj} does not lie still")
 
 
 def _await_firm_grip(cell: Workcell) -> np.ndarray | None:
-    """Wait until the grip is firm; return the pads' contact forces in N, or None after a timeout."""
+    """Wait until the grip is firm; return the pads' contact forces, (pads,) N, or None after a timeout."""
     periods = 0
     for _ in range(round((SQUEEZE_DURATION_S + GRIP_TIMEOUT_S) / CONTROL_PERIOD_S)):
         cell.wait(CONTROL_PERIOD_S)

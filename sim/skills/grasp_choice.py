@@ -1,4 +1,4 @@
-"""Which grasp: one that the arm reaches without a collision where the object is, and where it is put next."""
+"""Choice of a grasp: the arm must reach it without a collision, where the object is and where it is put down next."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ from sim.world.places import Slot
 from sim.world.shapes import ObjectShape, about_z
 
 TILT_STEP_RAD = np.radians(15)
-"""Tilts of the hand that differ by less than this are equally good."""
+"""Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
 
 
 Choice = tuple[GraspPose, ToolPose, ToolPose]
-"""A grasp, the pose from which the hand comes, and that in which the fingers close."""
+"""A grasp, its pre-grasp pose, and the pose in which the fingers close."""
 
 
 @dataclass
 class Refusals:
-    """Why no grasp serves.
+    """Why no grasp was found.
 
     Attributes:
-        blockers: what is in the way of grasps that the arm reaches.
-        inside: grasps with which the hand alone would be inside something, whether or not the arm reaches them.
-        unplaceable: whether one would do where the object is.
+        blockers: bodies in the way of grasps that the arm reaches.
+        inside: grasps with which the hand alone would be inside a body, whether or not the arm reaches them.
+        unplaceable: whether some grasp is possible where the object is, but with none of these it can be put down next.
     """
 
     blockers: set[str] = field(default_factory=set)
@@ -61,11 +61,11 @@ def choose_grasp(
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
 ) -> Choice:
-    """Return what `find_grasp` does; arguments as there.
+    """Return what `find_grasp` finds for these arguments, or raise an error that says why it finds none.
 
     Raises:
-        BlockedError: bodies are in the way of all grasps.
-        SimulationError: the arm reaches none, or none that serves.
+        BlockedError: bodies are in the way of grasps that the arm reaches.
+        SimulationError: the arm reaches no grasp, or none with which the object can be put down next.
     """
     refusals = Refusals()
     found = find_grasp(cell, obj, pose, yaw, tilted=tilted, unlike=unlike, refusals=refusals)
@@ -80,7 +80,7 @@ def choose_grasp(
     if refusals.blockers:
         raise BlockedError.beside_fingers(refusals.blockers)
     if next(ranked(cell, obj, frame), None) is None:
-        raise SimulationError(f"{obj} stands or lies so that the hand cannot come to where it could hold it")
+        raise SimulationError(f"{obj} stands or lies so that no grasp can pick it up and set it upright")
     raise SimulationError(f"{obj} is out of reach")
 
 
@@ -96,21 +96,21 @@ def find_grasp(
     certain: bool = False,
     refusals: Refusals | None = None,
 ) -> Choice | None:
-    """Return the first grasp that serves, or None.
+    """Return the first suitable grasp, or None.
 
-    It serves both where the object is, and where it is to be released next, if that is known and there is space now.
-    What stands is taken even if none serves there.
+    A grasp is suitable if it is possible both where the object is and where it is released next, provided that this is
+    known and has space now. For a standing object, one that is possible where it is will do if there is no other.
 
     Args:
         cell: the running simulation.
         obj: the object.
-        pose: as measured.
+        pose: of the object, as measured.
         yaw: heading of the preferred closing direction, rad.
         tilted: leave out grasps for which the hand points straight down.
-        unlike: leave out grasps for which the hand points about as in one of these poses.
-        foreseen: whether it shall serve where the object is released next.
-        certain: whether it must serve there for what stands, too.
-        refusals: why other grasps do not serve is added to them.
+        unlike: leave out grasps for which the hand points in the direction of one of these poses (`TILT_STEP_RAD`).
+        foreseen: whether to consider where the object is released next.
+        certain: whether the grasp must be possible there for a standing object, too.
+        refusals: the reasons why other grasps are not suitable are added here.
     """
     frame, refusals = frame_of(pose, yaw), refusals or Refusals()
     shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
@@ -134,9 +134,10 @@ def find_grasp(
 def _free_grasps(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: Refusals, *, tilted: bool
 ) -> Iterator[Choice]:
-    """Yield grasps that the arm reaches freely where the object is; add why it does not take others.
+    """Yield grasps that the arm reaches without a collision where the object is; add why not others to `refusals`.
 
-    Arguments and poses are those of `choose_grasp`; each grasp is turned as the hand then is.
+    The arguments are those of `find_grasp`, with the object's (3, 3) axes. Of two symmetric poses of the hand one is
+    chosen, and the grasp has its rotation.
     """
     for grasp in ranked(cell, obj, frame):
         tool = grasp.at(pose.position, frame)
@@ -150,7 +151,7 @@ def _free_grasps(
 
 
 def _freely(cell: Workcell, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]) -> Choice:
-    """Return a grasp as the arm reaches it freely, see `free_pose`; add what is in its way to the blockers."""
+    """Return a grasp with its poses by `free_pose`, which may raise; add the bodies in the way to the blockers."""
     try:
         before, tool = free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, near=cell.reference)
     except BlockedError as error:
@@ -169,18 +170,20 @@ def choose_placement(
     margin: float,
     clearance: float = FINGER_CLEARANCE_M,
 ) -> tuple[ToolPose, ToolPose, float]:
-    """Return the tool's pose that sets an object, so grasped, upright into a slot, the fingers free to open.
+    """Return how to set an object, in a given grasp, upright into a slot where the fingers can open.
 
-    Before it, the pose from which the hand comes straight to it; after it, how wide the hand can open there, m.
+    Returns:
+        The pose from which the hand moves straight to the placement, the tool's pose there, and how wide the hand can
+        open there, m.
 
     Args:
         cell: the running simulation.
         obj: the object.
-        slot: where it is put.
+        slot: where it is put down.
         grasp: how the hand holds it.
-        near: (n,) where the arm comes from, rad; None for anywhere.
-        margin: of a tilted hand from the ends of the joints, rad.
-        clearance: of a tilted hand from other bodies, m.
+        near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
+        margin: distance from the joints' position limits if the hand is tilted, rad.
+        clearance: from other bodies if the hand is tilted, m.
 
     Raises:
         BlockedError: bodies are in the way.
@@ -204,7 +207,7 @@ def choose_placement(
 
 
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose, float]:
-    """Return, as `choose_placement` does, how the held object is set into a slot: upright, or else leaning as it hangs.
+    """Return, as `choose_placement` does, how to set down the held object: upright, or else leaning as it does now.
 
     Raises:
         BlockedError, SimulationError: as for `choose_placement`.
@@ -217,7 +220,7 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
         try:
             return placement(near=cell.reference)
         except SimulationError:
-            return placement()  # as it was foreseen: the nearest of equally good poses may be in the way of something
+            return placement()  # as in `_can_place`: the configuration nearest to the present one may collide
 
     try:
         return choose(held_grasp(cell, obj))
@@ -230,7 +233,7 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
 
 
 def _next_slot(cell: Workcell, obj: str) -> Slot | None:
-    """Return the slot into which an object is put next; None if that is not known, or it is taken now."""
+    """Return the slot into which an object is put next; None if that is not known, or the object does not fit now."""
     try:
         return free_slot(cell, obj, cell.destination) if cell.destination else None
     except SkillError:
@@ -238,15 +241,15 @@ def _next_slot(cell: Workcell, obj: str) -> Slot | None:
 
 
 def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
-    """Yield the grasps of an object whose frame is turned so, those first for which the hand tilts least at both ends.
+    """Yield the grasps of an object with (3, 3) axes `frame` that can pick it up there and set it upright.
 
-    In the end it stands upright.
+    They are in order of the greater of the hand's two tilts, at the object as it is and when it is set upright.
     """
     shape = cell.scene.shapes[obj]
     options = grasps(shape, cell.scene.robot.gripper)
     rotations = np.array([grasp.rotation for grasp in options])
     turned = frame @ rotations
-    # The third row of an upright rotation says how steep the hand points down in the end.
+    # Once the object is upright, the third row of its rotation gives the slopes of the hand's axes.
     final = np.einsum("ki,nij->knj", shape.symmetries[:, 2], rotations)
     final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, tilts_of(final[:, :, 2]), np.inf).min(axis=0)
     tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(tilts_of(turned[:, 2, 2]), final_tilts), np.inf)
@@ -256,9 +259,10 @@ def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
 
 
 def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: float) -> Iterator[tuple[ToolPose, ...]]:
-    """Yield groups of equally good poses of the tool that set an object upright, its (3,) centre at a given place, m.
+    """Yield groups of equally good poses of the tool that set an object upright with its centre at a (3,) position, m.
 
-    The less the hand tilts the better; then the closing direction that is nearest to a heading, rad, or square to it.
+    Groups with less tilt of the hand come first, then those with the closing direction nearest to parallel or square to
+    the heading `yaw`, rad.
     """
 
     def rank(pose: ToolPose) -> tuple[int, int, int]:
@@ -273,7 +277,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
 
 def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
-    """Return what is alike in grasps that put an object down alike: all but the opening and a round object's turn."""
+    """Return a key that is equal for grasps with the same placements: without opening and a round object's turn."""
     rotation, position = grasp.rotation, grasp.position
     if shape.is_round:
         closing = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]

@@ -1,4 +1,4 @@
-"""The hand close to objects: straight motions, poses free of collisions, and what it holds."""
+"""The hand close to objects: straight motions, collision-free poses, and what it holds."""
 
 from __future__ import annotations
 
@@ -19,37 +19,38 @@ from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import about_z
 
 HOVER_HEIGHT_M = 0.12
-"""Height of the tool over a slot's centre before and after it grasps or releases: a held block clears a resting one."""
+"""Height of the tool above the pose in which it grasps or releases, before and after: a held block clears another."""
 
 TRANSFER_CLEARANCE_M = 0.03
-"""Least clearance at which the tool or its load passes over objects at rest."""
+"""Least vertical clearance between objects at rest and the hand, or its load, as it passes over them."""
 
 CLOSING_CHECKS = 4
-"""Number of gripper widths checked for collision while closing: no wall fits between, as fingers are
-11 mm thick (the Panda's)."""
+"""Number of gripper widths checked for collision while closing: a finger, 11 mm thick on the Panda, cannot pass a wall
+between two of them."""
 
 FINGER_CLEARANCE_M = 0.0015
-"""Least clearance of the fingers from other bodies: the arm comes to rest within 1 mm of its reference."""
+"""Least clearance of the fingers from other bodies: the tracking error of the arm at rest is below 1 mm."""
 
 FORESEEN_CLEARANCE_M = 0.003
-"""The same for a tilted hand where an object that is not held yet is to be put: it will hang a little differently."""
+"""The same for a tilted hand at the placement of an object that is not held yet: its pose in the hand will differ."""
 
 DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
-"""How far a tilted hand is drawn back along its axis where it cannot come from above, and raised meanwhile, m."""
+"""Pre-grasp pose of a tilted hand that cannot approach from above: its (backward) distance along the axis of the hand,
+and the (3,) shift upwards, m."""
 
 APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
-"""Number of steps in which a tilted hand is followed to an object, and how far a joint may turn in each, rad."""
+"""Number of IK steps along the straight approach of a tilted hand, and how far a joint may turn in each, rad."""
 
 FORESEEN_MARGIN_RAD, CHOSEN_MARGIN_RAD, PLACING_MARGIN_RAD = 0.15, 0.12, 0.09
-"""Distances that poses of a tilted hand keep from the ends of the joints, rad: where an object that is not held yet is
-to be put, where one is taken, and where a held one is put and the hand travels to. What is measured again is not quite
-where it was, so that each leaves space for the next."""
+"""Distances of poses of a tilted hand from the joints' position limits, rad: for the placement of an object that is not
+held yet, for a grasp, and for the placement of a held object and the goals of `travel`. Each leaves a reserve for the
+next, as a pose that is measured again differs a little."""
 
 PATH_CLEARANCE_M = 0.006
-"""Least clearance of the arm and its load from obstacles along a path; they deviate from it by 2 mm at most."""
+"""Least clearance of the arm and its load from obstacles along a path (the arm deviates from it by at most 2 mm)."""
 
 PLANNING_CLEARANCE_M = 0.008
-"""Least clearance of planned paths at their samples: in between they may come nearer, but not than the one above."""
+"""Least clearance of planned paths at their samples; in between it may be less, but not below `PATH_CLEARANCE_M`."""
 
 OPEN_DURATION_S = 0.25
 """Duration of opening the hand."""
@@ -66,18 +67,22 @@ def move_tool(
     seconds: float = 0.0,
     watch: Callable[[], None] = lambda: None,
 ) -> ToolPose:
-    """Move the tool along a straight line to one of several poses nearby; return which one.
+    """Move the tool along a straight line to one of several poses nearby; return that pose.
 
     Args:
         cell: the running simulation.
-        goals: poses that would do.
+        goals: acceptable poses.
         within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
         seconds: least duration, s.
-        watch: called again and again meanwhile; if it raises an error, the arm brakes.
+        watch: called repeatedly during the movement; if it raises an error, the arm brakes.
+
+    Raises:
+        BlockedError: bodies are on the path.
+        SimulationError: the arm reaches none of the poses, or an error of `watch`.
     """
     goal, pose = None, goals[0]
     if len(goals) == 1 and not pose.points_down:
-        # Step by step the elbow keeps its place, where a search from far away may bring a joint to its end.
+        # IK in small steps keeps the elbow's configuration; from a distant seed, a joint may end at its limit.
         with contextlib.suppress(SimulationError):
             goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
     if goal is None:
@@ -89,7 +94,7 @@ def move_tool(
 
 
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
-    """Return poses from which the hand comes straight to a pose and leaves it: from above, or along its own axis."""
+    """Return pre-grasp poses, from which the hand moves straight to a pose: above it, or behind a tilted hand."""
     above = pose.shifted([0.0, 0.0, HOVER_HEIGHT_M])
     return (above,) if pose.points_down else (above, pose.shifted(DRAWN_BACK_M * -pose.rotation[:, 2] + LIFTED_M))
 
@@ -103,25 +108,25 @@ def free_pose(
     margin: float = CHOSEN_MARGIN_RAD,
     clearance: float = FINGER_CLEARANCE_M,
 ) -> tuple[ToolPose, ToolPose]:
-    """Return which of several poses the hand takes to open and close for a grasp there without a collision.
+    """Return one of several poses at which the hand can open and close for a grasp without a collision.
 
     Args:
         cell: the running simulation.
-        goals: poses that would do.
+        goals: acceptable poses.
         grasp: how wide the hand opens and closes.
-        near: (n,) where the arm comes from, rad; None for anywhere.
-        margin: of a tilted hand from the ends of the joints, rad.
-        clearance: of a tilted hand from other bodies, m.
+        near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
+        margin: distance from the joints' position limits if the hand is tilted, rad.
+        clearance: from other bodies if the hand is tilted, m.
 
     Returns:
-        From where it comes straight to that pose, and the pose.
+        The pre-grasp pose, from which the hand moves straight to that pose, and the pose.
 
     Raises:
         BlockedError: bodies are in the way of the hand.
         SimulationError: the arm reaches none of the poses.
     """
     blockers: set[str] = set()
-    unreachable = SimulationError("the joints would have to turn round")
+    unreachable = SimulationError("the arm would have to change its configuration on the way")
     for options in zip(*map(pregrasps, goals), strict=True):
         try:
             q, before = cell.arm.reach(options, near=near, margin=margin)
@@ -147,12 +152,13 @@ def free_pose(
 def _followed(
     cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = PLACING_MARGIN_RAD
 ) -> list[np.ndarray]:
-    """Return joint angles, rad, on the straight path to a pose from another one, where they are (n,) q; the last there.
+    """Return (n,) joint angles, rad, along the straight path from the pose `before`, reached at `q`, to another pose.
 
-    They keep a margin from the ends of the joints, rad, unless the hand points down.
+    The last ones are those at `pose`; if the hand points down, they are the only ones. Otherwise all keep a margin from
+    the joints' position limits, rad.
 
     Raises:
-        SimulationError: it does not reach it, or has to turn round meanwhile.
+        SimulationError: the arm does not reach the pose, or would have to change its configuration on the way.
     """
     if pose.points_down:
         return [cell.arm.reach([pose])[0]]
@@ -161,16 +167,16 @@ def _followed(
         step = ToolPose(before.position + share * (pose.position - before.position), pose.rotation)
         path.append(cell.arm.reach([step], near=path[-1], margin=margin)[0])
         if np.abs(path[-1] - path[-2]).max() > MAX_APPROACH_STEP_RAD:
-            raise SimulationError("the joints would have to turn round")
+            raise SimulationError("the arm would have to change its configuration on the way")
     return path[1:]
 
 
 def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose) -> None:
-    """Check that the hand, from a pose where the joint angles are (n,) q, rad, comes straight to another one.
+    """Check that the hand can move straight from the pose `before`, reached at (n,) joint angles `q`, rad, to another.
 
     Raises:
-        BlockedError: bodies are in its way, other than the handled object.
-        SimulationError: the arm does not reach it, or has to turn round meanwhile.
+        BlockedError: bodies other than the handled object are in the way.
+        SimulationError: the arm does not reach the pose, or would have to change its configuration on the way.
     """
     checker, obj = cell.collision_checker(), cell.contacts.handled
     steps = _followed(cell, q, before, pose)
@@ -181,12 +187,12 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
 
 
 def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:
-    """Return what is nearer to the hand, opened to a width, m, than a clearance, m, except the object it handles."""
+    """Return the bodies but the handled object that are within a clearance, m, with the hand opened to a width, m."""
     return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 
 
 def transfer_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
-    """Return the height of the tool at which it and its load clear some objects at rest, m."""
+    """Return the height of the tool, m, at which the hand and the held object pass over some objects at rest."""
     tops = [cell.observe(obj).top for obj in objects if obj != held]
     below = cell.scene.robot.gripper.fingertip_m
     if held:
@@ -197,7 +203,11 @@ def transfer_height(cell: Workcell, objects: Iterable[str], *, held: str | None 
 
 
 def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
-    """Return the (3, 3) axes of an object up to its symmetry, its x axis nearest to a heading, rad, or level."""
+    """Return the (3, 3) axes of an object, of those in which it looks the same.
+
+    If it stands, they have the heading nearest to `yaw`, rad. Otherwise they are the most upright ones, and a round
+    object's x axis is level.
+    """
     shape = pose.shape
     if pose.posture == Posture.UPRIGHT:
         return about_z(shape.yaw_near(pose.yaw, yaw))
@@ -206,7 +216,10 @@ def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
 
 
 def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
-    """Return how the hand holds an object; what stands, or leans if that is asked for, is taken to stand exactly."""
+    """Return the grasp in which the hand holds an object, with the width of the most similar grasp of its shape.
+
+    A standing object is assumed to be exactly upright; with `leaning`, a leaning one is, too.
+    """
     shape, pose, tool = cell.scene.shapes[obj], cell.observe(obj), cell.arm.tool(cell.angles)
     frame = about_z(pose.yaw) if leaning else frame_of(pose, pose.yaw)
     closing, approach = tool.rotation[:, 1], tool.rotation[:, 2]
@@ -222,9 +235,10 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
 
 
 def check_held(cell: Workcell, obj: str) -> None:
-    """Raise SkillError unless the hand holds an object; one that is not observed now may have slipped: wait for it.
+    """Check that the hand holds an object; wait until it is observed, since otherwise it might have slipped.
 
     Raises:
+        SkillError: it is not held.
         ObservationTimeoutError: it is not observed for too long.
     """
     cell.observe(obj)

@@ -1,4 +1,4 @@
-"""What an object needs before the hand can take it, or why it cannot be taken."""
+"""Whether an object can be grasped where it is, if need be after dragging or turning it; if not, why not."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from sim.skills.turning import find_turn
 
 
 def why_lost(cell: Workcell, obj: str) -> str | None:
-    """Return why the hand cannot take an object where it is, though other objects were moved away; None if it can."""
+    """Return why the hand cannot grasp an object where it is, even with other objects moved away; None if it can.
+
+    The text continues a sentence that begins with the object's name.
+    """
     with cell.contacts.handling(obj):
         return _why_lost(cell, obj, cell.observe(obj))
 
@@ -36,5 +39,5 @@ def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
     if fixtures:
         return f"leaves no room for the fingers beside {' and '.join(sorted(fixtures))}"
     if not options:
-        return "lies so that the hand cannot come to where it could hold it"
+        return "lies so that no grasp can pick it up and set it upright"
     return "is out of reach"

@@ -1,4 +1,4 @@
-"""Where an object can be put down: free slots, what carries it there, and what it would meet."""
+"""Where an object can be put down: free slots, its supports there, and obstacles."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side."""
 
 MAX_OVERHANG_M = 0.005
-"""Greatest distance of an object from the middle of what carries it, to put it nearer to its slot's centre."""
+"""Greatest distance of an object from the middle of its supports, by which it is put nearer to its slot's centre."""
 
 MAX_UNEVENNESS_M = 0.005
-"""Greatest difference in height between objects that carry another between them."""
+"""Greatest difference in height between objects that together support another one."""
 
 SUPPORT_TOLERANCE_M = 0.005
-"""How much higher or lower than what is right below an object it may be carried, m."""
+"""Greatest gap or overlap, in height, between the underside of an object and the surface right below it, m."""
 
 OVER_SUPPORT_M = 0.003
-"""How much higher than it rests an object is checked for fixtures: it must not meet what carries it, m."""
+"""By how much an object is raised to check it for collisions with fixtures, so that its support is not one, m."""
 
 DISTANCE_CAP_M = 0.1
-"""Distance of centres beyond which slots are equally good."""
+"""Distance from other objects' centres beyond which slots are equally good."""
 
 
 def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
-    """Return the slot of a location farthest from the other objects on its level.
+    """Return a location's slot into which an object fits, of several the farthest from the other objects on its level.
 
     Raises:
-        SkillError: the object does not fit into it.
+        SkillError: the object fits into none, or would not rest on all its supports there.
     """
     slot = max(cell.scene.slots[location], key=lambda slot: _clearance(cell, obj, slot))
     check_free(cell, obj, slot)
@@ -46,10 +46,10 @@ def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
 
 
 def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
-    """Raise SkillError unless an object fits into a slot, and would rest on all that is to carry it there."""
+    """Raise SkillError unless an object fits into a slot and would rest on all its supports there."""
     fits, nearest = _clearance(cell, obj, slot)
     if not fits:
-        raise SkillError(f"no room for {obj} on {slot.location}: another object is {nearest * 1000:.0f} mm from it")
+        raise SkillError(f"no room for {obj} on {slot.location}: another object is {nearest * 1000:.0f} mm away")
     poses, under = _supports(cell, obj, slot)
     place = Rectangle(resting_centre(cell, obj, slot)[:2], cell.scene.shapes[obj].half[:2], slot.yaw)
     tops = {other: poses[other].top for other in under.values()}
@@ -59,7 +59,10 @@ def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
 
 
 def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
-    """Return a function that tells whether an object in a pose would meet another one, or a fixture beside it."""
+    """Return a function that tells whether an object in a pose would be in collision.
+
+    It is if it overlaps another object, seen from above, or touches a fixture other than its support.
+    """
     model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
     data.qpos[:] = cell.data.qpos
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
@@ -84,7 +87,7 @@ def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
 
 
 def is_carried(cell: Workcell, obj: str, pose: ObjectPose) -> bool:
-    """Return whether something other than itself carries an object in a pose, at its corners and its middle."""
+    """Return whether an object in a pose has a support right below the corners and the middle of its footprint."""
     model, place, down = cell.scene.mujoco, pose.footprint, np.array([0.0, 0.0, -1.0])
     starts = [np.array([*point, pose.position[2]]) for point in (place.centre, *place.corners)]
     drops = [first_met(model, cell.data, start, down, without=model.body(obj).id)[1] for start in starts]
@@ -92,7 +95,7 @@ def is_carried(cell: Workcell, obj: str, pose: ObjectPose) -> bool:
 
 
 def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
-    """Return the (3,) centre of an object when it rests in a slot, on the objects that support it there now, m."""
+    """Return the (3,) centre that an object would have in a slot, m, on the objects that support the slot now."""
     scene, supports = cell.scene, cell.scene.model.location(slot.location).on
     if not supports:
         return slot.position + [0.0, 0.0, scene.shapes[obj].half[2]]
@@ -105,7 +108,7 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
 
 
 def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, str]]:
-    """Return the poses of the other objects, and which of them lies on top at each location that carries a slot."""
+    """Return the poses of the other objects, and the topmost one at each location that supports a slot, by location."""
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
     under: dict[str, str] = {}
     for place in cell.scene.model.location(slot.location).on:
@@ -117,7 +120,10 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
-    """Return whether an object fits into a slot, and the distance to the nearest other object on its level, m."""
+    """Return whether an object fits into a slot, and the distance of centres to the nearest other object there, m.
+
+    Only objects on its level count, and the distance is at most `DISTANCE_CAP_M`.
+    """
     shapes = cell.shapes
     own, centre = shapes[obj].half, resting_centre(cell, obj, slot)
     poses = [cell.observe(other) for other in shapes if other != obj]
@@ -130,7 +136,7 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
 
 
 def _covered(pose: ObjectPose, heading: float) -> Rectangle:
-    """Return what an object covers of the table; the rectangle of a round one that stands is along a heading, rad."""
+    """Return the footprint of an object; if it stands, at the equivalent yaw that is nearest to a heading, rad."""
     if pose.posture != Posture.UPRIGHT:
         return pose.footprint
     return Rectangle(pose.position[:2], pose.shape.half[:2], pose.shape.yaw_near(pose.yaw, heading))

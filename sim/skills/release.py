@@ -20,40 +20,40 @@ from sim.world.grasps import openings
 from sim.world.places import Slot
 
 GLOW_DURATION_S = 1.5
-"""How long a marking location works on an object released there; meanwhile the hand rises."""
+"""How long the lamp of a location that marks objects glows after a release; the hand rises as slowly as that."""
 
 LOWER_DURATION_S = 0.7
-"""Least duration of lowering an object: the heaviest makes the arm overshoot by less than it is dropped by."""
+"""Least duration of lowering an object: even with the heaviest, the arm overshoots by less than `DROP_HEIGHT_M`."""
 
 GENTLE_DURATION_S = 1.4
-"""The same for what is heavier than any object without a given mass, and for meshes, which are held off their middle.
+"""The same for objects heavier than any of default mass, and for meshes, which are held away from their middle.
 
-They come lower than they are dropped from, having crept down in the hand: after 0.7 s the torque rates of the arm
-reached 102 % of their limit with a mug of 0.13 kg."""
+They creep down in the hand by more than the drop height and touch down before they are released: when lowered in 0.7 s,
+a mug of 0.13 kg made the torque rates of the arm reach 102 % of their limit."""
 
 DROP_HEIGHT_M = 0.001
 """Height from which an object is released, so that the hand does not press it onto the surface below."""
 
 TILTED_DURATIONS_S = 0.8, 0.8
-"""The duration of opening a tilted hand and the time to raising it: an object that touches down presses it aside; let
-go in 0.25 s the torque rates of the arm reached 118 % of their limit."""
+"""Duration of opening a tilted hand, and time from its beginning until the hand is raised: an object that touches down
+presses the hand aside, and when it was let go in 0.25 s, torque rates of the arm reached 118 % of their limit."""
 
 LET_GO_DURATION_S = 0.15
-"""Time from the beginning of opening the hand to that of raising it: by then the pads have left the object."""
+"""Time from when the hand begins to open until it is raised: by then the pads have left the object."""
 
 
 class ReleaseSkill(Release, Skill):
     """Measure the object in the hand, lower it into the free slot, let go and raise the hand.
 
-    Above the slot the object's pose in the tool frame is measured and corrected for, since it drifts while it is
-    carried; and the slot is checked once more to be free.
+    The object drifts in the hand while it is carried, so its pose in the tool frame is measured above the slot and
+    corrected for. There the slot is checked again, too.
     """
 
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
         obj, location = action.obj, action.location
         slot = free_slot(cell, obj, location)
-        check_held(cell, obj)  # last: until then nothing may have been observed
+        check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
         cell.contacts.handle(obj, aloft=True)
         pose, _ = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)
@@ -78,17 +78,18 @@ class ReleaseSkill(Release, Skill):
 
 
 def lower_duration(cell: Workcell, obj: str) -> float:
-    """Return the least duration of lowering an object, s."""
+    """Return the least duration of lowering an object, s: longer for heavy objects and meshes."""
     shape = cell.scene.shapes[obj]
     gentle = shape.pairs or shape.seats or shape.is_heavy
     return GENTLE_DURATION_S if gentle else LOWER_DURATION_S
 
 
 def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float | None]:
-    """Return the tool's pose that sets the held object, as it lies in the hand, upright into a slot, and a width, m.
+    """Return the tool's pose that sets the held object, as it is in the hand, upright into a slot, and a width, m.
 
-    To that width the hand can open there; None if that is not known. A tilted object would touch down with an edge and
-    tip, so that its lowest point sets the height. The arm may be moving, unless the sensor needs several observations.
+    The hand can open to this width there; it is None if it has not been determined. The object's lowest point sets the
+    height, since a tilted one touches down with an edge. The arm may be moving if the sensor needs one observation;
+    otherwise this waits until it rests.
     """
     if cell.sensor.samples > 1:
         cell.settle()
@@ -97,7 +98,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
         frame = frame_of(held, slot.yaw)
         turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, None
     else:
-        # It may lean, or a mesh be held off its middle, so that there is less space for the hand.
+        # A leaning object, or a mesh held away from its middle, leaves less space for the hand.
         _, placing, width = choose_placement_of_held(cell, obj, slot)
         turn = placing.rotation @ tool.rotation.T
     lowest = shape.depth(turn @ held.rotation) - shape.half[2] + DROP_HEIGHT_M
@@ -106,7 +107,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
 
 
 def _free_opening(cell: Workcell, obj: str, pose: ToolPose) -> float:
-    """Return how wide the hand can open where it lets go of an object, m: less than usual beside others."""
+    """Return how wide the hand can open where it lets go of an object, m; the least opening if none is free."""
     options = openings(held_grasp(cell, obj))
     for option in options:
         with suppress(SimulationError):
@@ -116,12 +117,12 @@ def _free_opening(cell: Workcell, obj: str, pose: ToolPose) -> float:
 
 
 def _preplace(cell: Workcell, pose: ToolPose) -> ToolPose:
-    """Return, of the poses from which the hand comes straight to a pose, the one where it has come by transport."""
+    """Return the pre-grasp pose of a placement that is nearest to the hand, where transport has brought it."""
     now = cell.arm.tool(cell.angles).position
     return min(pregrasps(pose), key=lambda option: float(np.linalg.norm(option.position - now)))
 
 
 def _check(cell: Workcell, obj: str, slot: Slot) -> None:
-    """Raise SkillError unless the hand still holds an object, and it fits into a slot."""
+    """Raise SkillError unless the hand still holds an object and the object fits into a slot."""
     check_held(cell, obj)
     check_free(cell, obj, slot)

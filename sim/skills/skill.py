@@ -1,4 +1,4 @@
-"""A skill: an operator, which says when an action exists and what it does, with the motion that does it."""
+"""A skill: an operator (precondition and effect of a kind of action) with the motion that achieves the effect."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim.simulation.workcell import Workcell
 
 
 class SkillError(SimulationError):
-    """A skill that ended without its effect; the message says why."""
+    """A skill ended without its effect; the message says why."""
 
 
 class Skill(Operator, ABC):
@@ -21,10 +21,10 @@ class Skill(Operator, ABC):
     def perform(self, cell: Workcell, action: Action) -> None:
         """Carry out one action.
 
-        The arm may still be ending its last movement, out of which the next action's first one then begins.
+        On return the arm may still be ending its last movement; the next action's first movement is blended with it.
 
         Raises:
-            SkillError: it ended without its effect.
+            SkillError: the action ended without its effect.
             BlockedError: bodies are in the way of the arm or of the fingers.
             SimulationError: the goal is out of reach.
         """

@@ -1,4 +1,4 @@
-"""Transfer motions: paths of the tool over all objects at rest, and planned paths where those collide."""
+"""Transfer motions: paths of the tool over all objects at rest, or planned paths if those are in collision."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ from sim.skills.clear_paths import check_path, planned_path
 from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, check_approach
 
 DETOURS_M = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
-"""Paths to try in turn: how much higher than needed the tool passes, and how much nearer to the base midway, m."""
+"""Paths over all objects, to try in turn: additional height of the tool, and how much nearer to the base it passes
+midway, m."""
 
 OVERLAPS = (0.5, 0.25, 0.0)
-"""How far the lines of a planned path run into one another, to try in turn: the corners are cut less and less."""
+"""Share of each line of a planned path that is blended with the next, to try in turn: corners are cut less and less."""
 
 
 def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
     """Move the tool to one of several distant poses along the first path that is free of collisions.
 
-    Paths over all objects come first: they look good, and cost nothing. Where each of them collides, one is planned.
+    Paths over all objects come first: they look natural and need no search. If all of them collide, one is planned.
 
     Args:
         cell: the running simulation.
-        goals: poses that would do.
+        goals: acceptable poses.
         height: of the tool as it passes over objects at rest, m.
-        onward: where the tool goes straight from there; None if that is not known, or above it.
+        onward: pose to which the tool then moves straight from its goal; None if it is not known or right below.
 
     Raises:
         BlockedError: no path is free of collisions.
-        SimulationError: the goal is out of reach.
+        SimulationError: the goals, or `onward`, are out of reach.
     """
     blockers: set[str] = set()
     for references in itertools.chain(_over(cell, goals, height), _planned(cell, goals, onward, blockers)):
@@ -52,12 +53,12 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         return
     if blockers:
         raise BlockedError.on_the_way(blockers)
-    cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # tells where it does not reach
-    raise SimulationError("the joints would have to turn round")
+    cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # raises if none is in reach
+    raise SimulationError("the arm would have to change its configuration on the way")
 
 
 def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:
-    """Yield the (N, joints) references, rad, of movements over all objects to try, whether or not they collide."""
+    """Yield the (N, n) references, rad, of movements over all objects; they are not checked for collisions."""
     near = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD, seeds=0)
     for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS_M):
         try:
@@ -71,9 +72,10 @@ def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[
 def _planned(
     cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[np.ndarray]:
-    """Yield the (N, joints) references, rad, of movements along planned paths; add what is in the way to the blockers.
+    """Yield the (N, n) references, rad, of movements along planned paths; add the bodies in the way to the blockers.
 
-    Where all movements along a path collide, whose edges are checked more coarsely, one is planned with finer checks.
+    The edges of a path are checked coarsely, so movements along it may still collide: if the caller asks for more,
+    paths are planned with finer checks.
     """
     ends: Iterable[tuple[np.ndarray, ToolPose]]
     ends = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)

@@ -20,21 +20,21 @@ from sim.skills.transfer import travel
 from sim.world.shapes import extent
 
 TRANSFER_RADIUS_M = 0.2
-"""Distance within which the hand over a location passes over other objects, too: more than its own width."""
+"""Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
 
 RAISES_M, TURNS_RAD = (0.0, 0.1, 0.2), np.radians([0, 90, 45, -45])
-"""How much higher the hand is over a location beside which something is in its way, m, and how far it is turned there,
-to try in turn."""
+"""Additional heights of the hand over a location, m, and turns about the vertical, to try in turn if it is in collision
+there."""
 
 PILE_HEIGHT_M = 0.2
-"""Height over a location's floor to which objects belong to it, m: those on a board above it do not."""
+"""Height above a location's floor up to which objects belong to the location: those on a board above it do not."""
 
 ROOF_HEIGHT_M = 0.05
-"""Height over a location's floor from which on what is fixed there is a roof, m: a bin's walls are lower."""
+"""Height above a location's floor from which a fixture counts as a roof: a bin's walls are lower."""
 
 
 class TransitSkill(Transit, Skill):
-    """Bring the empty hand over a location and whatever is piled up there, or to what is there from where it can."""
+    """Bring the empty hand over a location and any pile there, or else to a tilted pre-grasp pose of an object."""
 
     def perform(self, cell: Workcell, action: Action) -> None:
         """See `Skill.perform`."""
@@ -51,7 +51,7 @@ class TransitSkill(Transit, Skill):
             _check_open(cell, pose, float(centre[2]))
             travel(cell, pose.symmetric_poses(), height=height)
         except SimulationError:
-            # Where the hand cannot be above, it comes to what is there as it will take it.
+            # If the hand cannot be above the location, it goes to the pre-grasp pose of an object there.
             found = _tilted_grasp(cell, action.location)
             if found is not None:
                 before, tool = found
@@ -64,9 +64,9 @@ class TransitSkill(Transit, Skill):
 
 
 def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None:
-    """Return the hand over the same place and its floor, m, but higher or turned, where nothing is in its way; or None.
+    """Return a collision-free pose of the hand above a floor, m, at the same position but higher or turned; or None.
 
-    Where it is free as it is, something is on the way to it, and nothing is gained.
+    None, too, if the pose itself is free: then the way to it is blocked, and another pose would not help.
     """
     for raised, turn in itertools.product(RAISES_M, TURNS_RAD):
         other = ToolPose.down(pose.position + [0.0, 0.0, raised], pose.yaw + turn)
@@ -79,9 +79,9 @@ def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None
 
 
 def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
-    """Raise BlockedError if what does not move, such as a shelf's board, is between the hand and the floor, m, below.
+    """Raise BlockedError if a fixture, such as a shelf's board, is between the hand and the floor below it, m.
 
-    The first body below the hand tells: objects lie on the floor, or on what is between.
+    Only the first body below the hand is checked: a movable object there lies on the floor, or on such a fixture.
     """
     model, below = cell.scene.mujoco, pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
     geom, distance = first_met(model, cell.data, below, np.array([0.0, 0.0, -1.0]))
@@ -91,7 +91,7 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
 
 
 def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | None:
-    """Return from where a tilted hand comes to an object at a location, and where it takes it; None if it cannot."""
+    """Return the pre-grasp and grasp poses of a tilted hand for an object at a location; None if there are none."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
         offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}

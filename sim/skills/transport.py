@@ -19,7 +19,7 @@ class TransportSkill(Transport, Skill):
         """See `Skill.perform`."""
         obj = action.obj
         slot = free_slot(cell, obj, action.location)
-        check_held(cell, obj)  # last: until then nothing may have been observed
+        check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
         cell.contacts.handle(obj)
         before, pose, _ = choose_placement_of_held(cell, obj, slot)
         cell.contacts.handle(obj, aloft=True)

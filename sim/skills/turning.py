@@ -1,4 +1,4 @@
-"""Regrasping: an object that no single grasp brings upright is first set down on another face, or elsewhere."""
+"""Regrasping: an object that no single grasp sets upright is first set down on another face, or elsewhere."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from sim.world.grasps import GraspPose, grasps, tilt_of
 from sim.world.shapes import about_z
 
 QUARTERS = (0, 1, -1, 2)
-"""Quarter turns about the closing direction, to try in turn; 0 to set an object down as it lies, but elsewhere."""
+"""Quarter turns about the closing direction, to try in turn; 0 to set an object down on the same face."""
 
 HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
-"""Turns about the vertical of an object that is set down, to try in turn."""
+"""Turns about the vertical of an object that is set down; `free_pose` chooses."""
 
 SHIFT_M = 0.1
-"""How far from where it lies an object is set down if it cannot be there, m."""
+"""How far from where it lies an object is set down if that is not possible where it lies, m."""
 
 SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
-"""(K, 2) places for it to try in turn, seen from where it lies, m."""
+"""(K, 2) shifts from where it lies to where it is set down, to try in turn, m."""
 
 
 @dataclass(frozen=True)
 class Turn:
-    """How an object is set down on another face, or as it lies elsewhere.
+    """How an object is grasped and set down on another face, or on the same face elsewhere.
 
     Attributes:
-        grasp: how it is taken.
-        before: from where the hand comes to it.
-        tool: where the fingers close.
-        above: from where the hand comes to where it is set down.
-        placing: where the fingers open.
-        pose: of the object then.
-        over: whether that is on another face.
+        grasp: the grasp.
+        before: the pre-grasp pose.
+        tool: the pose of the tool in which the fingers close.
+        above: the pose from which the hand moves straight to the placement.
+        placing: the pose of the tool in which the fingers open.
+        pose: of the object after that.
+        over: whether the object is turned over onto another face.
     """
 
     grasp: GraspPose
@@ -58,7 +58,7 @@ class Turn:
 
 
 def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
-    """Return how to set an object down so that it can then be taken and set upright; None if that is not found."""
+    """Return how to set an object down so that it can then be grasped and set upright; None if no way is found."""
     frame = frame_of(pose, pose.yaw)
     taken: dict[int, tuple[GraspPose, ToolPose, ToolPose] | None] = {}
     for grasp, turned in _turns(cell, obj, frame):
@@ -88,6 +88,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     Raises:
         SkillError: it is not held.
         BlockedError: bodies are in the way.
+        SimulationError: the arm does not reach the pose where it is set down.
     """
     cell.contacts.handle(obj, aloft=True)
     travel(cell, [turn.above], height=transfer_height(cell, cell.shapes, held=obj))
@@ -110,15 +111,16 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
 
 
 def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
-    """Yield grasps of an object whose frame is turned so, and (3, 3) frames in which each can set it down on a face.
+    """Yield grasps of an object with (3, 3) axes `frame`, each with the (3, 3) axes in which it sets the object down.
 
-    Those first for which the hand tilts least. In each of the frames there is a grasp that can set it upright.
+    Those with the least tilt of the hand come first. From each of the new orientations, some grasp can set the object
+    upright.
     """
     shape = cell.scene.shapes[obj]
     options: list[tuple[int, int, GraspPose, np.ndarray]] = []
     for grasp, quarters in itertools.product(grasps(shape, cell.scene.robot.gripper), QUARTERS):
         if grasp.clearance is not None and quarters:
-            continue  # little space where it lies is no reason to turn it over
+            continue  # narrow openings are for tight spaces, which are no reason to turn it over
         turned = frame @ Rotation.from_rotvec(quarters * np.pi / 2 * grasp.rotation[:, 1]).as_matrix()
         tilt = max(tilt_of(frame @ grasp.rotation), tilt_of(turned @ grasp.rotation))
         if np.isfinite(tilt):
@@ -131,7 +133,7 @@ def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspP
 def _reached(
     cell: Workcell, position: np.ndarray, frame: np.ndarray, grasp: GraspPose
 ) -> tuple[GraspPose, ToolPose, ToolPose] | None:
-    """Return a grasp as the hand takes it, from where it comes, and where the fingers close; None if it cannot."""
+    """Return a grasp with the hand's rotation, its pre-grasp pose and its pose; None if they are not collision-free."""
     try:
         before, tool = free_pose(cell, grasp.at(position, frame).symmetric_poses(), grasp, near=cell.reference)
     except SimulationError:
@@ -140,9 +142,9 @@ def _reached(
 
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield (3,) centres, m, where an object that is turned so meets nothing: where it is, or else around.
+    """Yield collision-free (3,) centres, m, of an object with (3, 3) axes `turned`: where it is, then around that.
 
-    What carries it elsewhere is as high as what carries it now.
+    Elsewhere, its support must be as high as its support is now.
     """
     meets = obstacles(cell, obj)
     height = pose.underside[2] + pose.shape.depth(turned)
