@@ -158,10 +158,9 @@ class CollisionChecker:
         short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
         self._keep(free_step / 2)
         self._place(path[-1])
-        load = self._names[self._load] if self._load >= 0 else None
-        carriers = {pair for pair in self._named(clearance) if load in pair}
+        carriers = self._carriers(clearance)
         self._place(path[0])
-        near = {name for _, name in self._named(clearance) - carriers}
+        near = {name for _, name in self._named(clearance, carriers)}
         least = self._nearest(near) - MAX_NEARING_M
         turned = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)).sum(axis=1))]
         done, stride, step, before = 0.0, short_step, short_step, self._pose()
@@ -174,12 +173,12 @@ class CollisionChecker:
             moved = self._distance(before, pose)
             if moved <= step:
                 mujoco.mj_collision(self._model, self._data)
-                around = self._named(free_step / 2) - carriers
+                around = self._named(free_step / 2, carriers)
                 step = min(step, short_step if around else free_step)
             if moved > step:
                 stride *= STEP_TARGET * step / moved
                 continue
-            met = {name for _, name in self._named(clearance) - carriers} if around else set()
+            met = {name for _, name in self._named(clearance, carriers)} if around else set()
             near &= met
             if met - near:
                 return frozenset(met - near)
@@ -198,7 +197,7 @@ class CollisionChecker:
         model.body_conaffinity[model.geom_bodyid[is_load]] = 1
         self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
         self._radii = model.geom_rbound[self._moving] / np.sqrt(2)
-        self._known: dict[bytes, frozenset[tuple[str, str]]] = {}
+        self._known: dict[tuple[bytes, frozenset[int]], frozenset[tuple[str, str]]] = {}
         self._clearance = np.nan
 
     def _keep(self, clearance: float) -> None:
@@ -243,31 +242,45 @@ class CollisionChecker:
         moved += self._radii * np.sqrt(np.vecdot(turns, turns))
         return float(moved.max())
 
-    def _pairs(self, geoms: np.ndarray) -> set[tuple[int, int]]:
+    def _pairs(self, geoms: np.ndarray, carriers: frozenset[int] = frozenset()) -> set[tuple[int, int]]:
         """Return the pairs of bodies of (N, 2) geoms in contact, except for pairs that may touch.
 
-        The first body is the one that moves, or the one with the lower index if both do. The hand may touch its load.
+        The first body is the one that moves, or the one with the lower index if both do. The hand may touch its
+        load, and so may the geoms that are to carry it.
         """
         found: set[tuple[int, int]] = set()
         bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
         moves = self._is_robot[geoms] | (bodies == self._load)
-        wanted = ((bodies == self._handled) & fingers[:, ::-1]) | ((bodies == self._load) & self._hand[bodies[:, ::-1]])
-        counted = moves.any(axis=1) & ~wanted.any(axis=1)
+        touching_load = self._hand[bodies[:, ::-1]] | np.isin(geoms[:, ::-1], list(carriers))
+        allowed = ((bodies == self._handled) & fingers[:, ::-1]) | ((bodies == self._load) & touching_load)
+        counted = moves.any(axis=1) & ~allowed.any(axis=1)
         for (one, other), (moves_one, moves_other) in zip(
             bodies[counted].tolist(), moves[counted].tolist(), strict=True
         ):
             found.add((one, other) if moves_one and (one < other or not moves_other) else (other, one))
         return found - self._adjacent
 
-    def _named(self, clearance: float) -> frozenset[tuple[str, str]]:
+    def _named(self, clearance: float, carriers: frozenset[int] = frozenset()) -> frozenset[tuple[str, str]]:
         """Return the names of the pairs of bodies within a clearance, m; cached, since contacts change rarely."""
+        geoms = self._near(clearance)
+        question = geoms.tobytes(), carriers
+        if question not in self._known:
+            pairs = self._pairs(geoms, carriers)
+            self._known[question] = frozenset((self._names[a], self._names[b]) for a, b in pairs)
+        return self._known[question]
+
+    def _near(self, clearance: float) -> np.ndarray:
+        """Return the pairs of geoms within a clearance, m: (N, 2)."""
         contact, geoms = self._data.contact, self._data.contact.geom
         if clearance < self._clearance:
             geoms = geoms[contact.dist < contact.includemargin * (clearance / self._clearance)]
-        contacts = geoms.tobytes()
-        if contacts not in self._known:
-            self._known[contacts] = frozenset((self._names[a], self._names[b]) for a, b in self._pairs(geoms))
-        return self._known[contacts]
+        return np.asarray(geoms)
+
+    def _carriers(self, clearance: float) -> frozenset[int]:
+        """Return the geoms within a clearance of the load, m."""
+        geoms = self._near(clearance)
+        is_load = self._model.geom_bodyid[geoms] == self._load
+        return frozenset(geoms[is_load[:, ::-1]].tolist())
 
     def _nearest(self, others: set[str]) -> float:
         """Return the least distance in a contact with one of these bodies, m; infinite if there is none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -118,3 +119,21 @@ def test_a_load_may_touch_what_carries_it_where_it_is_put_down(blocks: Scene) ->
     check.see(data, true_poses(blocks, data), handled="high", held=True)
     assert check.blockers(np.array([above, below]), clearance=0.0015) == set()
     assert check.blockers(np.array([above, below, above]), clearance=0.0015) == {"low"}
+
+
+def test_a_load_may_touch_the_floor_of_a_bin_but_not_its_wall(blocks: Scene) -> None:
+    spec, box = blocks.spec.copy(), mujoco.mjtGeom.mjGEOM_BOX
+    body = spec.worldbody.add_body(name="bin", pos=(0.5, 0.2, 0.0))
+    body.add_geom(type=box, size=(0.06, 0.06, 0.005), pos=(0.0, 0.0, 0.005))
+    body.add_geom(type=box, size=(0.06, 0.005, 0.009), pos=(0.0, 0.08, 0.009))
+    scene = replace(blocks, spec=spec, mujoco=spec.compile())
+    arm, inside = Arm(scene.robot), np.array([0.5, 0.2, 0.01 + scene.shapes["high"].half[2]])
+    for outside, met in (([0.0, 0.0, 0.15], set()), ([0.0, 0.2, 0.01], {"bin"})):
+        data = initial_state(scene)
+        path = np.array([arm.reach([ToolPose.down(inside + off, 0.0)])[0] for off in (outside, [0.0, 0.0, 0.0])])
+        scene.robot.put(data, path[0], width=0.04)
+        data.joint("high").qpos[:3] = inside + outside
+        mujoco.mj_kinematics(scene.mujoco, data)
+        check = CollisionChecker(scene)
+        check.see(data, true_poses(scene, data), handled="high", held=True)
+        assert check.blockers(path, clearance=0.0015) == met
