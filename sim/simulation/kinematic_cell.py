@@ -65,12 +65,12 @@ class KinematicCell(Workcell):
 
     def _go(self, q: np.ndarray) -> None:
         """Put the arm at (n,) joint angles, rad, with the object that it holds or drags."""
-        obj, pressed, before = self.contacts.handled, self._presses(), self._tool()[1]
+        obj, pressed, before = self.contacts.handled, self._presses(), self._tool().position
         self.reference = q
         self.data.qpos[self._qpos] = q
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
         if pressed:
-            self.data.joint(obj).qpos[:2] += (self._tool()[1] - before)[:2]
+            self.data.joint(obj).qpos[:2] += (self._tool().position - before)[:2]
         self._carry()
         self._tick()
 
@@ -110,9 +110,9 @@ class KinematicCell(Workcell):
         width = self.width
         if obj is not None and self._is_closed() and (self._in_hand or self._is_between_pads(obj)):
             if self._in_hand is None:
-                turn, tool = self._tool()
-                pose = self.data.body(obj)
-                self._in_hand = turn.T @ (pose.xpos - tool), turn.T @ pose.xmat.reshape(3, 3)
+                tool, pose = self._tool(), self.data.body(obj)
+                turn = tool.rotation.T
+                self._in_hand = turn @ (pose.xpos - tool.position), turn @ pose.xmat.reshape(3, 3)
             self.contacts.pad_forces[:] = 2 * gripper.firm_force_n
             self.contacts.pressed, width = float(self.data.time), self._extent(obj)
         else:
@@ -131,7 +131,7 @@ class KinematicCell(Workcell):
         obj = self.contacts.handled
         if obj is None or self._in_hand is not None or not self._is_closed():
             return False
-        tips = ToolPose(*reversed(self._tool())).ahead(self.scene.robot.gripper.fingertip_m)
+        tips = self._tool().ahead(self.scene.robot.gripper.fingertip_m)
         half, off = self.scene.shapes[obj].half, tips - self.data.body(obj).xpos
         return bool(off[2] < half[2] and np.hypot(*off[:2]) < half[:2].max())
 
@@ -140,25 +140,24 @@ class KinematicCell(Workcell):
         obj = self.contacts.handled
         if obj is None or self._in_hand is None:
             return
-        turn, tool = self._tool()
-        offset, rotation = self._in_hand
+        tool, (offset, rotation) = self._tool(), self._in_hand
         pose = self.data.joint(obj).qpos
-        pose[:3] = tool + turn @ offset
-        mujoco.mju_mat2Quat(pose[3:], (turn @ rotation).ravel())
+        pose[:3] = tool.position + tool.rotation @ offset
+        mujoco.mju_mat2Quat(pose[3:], (tool.rotation @ rotation).ravel())
         mujoco.mj_kinematics(self.scene.mujoco, self.data)
 
-    def _tool(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the (3, 3) axes of the tool and its (3,) position, m."""
+    def _tool(self) -> ToolPose:
+        """Return the tool's pose."""
         site = self.data.site(self.scene.robot.tool)
-        return site.xmat.reshape(3, 3).copy(), site.xpos.copy()
+        return ToolPose(site.xpos.copy(), site.xmat.reshape(3, 3).copy())
 
     def _extent(self, obj: str) -> float:
         """Return the width of an object along the closing direction, m; 0 for a suction cup, which has no width."""
         if isinstance(self.scene.robot.gripper, SuctionGripper):
             return 0.0
         shape, turn = self.scene.shapes[obj], self.data.body(obj).xmat.reshape(3, 3)
-        axes, tool = self._tool()
-        closing, position = turn.T @ axes[:, 1], turn.T @ (tool - self.data.body(obj).xpos)
+        tool = self._tool()
+        closing, position = turn.T @ tool.rotation[:, 1], turn.T @ (tool.position - self.data.body(obj).xpos)
         # A mesh may be held by a part, such as a handle.
         pairs = [pair for pair in shape.pairs if abs(pair.direction @ closing) > PARALLEL]
         if pairs:

@@ -14,14 +14,20 @@ TIN = 'kind = "cylinder", size = [0.04, 0.1]'
 
 
 @pytest.mark.parametrize(
-    ("kind", "wall", "seed", "events"),
+    ("kind", "wall", "tray", "seed", "events"),
     [
         pytest.param(
-            TIN, "at = [0.45, -0.23, 0.1], size = [0.3, 0.02, 0.2]", 167, ["grasped", "placed"], id="leans on it"
+            TIN,
+            "at = [0.45, -0.23, 0.1], size = [0.3, 0.02, 0.2]",
+            "[0.42, 0.22]",
+            167,
+            ["grasped", "placed"],
+            id="leans on it",
         ),
         pytest.param(
             TIN,
             "at = [0.45, -0.07, 0.1], size = [0.3, 0.02, 0.2]",
+            "[0.42, -0.38]",
             109,
             ["drawn free", "grasped", "placed"],
             id="rolled away by a tilted hand",
@@ -29,15 +35,17 @@ TIN = 'kind = "cylinder", size = [0.04, 0.1]'
         pytest.param(
             'kind = "cylinder", size = [0.055, 0.08]',
             "at = [0.45, -0.1925, 0.1], size = [0.3, 0.02, 0.2]",
+            "[0.42, 0.22]",
             100,
             ["drawn free", "grasped", "placed"],
             id="the hand comes turned",
         ),
     ],
 )
-def test_what_was_knocked_over_beside_a_wall_is_taken(kind: str, wall: str, seed: int, events: list[str]) -> None:
-    tray = "{ at = [0.42, -0.38] }" if seed == 109 else "{ at = [0.42, 0.22] }"
-    text = cup_scenario(places={"desk": "{ at = [0.45, -0.15] }", "tray": tray})
+def test_what_was_knocked_over_beside_a_wall_is_taken(
+    kind: str, wall: str, tray: str, seed: int, events: list[str]
+) -> None:
+    text = cup_scenario(places={"desk": "{ at = [0.45, -0.15] }", "tray": f"{{ at = {tray} }}"})
     text = text.replace('start = "desk"', f'start = "desk", {kind}')
     text = text.replace("[model.locations]", f'[model.fixtures]\nwall = {{ kind = "box", {wall} }}\n[model.locations]')
     log = log_of_run(loads(text), seed=seed, faults=[Fault("knock", 1, "cup")])
