@@ -12,6 +12,9 @@ MOST_COMPARED = 10_000
 MOST_LISTED = 40
 """Most names in a message."""
 
+LONGEST_SHOWN = 40
+"""Most characters of a wrong value in a message; of a longer one, its type says more."""
+
 
 class PrefplanError(Exception):
     """Base class of all errors meant for a user: the message says what is wrong, where, and what would be valid."""
@@ -70,6 +73,15 @@ def choices(wrong: str, valid: Iterable[str]) -> str:
     if len(valid) > MOST_LISTED:
         return f"(valid: {', '.join(valid[:MOST_LISTED])} and {len(valid) - MOST_LISTED} more)"
     return f"(valid: {', '.join(valid)})" if valid else "(there are none)"
+
+
+def told(value: object) -> str:
+    """Return what a wrong value is, for a message: itself if it is short, and its type."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    shown = repr(value)
+    kind = type(value).__name__
+    return f"{shown} ({kind})" if len(shown) <= LONGEST_SHOWN else f"a {kind}"
 
 
 def check_known(

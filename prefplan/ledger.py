@@ -17,6 +17,7 @@ from prefplan.exact_costs import Number, exact, running_totals, to_number
 from prefplan.front import Plan, Purchase
 from prefplan.logic.good_prefix import Label
 from prefplan.problem import Problem
+from prefplan.scenario.decode import ProblemLike, problem_of
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,13 @@ class Ledger:
         )
 
     @classmethod
-    def of_plan(cls, problem: Problem, plan: Plan) -> Ledger:
+    def of_plan(cls, problem: ProblemLike, plan: Plan) -> Ledger:
         """Return the ledger of a plan's actions, with labels and costs of the problem's transition system.
 
         Raises:
             ModelError: an action is not applicable in its state.
         """
+        problem = problem_of(problem)
         labels, costs = problem.system.along(plan.actions)
         more = dict(zip(problem.cost_names[1:], costs[1:], strict=True))
         return cls.of(problem, plan.actions, costs[0], labels, plan.relaxations, more)

@@ -17,9 +17,9 @@ from prefplan.exact_costs import Number, admits, exact, to_number
 from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import EXACT, Limits, Percent, percent
-from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
+from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.driver import Found, Search, in_units
@@ -32,14 +32,14 @@ AnySearch = Search | ExactSearch | NarrowingSearch
 
 
 def pareto_front(
-    problem: Problem, *, within: Number = 0, options: Options | None = None, **limits: Unpack[FrontLimits]
+    problem: ProblemLike, *, within: Number = 0, options: Options | None = None, **limits: Unpack[FrontLimits]
 ) -> Front:
     """Return the Pareto front of all costs and preferences; empty, with a reason, if there is no plan.
 
     If a limit of time or memory ends the search, the front has the points found so far, and `ended` names the limit.
 
     Args:
-        problem: the problem.
+        problem: the problem, or a scenario, or its name or path; see `problem_of`.
         within: percentage; points may be left out if another plan's cost and mu exceed theirs by at most this. Ignored
             for several costs or preferences.
         options: how to search; the front does not depend on it.
@@ -51,7 +51,7 @@ def pareto_front(
     return Planner(problem, options=options).front(within=within, **limits)
 
 
-def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
+def cheapest_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
 
     Args:
@@ -67,7 +67,7 @@ def cheapest_plan(problem: Problem, *, options: Options | None = None, **limits:
     return Planner(problem, options=options).cheapest(**limits)
 
 
-def preferred_plan(problem: Problem, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
+def preferred_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
     """Return the plan of least mu, and of least total cost among those; arguments are those of `cheapest_plan`.
 
     Raises:
@@ -79,7 +79,7 @@ def preferred_plan(problem: Problem, *, options: Options | None = None, **limits
 
 
 def best_plan(
-    problem: Problem, objective: str, *, options: Options | None = None, **limits: Unpack[PlanLimits]
+    problem: ProblemLike, objective: str, *, options: Options | None = None, **limits: Unpack[PlanLimits]
 ) -> Plan:
     """Return the plan of least value of an objective, a cost or preference given by name.
 
@@ -102,12 +102,12 @@ class Planner:
         stats: work and time of the last search.
     """
 
-    def __init__(self, problem: Problem, *, options: Options | None = None) -> None:
+    def __init__(self, problem: ProblemLike, *, options: Options | None = None) -> None:
         """Take the problem; its product is built at the first search, within the limits of that search."""
-        self.problem = problem
+        self.problem = problem_of(problem)
         self.stats = Stats()
         self._options = options or Options()
-        self._reduction = Reduction(problem, generated=self._options.generated)
+        self._reduction = Reduction(self.problem, generated=self._options.generated)
         self._cheapest: CheapestSearch | None = None
         self._draft: list[Plan] = []
         self._begun: BiObjectiveSearch | None = None

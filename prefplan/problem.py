@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
-from prefplan.errors import PrefplanError, check_known, prefixed
+from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, automaton, first_accepted, is_idempotent
 from prefplan.logic.formula import TRUE, propositions_of
 from prefplan.logic.monitor import watching
-from prefplan.logic.tasks import Rule, Task, rule_monitor, task_automaton
+from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_automaton
 from prefplan.logic.weighted_dfa import WeightedAutomaton
+from prefplan.models.system_of import SystemLike, system_of
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.names import check_names
 from prefplan.preferences.contracts import Span, check_claim
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
-    DEFAULT_PREFERENCE,
     TASK_LIMIT,
     Measure,
     NamedPreference,
     PreferenceObjective,
+    check_objective_names,
+    preferences_of,
 )
 
 SKIP_LIMIT = 6
@@ -71,24 +72,29 @@ class Problem:
 
     def __init__(
         self,
-        system: TransitionSystem,
-        tasks: Iterable[Task],
-        preference: Preference | Sequence[NamedPreference],
+        system: SystemLike,
+        tasks: Mapping[str, str] | Iterable[Task],
+        preference: Preference | Sequence[NamedPreference] = (),
         *,
-        rules: Iterable[Rule] = (),
+        start: Hashable | None = None,
+        rules: Mapping[str, str] | Iterable[Rule] = (),
         present: str | None = None,
     ) -> None:
-        """Check that the parts fit together."""
-        several = preference if isinstance(preference, Sequence) else [NamedPreference(DEFAULT_PREFERENCE, preference)]
-        named = tuple(several)
+        """Check that the parts fit together.
+
+        Arguments are the attributes; the system may be a model, or a networkx graph with its initial node as `start`,
+        and tasks and rules may be formulas by name, such as `{"stock": "F shelf"}`.
+        """
+        named = preferences_of(preference)
+        system = system_of(system, start=start)
         known = system.propositions
         # The attributes of a frozen dataclass can be set only like this.
         self.__dict__.update(
             system=system,
-            tasks=tuple(replace(task, known=known) for task in tasks),
+            tasks=tuple(replace(task, known=known) for task in named_formulas(Task, tasks, "tasks")),
             preferences=named,
             preference=named[0].preference if named else WeightedSum({}),
-            rules=tuple(replace(rule, known=known) for rule in rules),
+            rules=tuple(replace(rule, known=known) for rule in named_formulas(Rule, rules, "rules")),
             present=present,
         )
         self._check_number()
@@ -97,7 +103,7 @@ class Problem:
         last = len(self.tasks)
         monitors = [rule_monitor(rule, f"rules[{i}]", taken[: last + i]) for i, rule in enumerate(self.rules)]
         self.__dict__.update(automata=tuple(automata), monitors=tuple(monitors))
-        self._check_objective_names()
+        check_objective_names(named, self.cost_names)
         self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.priced), ())
         self._check_claims()
         self._check_weighed()
@@ -123,20 +129,6 @@ class Problem:
         for i, rule in enumerate(self.rules):
             if rule.skip is not None:
                 raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
-
-    def _check_objective_names(self) -> None:
-        """Check that the names of costs and preferences are distinct, and that `of` names a cost."""
-        if not self.preferences and len(self.cost_names) == 1:
-            raise PrefplanError("preference: missing; it may be left out only if there are several costs")
-        taken = list(self.cost_names)
-        for named in self.preferences:
-            where = named.key
-            check_names([named.name], where=f"{where}.name")
-            if named.name in taken:
-                raise PrefplanError(f"{where}.name: {named.name!r} is used twice (names so far: {', '.join(taken)})")
-            if named.of is not None:
-                check_known(f"{where}.of", "cost", named.of, self.cost_names, PrefplanError)
-            taken.append(named.name)
 
     @cached_property
     def _measures(self) -> tuple[Measure, ...]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
-from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed
+from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed, told
 from prefplan.exact_costs import Number, exact
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, is_temporal
@@ -104,6 +105,37 @@ class Possible(Rule):
         """The DFA of its bad prefixes: that of the formula, with accepting and dead state exchanged."""
         dfa = automaton(parse(self.formula, propositions=self.known), text=self.formula)
         return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
+
+
+Named = TypeVar("Named", Task, Rule)
+
+
+def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named], key: str) -> list[Named]:
+    """Return tasks or rules that are given themselves, or as formulas by name.
+
+    Args:
+        kind: `Task` or `Rule`.
+        given: what a user gives for them.
+        key: the name of the argument, for messages.
+
+    Raises:
+        PrefplanError: it is something else.
+    """
+    example = f'{kind.__name__}("NAME", "{"F p" if kind is Task else "G !p"}")'
+    if isinstance(given, Mapping):
+        given = [kind(name, formula) for name, formula in given.items()]
+    if isinstance(given, (str, kind)) or not isinstance(given, Iterable):
+        raise PrefplanError(
+            f'{key}: must be formulas by name, such as {{"NAME": "F p"}}, or a list such as [{example}], '
+            f"not {told(given)}"
+        )
+    found = list(given)
+    for i, one in enumerate(found):
+        if not isinstance(one, kind):
+            raise PrefplanError(f"{key}[{i}]: must be a {kind.__name__}, such as {example}, not {told(one)}")
+        if not isinstance(one.formula, str):
+            raise PrefplanError(f'{key}[{i}].formula: must be text, such as "F p", not {told(one.formula)}')
+    return found
 
 
 def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:

@@ -312,12 +312,16 @@ class TransitionSystem:
             resolution: as in `from_transitions`.
 
         Raises:
-            ModelError: if the start is not a node, or as in `from_transitions`.
+            ModelError: if the start is not a node, an edge has a `weight` in place of a cost, or as in
+                `from_transitions`.
         """
         if not graph.is_directed():
             raise ModelError("the graph is undirected; `to_directed` turns each of its edges into two")
         if start not in graph:
             raise ModelError(f"start {start!r} is not a node of the graph")
+        for source, target, data in graph.edges(data=True):
+            if "weight" in data and "cost" not in data:
+                raise ModelError(f"edge {source!r} to {target!r}: has a 'weight' but no 'cost'; name it 'cost'")
         transitions = [
             (source, str(data.get("action", target)), target, data.get("cost", 1))
             for source, target, data in graph.edges(data=True)

@@ -25,8 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.errors import PreferenceError
+from prefplan.errors import PreferenceError, PrefplanError, check_known, told
 from prefplan.exact_costs import Units, common_unit
+from prefplan.names import check_names
 from prefplan.preferences.expression import divides, scaled
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
@@ -37,6 +38,9 @@ TASK_LIMIT = 20
 
 DEFAULT_PREFERENCE = "preference"
 """Name of a preference that is given without one."""
+
+EXAMPLES = 'such as Order(), WeightedSum({"TASK": 1}) or Function(f)'
+"""Preferences in Python, for messages."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,44 @@ class NamedPreference:
     def key(self) -> str:
         """Its key as in a scenario file, for messages."""
         return "preference" if self.name == DEFAULT_PREFERENCE else f"preferences.{self.name}"
+
+
+def preferences_of(given: Preference | Sequence[NamedPreference]) -> tuple[NamedPreference, ...]:
+    """Return one preference that is given by itself, or several with their names.
+
+    Raises:
+        PreferenceError: it is something else.
+    """
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        given = [NamedPreference(DEFAULT_PREFERENCE, given)]
+    for i, one in enumerate(given):
+        if not isinstance(one, NamedPreference):
+            raise PreferenceError(
+                f"preference[{i}]: must be a NamedPreference, not {told(one)}; a preference alone needs no list, "
+                f"{EXAMPLES}"
+            )
+        if isinstance(one.preference, type) or not hasattr(one.preference, "terms"):
+            raise PreferenceError(f"{one.key}: must be a preference, {EXAMPLES}, not {told(one.preference)}")
+    return tuple(given)
+
+
+def check_objective_names(preferences: Sequence[NamedPreference], costs: Sequence[str]) -> None:
+    """Check that the names of costs and preferences are distinct, and that `of` names a cost.
+
+    Raises:
+        PrefplanError: they are not, or there is neither a preference nor more than one cost.
+    """
+    if not preferences and len(costs) == 1:
+        raise PrefplanError(f"preference: missing, {EXAMPLES}; it may be left out only if there are several costs")
+    taken = list(costs)
+    for named in preferences:
+        where = named.key
+        check_names([named.name], where=f"{where}.name")
+        if named.name in taken:
+            raise PrefplanError(f"{where}.name: {named.name!r} is used twice (names so far: {', '.join(taken)})")
+        if named.of is not None:
+            check_known(f"{where}.of", "cost", named.of, costs, PrefplanError)
+        taken.append(named.name)
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
-from decimal import Decimal
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from prefplan.errors import ModelError, ScenarioError, prefixed
+from prefplan.errors import ModelError, PrefplanError, ScenarioError, prefixed, told
 from prefplan.exact_costs import Number
 from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
@@ -21,6 +19,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
 from prefplan.preferences.objective import DEFAULT_PREFERENCE, NamedPreference
 from prefplan.problem import Problem
+from prefplan.scenario.files import contents, path_of, text_of
 from prefplan.scenario.tables import chosen, decode, decode_table
 
 Model = GraphModel | GraphFileModel | GridModel | ManipulationModel
@@ -79,28 +78,42 @@ class Scenario:
         return self._problem
 
 
-def load(path: str | Path, *, measured: bool = True) -> Scenario:
-    """Read a scenario file.
+ProblemLike = Problem | Scenario | str | Path
+"""What a user may give for a problem, see `problem_of`."""
+
+
+def load(scenario: str | Path, *, measured: bool = True) -> Scenario:
+    """Read a scenario that ships, or a scenario file.
 
     Args:
-        path: path of the file.
+        scenario: the name of one that ships, such as `case_study_3`, or the path of a file, whose `.toml` may be left
+            out in a string.
         measured: whether to read the file of measured costs, if the model has such costs; else they stay empty.
 
     Raises:
-        ScenarioError: if there is no such file, it is not TOML, or its contents are invalid; the message names the
-            file and the key and says what would be valid.
+        ScenarioError: if there is no such scenario or file, it is not TOML, or its contents are invalid; the message
+            names the file and the key and says what would be valid.
     """
-    path = Path(path)
-    return loads(_text(path), name=path.stem, path=path, measured=measured)
+    path = path_of(scenario)
+    return loads(text_of(path), name=path.stem, path=path, measured=measured)
 
 
-def is_scenario(path: Path) -> bool:
-    """Return whether a file is TOML and has the top-level keys that every scenario needs."""
-    try:
-        data = _contents(_text(path), path)
-    except ScenarioError:
-        return False
-    return all(field.name in data for field in fields(_File) if field.default is MISSING)
+def problem_of(given: ProblemLike) -> Problem:
+    """Return the problem that is given itself, as a scenario, or by what `load` takes.
+
+    Raises:
+        PrefplanError: it is something else, or as in `load` and `Scenario.problem`.
+    """
+    if isinstance(given, str | Path):
+        given = load(given)
+    if isinstance(given, Scenario):
+        return given.problem()
+    if isinstance(given, Problem):
+        return given
+    raise PrefplanError(
+        f"problem: must be a Problem, a scenario, or the name or path of one, not {told(given)}; "
+        "Problem(system, tasks, preference) makes one"
+    )
 
 
 def loads(text: str, *, name: str = "scenario", path: Path | None = None, measured: bool = True) -> Scenario:
@@ -116,7 +129,7 @@ def loads(text: str, *, name: str = "scenario", path: Path | None = None, measur
         ScenarioError: as in `load`.
     """
     path = path or Path(name)
-    return replace(from_dict(_contents(text, path), name=name, path=path, measured=measured), text=text)
+    return replace(from_dict(contents(text, path), name=name, path=path, measured=measured), text=text)
 
 
 def from_dict(
@@ -146,30 +159,6 @@ def from_dict(
     first = preferences[0].preference if preferences else WeightedSum({})
     several = None if [NamedPreference(DEFAULT_PREFERENCE, first)] == preferences else tuple(preferences)
     return Scenario(name, path, model, tasks, first, rules, preferences=several)
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise ScenarioError(f"{path}: no such file") from None
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-
-
-def _contents(text: str, path: Path) -> dict[str, Any]:
-    """Return the parsed text of a TOML file."""
-    try:
-        return tomllib.loads(text, parse_float=Decimal)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
-    except RecursionError:
-        raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
-    except ValueError as error:
-        # Python refuses to parse integers of thousands of digits.
-        raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
 
 
 @dataclass(frozen=True)

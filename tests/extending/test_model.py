@@ -29,8 +29,8 @@ class Lift:
 
 
 def test_a_model_from_outside_is_planned_on() -> None:
-    system = Lift(5, {"ann": 4, "bob": 1}).transition_system()
+    model = Lift(5, {"ann": 4, "bob": 1})
     tasks = [pp.Task("fetch_ann", "F ann"), pp.Task("fetch_bob", "F bob")]
-    front = pp.pareto_front(pp.Problem(system, tasks, pp.Order()))
+    front = pp.pareto_front(pp.Problem(model, tasks, pp.Order()))
     assert [(plan.cost, plan.preference) for plan in front] == [(4, 3), (9, 0)]
     assert front[0].actions == ("to 1", "to 2", "to 3", "to 4")

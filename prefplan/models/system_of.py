@@ -1,0 +1,50 @@
+"""The transition system of what a user gives for one."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Protocol, TypeAlias, runtime_checkable
+
+import networkx as nx
+
+from prefplan.errors import ModelError, told
+from prefplan.models.transition_system import TransitionSystem
+
+
+@runtime_checkable
+class Model(Protocol):
+    """The interface of a model, such as `GridModel`."""
+
+    def transition_system(self) -> TransitionSystem:
+        """Return its transition system."""
+
+
+SystemLike: TypeAlias = TransitionSystem | Model | nx.Graph
+"""What a user may give for a transition system, see `system_of`."""
+
+
+def system_of(given: SystemLike, *, start: Hashable | None = None) -> TransitionSystem:
+    """Return the transition system that is given itself, as a model, or as a networkx graph.
+
+    Args:
+        given: a graph is one for `TransitionSystem.from_networkx`.
+        start: a graph's initial node; None for its attribute `start`, which `TransitionSystem.to_networkx` sets.
+
+    Raises:
+        ModelError: it is something else, a graph without a start, or anything but a graph with one.
+    """
+    if isinstance(given, nx.Graph):
+        first = given.graph.get("start") if start is None else start
+        if first is None:
+            example = next(iter(given), "a")
+            raise ModelError(f"start: missing; it is the graph's initial node, as in Problem(..., start={example!r})")
+        return TransitionSystem.from_networkx(given, start=first)
+    if start is not None:
+        raise ModelError("start: only for a networkx graph; a model or transition system has its own")
+    if isinstance(given, TransitionSystem):
+        return given
+    if isinstance(given, Model) and not isinstance(given, type):
+        return given.transition_system()
+    raise ModelError(
+        f"system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not {told(given)}"
+    )

@@ -1,0 +1,85 @@
+"""Scenario files: where they are, and their contents as TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from decimal import Decimal
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from prefplan.errors import ScenarioError, choices
+
+FOLDER = Path(str(files("prefplan"))).parent / "experiments" / "scenarios"
+"""The scenarios that ship: data beside this package, found without importing the package that holds them."""
+
+NEEDED = ("model", "tasks")
+"""Top-level keys of every scenario."""
+
+
+def names() -> list[str]:
+    """Return the names of the scenarios that ship."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def path_of(scenario: str | Path) -> Path:
+    """Return the path of a scenario that is given by the name of one that ships, or by a path.
+
+    Names of scenarios that ship take precedence over files; the `.toml` of a file's name may be left out.
+
+    Raises:
+        ScenarioError: it is a name, and there is no such scenario.
+    """
+    if isinstance(scenario, Path):
+        return scenario
+    if scenario in names():
+        return FOLDER / f"{scenario}.toml"
+    path, named = Path(scenario), Path(f"{scenario}.toml")
+    if named.is_file() and not path.is_file():
+        return named
+    if path.suffix or path.exists() or len(path.parts) > 1:
+        return path
+    known = sorted({*names(), *(file.stem for file in Path().glob("*.toml") if is_scenario(file))})
+    raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, known)}")
+
+
+def is_scenario(path: Path) -> bool:
+    """Return whether a file is TOML and has the top-level keys that every scenario needs."""
+    try:
+        return contents(text_of(path), path).keys() >= set(NEEDED)
+    except ScenarioError:
+        return False
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        ScenarioError: it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        ships = f" (one of this name ships: {path.stem!r})" if path.stem in names() else ""
+        raise ScenarioError(f"{path}: no such file{ships}") from None
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+
+
+def contents(text: str, path: Path) -> dict[str, Any]:
+    """Return the values in the text of a TOML file.
+
+    Raises:
+        ScenarioError: it is not TOML; the message begins with the path.
+    """
+    try:
+        return tomllib.loads(text, parse_float=Decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}") from None
+    except RecursionError:
+        raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
+    except ValueError as error:
+        # Python refuses to parse integers of thousands of digits.
+        raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
