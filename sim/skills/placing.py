@@ -9,11 +9,11 @@ import numpy as np
 
 from sim.geometry.mjcf import first_met, solid_geoms
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import middle_of_supports
+from sim.perception.grounding import middle_of_supports, resting
 from sim.perception.sensors import ObjectPose, Poses, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
-from sim.world.places import AT_RADIUS_M, Slot
+from sim.world.places import Slot
 
 OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side."""
@@ -100,7 +100,7 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
     if not supports:
         return slot.position + [0.0, 0.0, scene.shapes[obj].half[2]]
     poses, under = _supports(cell, obj, slot)
-    floor = max((poses[other].top for other in under.values()), default=float(slot.position[2]))
+    floor = max(poses[other].top for other in under.values())
     middle = middle_of_supports(scene, poses, under, supports)
     off = slot.position[:2] - middle
     off *= min(1.0, MAX_OVERHANG_M / max(float(np.hypot(*off)), 1e-9))
@@ -108,15 +108,18 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
 
 
 def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, str]]:
-    """Return the poses of the other objects, and the topmost one at each location that supports a slot, by location."""
+    """Return the poses of the other objects, and the one that rests at each location that supports a slot, by location.
+
+    Raises:
+        SkillError: nothing rests at one of these locations.
+    """
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
-    under: dict[str, str] = {}
-    for place in cell.scene.model.location(slot.location).on:
-        nominal = cell.scene.slots[place][0].position[:2]
-        there = [other for other in poses if np.hypot(*(poses[other].position[:2] - nominal)) < AT_RADIUS_M]
-        if there:
-            under[place] = max(there, key=lambda other: poses[other].top)
-    return poses, under
+    supports = cell.scene.model.location(slot.location).on
+    under = {at.location: other for other, at in resting(cell.scene, poses).items()} if supports else {}
+    for place in supports:
+        if place not in under:
+            raise SkillError(f"{obj} would not rest on {place}: nothing stands there")
+    return poses, {place: under[place] for place in supports}
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from skill_runs import assert_clean, perform_all
+from skill_runs import assert_clean, assert_placed, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError, SimulationError
@@ -150,3 +150,19 @@ def test_the_arms_own_links_are_in_each_others_way(meshes: bool) -> None:
     assert cell.collisions(scene.robot.home) == cell.collisions(scene.robot.home, width=0.0, clearance=0.006) == []
     folded = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78])
     assert {"hand", "link7"} <= set(cell.collisions(folded))
+
+
+def test_a_pyramid_is_built_and_a_neighbour_on_the_same_level_carries_nothing() -> None:
+    base = [Location(f"b{i}", at=(0.5, 0.062 * (1 - i))) for i in range(3)]
+    upper = Location("m1", on=("b0", "b1")), Location("m2", on=("b1", "b2")), Location("t", on=("m1", "m2"))
+    starts = Location("pool1", at=(0.42, 0.33)), Location("pool2", at=(0.42, -0.33))
+    objects = (
+        *(Object(f"k{place.name}", place.name) for place in (*base, upper[0])),
+        Object("k2", "pool1"),
+        Object("top", "pool2"),
+    )
+    moves = "transit pool1, grasp k2, transport k2 m2, release k2 m2, transit pool2, grasp top, transport top t"
+    cell = perform_all(table(*base, *upper, *starts, objects=objects), *moves.split(", "), "release top t")
+    assert_clean(cell)
+    for obj, place in (("k2", "m2"), ("top", "t")):
+        assert_placed(cell, obj, place)
