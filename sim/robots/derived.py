@@ -180,7 +180,7 @@ def suction_gripper(
     gripper = SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
     sizes = _dimensions(model, [data], gripper, tool)
     press = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
-    cup = {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "press_m": press}
+    cup = {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "press_m": press, "force_n": force_n}
     return replace(gripper, **sizes | cup)
 
 

@@ -11,6 +11,12 @@ SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
 """Commanded width at which the vacuum of a suction cup is off; and how far the command is below the width of the held
 object, which counts as 0, when it is on."""
 
+GRAVITY_M_S2 = 9.81
+
+CARRYING_ACCELERATION_M_S2 = 4.0
+"""Sideways acceleration against which a suction cup must hold an object. With the Panda's cup, a box 10 cm high of
+1.2 kg, which stands 3.5 m/s2, was torn off, and a cube of 6 cm and 1.4 kg, which stands 4.4 m/s2, was carried."""
+
 USUAL_LOAD_KG = 1.5
 """Heavier objects are pressed harder in proportion. With 15 N, a box of 3 kg slips between the Panda's pads."""
 
@@ -86,6 +92,15 @@ class Gripper:
         # The fingertips would touch the surface below a lower object, and the palm a higher one.
         return 2 * self.fingertip_m, 2 * (self.palm_height_m + MAX_LIFT_M)
 
+    @property
+    def held_lengths(self) -> tuple[float, float]:
+        """The least and the greatest length of an object across the closing direction, m."""
+        return 0.0, MAX_LENGTH_M
+
+    def held_mass(self, height: float) -> float:
+        """Return the greatest mass, kg, of an object of a height, m, that it can hold; fingers press as needed."""
+        return math.inf
+
     def command(self, width: float) -> float:
         """Return the actuator's command for a width between the pads, m."""
         return width if self.linkage is None else _between(self.linkage.widths, self.linkage.commands, width)
@@ -136,19 +151,31 @@ class SuctionGripper(Gripper):
         finger_depth_m: half the cup along y, clearance included.
         finger_half_width_m: half the cup along x, clearance included.
         press_m: how far the hand moves on after the lip has touched an object.
+        force_n: suction force.
     """
 
     press_m: float = 0.003
+    force_n: float = math.inf
 
     @property
     def held_widths(self) -> tuple[float, float]:
         """See `Gripper.held_widths`: at least as wide as its lip."""
-        return 2 * self.finger_half_width_m, MAX_LENGTH_M
+        return 2 * self.finger_half_width_m, math.inf
 
     @property
     def held_heights(self) -> tuple[float, float]:
         """See `Gripper.held_heights`."""
         return 0.0, math.inf
+
+    @property
+    def held_lengths(self) -> tuple[float, float]:
+        """See `Gripper.held_lengths`."""
+        return 0.0, math.inf
+
+    def held_mass(self, height: float) -> float:
+        """See `Gripper.held_mass`: the suction left over from the weight keeps the object from tilting off the lip."""
+        lever = CARRYING_ACCELERATION_M_S2 / GRAVITY_M_S2 * height / 2 / self.finger_half_width_m
+        return self.force_n / GRAVITY_M_S2 / (1 + lever)
 
     def command(self, width: float) -> float:
         """See `Gripper.command`."""

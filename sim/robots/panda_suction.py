@@ -88,9 +88,10 @@ SUCTION = SuctionGripper(
     # From the lip to the hand, with 2 mm of clearance.
     palm_height_m=0.035,
     palm_half_width_m=0.034,
+    force_n=FORCE_N,
 )
 
 PANDA_SUCTION = replace(
     PANDA, name="panda_suction", title="the same arm with a suction cup", mjcf=suction_spec, gripper=SUCTION
 )
-"""Its payload is that of the arm; the cup holds more than a kilogram with a safety factor of two."""
+"""Its payload is that of the arm; what the cup holds depends on the object's height (`Gripper.held_mass`)."""

@@ -57,7 +57,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     for obj in model.objects:
         with collecting(faults):
             shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, model.scene)
-            _check_mass(obj, shapes[obj.name].mass, robot)
+            _check_mass(obj, shapes[obj.name], robot)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
     grounded = [place for place in model.locations if place.at is not None]
     arm, walls = Arm(robot), blocks_of(model.fixtures)
@@ -100,12 +100,19 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     return TableLayout(tuple(stations.values()), slots, shapes)
 
 
-def _check_mass(obj: Object, mass: float, robot: Robot) -> None:
-    """Raise `SimulationError` for a mass, kg, that a robot cannot carry or whose contacts cannot be simulated."""
+def _check_mass(obj: Object, shape: ObjectShape, robot: Robot) -> None:
+    """Raise `SimulationError` for a mass that a robot cannot carry or whose contacts cannot be simulated."""
+    mass, most = shape.mass, robot.gripper.held_mass(shape.height)
     where = f"objects.{obj.name}.{'mass' if obj.body is None else 'body'}"
     if mass < MIN_MASS_KG:
         raise SimulationError(f"{where}: {mass:g} kg is too light for the simulation: at least {MIN_MASS_KG:g} kg")
-    if robot.payload_kg is not None and mass > robot.payload_kg and not obj.fixed:
+    if obj.fixed:
+        return
+    if mass > most:
+        # Rounding to the nearest could show a mass that is slightly too great as small enough.
+        shown = f"{int(100 * most) / 100:g} kg of an object {shape.height:g} m high"
+        raise SimulationError(f"{where}: {mass:g} kg, but the suction cup holds at most {shown}")
+    if robot.payload_kg is not None and mass > robot.payload_kg:
         raise SimulationError(
             f"{where}: {mass:g} kg, but the robot {robot.name} carries at most {robot.payload_kg:g} kg"
         )

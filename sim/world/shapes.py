@@ -20,7 +20,7 @@ from sim.external.meshes import MeshParts, mesh_of
 from sim.geometry.antipodes import Antipodes, antipodes
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.seats import Seat, seats
-from sim.robots.gripper import MAX_LENGTH_M, PAD_CLEARANCE_M, Gripper, SuctionGripper
+from sim.robots.gripper import PAD_CLEARANCE_M, Gripper, SuctionGripper
 
 SIZES = {
     "cube": ("edge",),
@@ -66,7 +66,7 @@ class ObjectShape:
     Attributes:
         kind: one of `SIZES`.
         half: (3,) half its sides along x, y and z, m.
-        widths: in the closing directions from above, the preferred one first, m.
+        widths: in the closing directions of fingers from above, the preferred one first, m; none for a suction cup.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
         surface: of a mesh, if the gripper has fingers; else None.
@@ -180,7 +180,7 @@ class Extent:
         slim: least half side of any, m.
         low: least height of any, m.
         high: greatest height of any, m.
-        opening: greatest width of the open hand, m.
+        opening: greatest width of the open hand, m; 0 for a suction cup.
     """
 
     half: np.ndarray
@@ -227,7 +227,8 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
         volume = x * y * height
     low, high = gripper.held_widths
     along, across = (y, x) if low <= y <= high else (x, y)
-    closing = tuple(width for width in (along, across) if low <= width <= high)
+    fingers = not isinstance(gripper, SuctionGripper)
+    closing = tuple(width for width in (along, across) if fingers and low <= width <= high)
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
     mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
     shape = ObjectShape(obj.kind, np.array([along, across, height]) / 2, closing, symmetry, mass)
@@ -269,13 +270,15 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
     """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close."""
-    limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": (0.0, MAX_LENGTH_M)}
+    limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": gripper.held_lengths}
     for adjective, length in lengths.items():
         low, high = limits_of[adjective]
         if not low <= length <= high:
-            limits = f"{low:g} to {high:g} m {adjective}"
+            limits = f"{low:g} to {high:g} m" if math.isfinite(high) else f"at least {low:g} m"
             key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
-            raise SimulationError(f"{where}.{key}: {length:g} m {adjective}, but the hand grasps objects of {limits}")
+            raise SimulationError(
+                f"{where}.{key}: {length:g} m {adjective}, but the hand grasps objects of {limits} {adjective}"
+            )
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:
@@ -289,7 +292,7 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
         slim=float(half[:, :2].min()),
         low=2 * float(half[:, 2].min()),
         high=2 * float(half[:, 2].max()),
-        opening=max(opening(width) for shape in known for width in shape.widths),
+        opening=max((opening(width) for shape in known for width in shape.widths), default=0.0),
     )
 
 

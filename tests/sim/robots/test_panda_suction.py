@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from skill_runs import assert_good
 
-from prefplan.models.manipulation.model import ManipulationModel, Object
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import execute
 from sim.robots.panda_suction import FORCE_N, PANDA_SUCTION, SUCTION
 from sim.simulation.rollout import Rollout
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
-from sim.world.shapes import shape_of
+from sim.world.shapes import extent, shape_of
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 
 @pytest.fixture(scope="module")
@@ -76,5 +78,29 @@ def test_only_flat_faces_that_the_cup_fits_on_are_taken() -> None:
     assert normals == {(0, 0, 1), (0, 0, -1)}
     can = shape_of(Object("can", "desk", kind="cylinder", size=(0.05, 0.12)), SUCTION)
     assert {abs(round(float(grasp.rotation[2, 2]))) for grasp in grasps(can, SUCTION)} == {1}
-    with pytest.raises(SimulationError, match="0.02 m wide, but the hand grasps objects of 0.028 to 0.12 m wide"):
+    with pytest.raises(SimulationError, match="0.02 m wide, but the hand grasps objects of at least 0.028 m wide"):
         shape_of(Object("rod", "desk", kind="cylinder", size=(0.02, 0.05)), SUCTION)
+
+
+def parcel_model(mass: float) -> ManipulationModel:
+    """Return a box wider and longer than fingers can take, and a second place for it."""
+    places = Location("dock", at=(0.48, 0.22)), Location("van", at=(0.48, -0.22), kind="pad")
+    parcel = Object("parcel", "dock", kind="box", size=(0.15, 0.15, 0.10), mass=mass)
+    return ManipulationModel("home", COSTS, places, (parcel,), robot="panda_suction")
+
+
+def test_it_carries_what_is_too_large_for_fingers() -> None:
+    actions = ["transit dock", "grasp parcel", "transport parcel van", "release parcel van"]
+    assert_good(execute(build_scene(parcel_model(1.0), meshes=False), actions, seed=1))
+
+
+def test_what_would_be_torn_off_the_cup_is_refused_whatever_the_arm_can_carry() -> None:
+    with pytest.raises(
+        SimulationError, match=r"parcel\.mass: 1\.2 kg, but .* at most 1\.\d+ kg of an object 0\.1 m high"
+    ):
+        build_scene(parcel_model(1.2), meshes=False)
+
+
+def test_the_space_round_an_object_does_not_depend_on_fingers_that_the_cup_does_not_have() -> None:
+    box = Object("box", "desk", kind="box", size=(0.1, 0.1, 0.05))
+    assert extent([shape_of(box, SUCTION)]).opening == 0
