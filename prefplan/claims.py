@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate
 
-from prefplan.exact_costs import exact, to_number
+from prefplan.exact_costs import exact, prints_as, to_number
 from prefplan.front import Purchase
 from prefplan.logic.formula import holds
 from prefplan.logic.good_prefix import Label, satisfied_at
@@ -148,7 +148,7 @@ def _check_relaxations(
     for bought in claims.relaxations:
         if bought.rule:
             rule, step = rules.get(bought.task, (None, None))
-            if not rule or rule.skip is None or exact(rule.skip) != exact(bought.cost) or step != bought.step:
+            if not rule or rule.skip is None or not prints_as(rule.skip, bought.cost) or step != bought.step:
                 words = f"{bought.task} is not a rule that may be broken at step {bought.step} for {bought.cost}"
                 return Check("relaxations", False, words)
             continue
@@ -163,13 +163,13 @@ def _check_relaxations(
 def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | None:
     """Return why a relaxation of a task is not valid, or None if it is."""
     if bought.assume is None:
-        if task.skip is not None and exact(task.skip) == exact(bought.cost) and bought.step == 0:
+        if task.skip is not None and prints_as(task.skip, bought.cost) and bought.step == 0:
             return None
         return f"{task.name} cannot be skipped for {bought.cost} at step {bought.step}"
     what = f"{bought.assume} at step {bought.step} of {task.name}, for {bought.cost},"
     if not 0 <= bought.step < len(trace):
         return f"{what} lies beyond the last action"
-    offers = [r for r in task.relax if r.assume == bought.assume and exact(r.cost) == exact(bought.cost)]
+    offers = [r for r in task.relax if r.assume == bought.assume and prints_as(r.cost, bought.cost)]
     if not offers:
         return f"{what} is not offered"
     label = trace[bought.step]

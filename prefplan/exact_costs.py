@@ -124,6 +124,11 @@ def admits(bound: Number, printed: Number) -> bool:
     return Fraction(printed) <= limit or printed == to_number(limit)
 
 
+def prints_as(value: Number, printed: Number) -> bool:
+    """Return whether a number is equal to one printed by `to_number`, or a printed float is the nearest to it."""
+    return exact(value) == exact(printed) or (isinstance(printed, float) and to_number(exact(value)) == printed)
+
+
 def common_unit(values: Iterable[Fraction]) -> Fraction:
     """Return the largest rational of which all values are whole multiples; 1 if all are zero."""
     numerator, denominator = 0, 1

@@ -12,7 +12,7 @@ from experiments.cli.choice import choose
 from experiments.cli.output import condense, number
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan.errors import PrefplanError
-from prefplan.exact_costs import Number, exact
+from prefplan.exact_costs import Number, prints_as
 from prefplan.front import Front, Plan
 from prefplan.planner import Planner
 from prefplan.problem import Problem
@@ -81,7 +81,7 @@ def assert_plan(
     for task, cost in (task_costs or {}).items():
         if task not in found.task_costs:
             raise PrefplanError(f"task_costs: {name} has no task {task!r}, only {', '.join(found.task_costs)}")
-        if exact(cost) != exact(found.task_costs[task]):
+        if not prints_as(cost, found.task_costs[task]):
             all_costs = ", ".join(f"{task} {number(cost)}" for task, cost in found.task_costs.items())
             raise AssertionError(
                 f"{name}: plan {plan!r} satisfies {task} at cost {number(found.task_costs[task])}, "

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from experiments.cli.output import condense, number
-from prefplan.exact_costs import Number, exact, to_number
+from prefplan.exact_costs import Number, exact, prints_as, to_number
 from prefplan.front import Front, Plan, point_of
 
 FrontPoint = tuple[Number, ...]
 """(cost, preference), or all costs and then all preferences, in the user's units."""
 
-TOLERANCE = 1e-9
+TOLERANCE = Fraction(1, 10**9)
 """Relative tolerance for preference penalties that are doubles, such as thirds. Other values are exact."""
 
 
@@ -67,20 +67,21 @@ def side_by_side(rows: Sequence[Row]) -> str:
 
 def _equal(point: FrontPoint, plan: Plan) -> bool:
     found, costs = point_of(plan), len(plan.costs) or 1
-    if len(point) != len(found) or any(exact(a) != exact(b) for a, b in zip(point[:costs], found, strict=False)):
+    if len(point) != len(found) or not all(map(prints_as, point[:costs], found)):
         return False
     return all(map(_alike, point[costs:], found[costs:]))
 
 
 def _alike(penalty: Number, found: Number) -> bool:
     if isinstance(found, float):
-        return math.isclose(penalty, found, rel_tol=TOLERANCE)
+        one, other = exact(penalty), exact(found)
+        return abs(one - other) <= TOLERANCE * max(abs(one), abs(other))
     return exact(penalty) == exact(found)
 
 
-def _place(row: Row) -> tuple[float, ...]:
+def _place(row: Row) -> tuple[Fraction, ...]:
     first, *others = row.found or row.expected or (0,)
-    return float(first), *(-float(value) for value in others)
+    return exact(first), *(-exact(value) for value in others)
 
 
 def _word(point: FrontPoint | None) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from decimal import Decimal
+from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
 
 import networkx as nx
+import numpy as np
 import ompl  # noqa: F401  # pytest forgets what tests in its process load first, and this cannot be loaded twice
 import pytest
 from scenario_texts import PLACES_NEARBY, cup_scenario
@@ -23,7 +26,11 @@ from prefplan import (
     Task,
     Transition,
     TransitionSystem,
+    WeightedSum,
 )
+from prefplan.claims import Claims, judge
+from prefplan.exact_costs import Number, exact
+from prefplan.ledger import Ledger
 
 pytest_plugins = ["pytester"]
 
@@ -155,6 +162,34 @@ def test_preference_values_that_are_doubles_may_differ_in_their_last_places(prob
     assert plan.actions == ("go a", "go b")
     with pytest.raises(AssertionError, match="not the expected one"):
         assert_front(problem, [(4, 2.3333)])
+
+
+@pytest.mark.parametrize(
+    ("cost", "given"),
+    [
+        (Fraction(1, 3), Fraction(1, 3)),
+        (Fraction(1, 3), 1 / 3),
+        (Fraction(1, 3), np.float64(1 / 3)),
+        (Decimal("0.1"), Fraction(1, 10)),
+        (0.1, np.float32(0.1)),
+        (np.int64(3), np.float32(3)),
+        (2, Decimal("2.0")),
+        pytest.param(10**330, 10**330, id="beyond floats"),
+    ],
+)
+def test_a_value_may_be_given_as_any_kind_of_number(cost: Number, given: Number) -> None:
+    system = TransitionSystem.from_transitions([("s", "go", "t", cost)], start="s", labels={"t": ["a"]})
+    problem = Problem(system, [Task("go", "F a", skip=cost)], WeightedSum({"go": 1}, over="violation"))
+    paid, gone = assert_front(problem, [(0, given), (given, 0)])
+    assert_plan(problem, task_costs={"go": 0}, plan="cost")
+    assert_plan(problem, task_costs={"go": given}, plan="preference")
+    with pytest.raises(AssertionError, match="not the expected one"):
+        assert_front(problem, [(0, given), (exact(given) * Fraction(10**12 + 1, 10**12), 0)])
+    for plan in (paid, gone):
+        claims = Claims(True, plan.cost, plan.task_costs, plan.violation_costs, plan.preference, plan.relaxations)
+        ledger = Ledger.of_plan(problem, plan)
+        verdict = judge(claims, problem.tasks, problem.preference, ledger.labels, ledger.costs)
+        assert [check for check in verdict.checks if not check.holds] == []
 
 
 def test_the_reason_why_there_is_no_plan_is_told() -> None:
