@@ -174,6 +174,22 @@ def test_a_front_within_some_percent_pays_for_no_rule_that_is_kept() -> None:
         assert plan.violation_costs["kept"] == 0 and plan.violation_costs["broken"] == 3
 
 
+def test_an_obligation_that_is_pending_when_the_plan_ends_breaks_no_rule() -> None:
+    later = PAID.replace("G !carpet", "G (desk -> X carpet)")
+    (plan,) = pareto_front(hall(later))
+    assert (plan.actions, plan.preference) == (("carpet", "desk"), 0)
+    at_once = PAID.replace("G !carpet", "G (carpet -> X wet)")
+    assert [(plan.cost, plan.preference) for plan in pareto_front(hall(at_once))] == [(2, 2), (6, 0)]
+
+
+@pytest.mark.parametrize(
+    ("weights", "penalty"), [("", 2), ("weights = { clean = 3 }", 6), ("weights = { clean = 0 }", 0)]
+)
+def test_a_rule_weighs_1_in_a_maximum_unless_it_is_told_otherwise(weights: str, penalty: int) -> None:
+    text = HALL + f'skip = 2\n[preference]\nkind = "max"\nover = "violation"\n{weights}\n'
+    assert pareto_front(hall(text))[0].preference == penalty
+
+
 def test_a_rule_without_a_price_is_kept_and_blamed_where_no_plan_keeps_it() -> None:
     order = '[preference]\nkind = "order"\n'
     assert cheapest_plan(hall(HALL + order)).actions == ("stones", "desk")
