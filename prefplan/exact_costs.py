@@ -36,18 +36,6 @@ RESOLVED_DIGITS = 12
 LARGEST_EXPONENT = 400
 """Largest absolute exponent of ten of a number; positive doubles lie between 4.9e-324 and 1.8e308."""
 
-LARGEST_POWER = 22
-"""Powers of ten with exponents up to this are exact as doubles."""
-
-FINER_DIGITS = 5
-"""Most digits by which floats that are not rounded may be finer than those that are, in `_as_computed`."""
-
-FINEST_TRIED = 50
-"""Number of the smallest floats from which a common unit is estimated, to decide whether sums might not fit 64 bits."""
-
-TIE = 1e-3
-"""Floats nearer than this, in multiples, to the middle between two multiples are rounded with exact arithmetic."""
-
 INT64_LIMIT = 2**62
 """Whole numbers below this are held as int64, larger ones as Python's integers."""
 
@@ -212,70 +200,15 @@ def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Frac
 def exact_floats(values: np.ndarray, wanted: Fraction | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
     """Return floats as (E,) multiples of a unit, the unit, and the resolution if they were rounded.
 
-    The result is that of `exact`, `round_costs` and `in_common_unit`, but takes only a second for a million floats.
-
     Args:
         values: (E,) float64, finite and >= 0.
         wanted: as in `round_costs`.
     """
-    if wanted is None:
-        found = _as_decimals(values) or _as_computed(values)
-        if found is not None:
-            return found
     distinct, inverse = np.unique(values, return_inverse=True)
     fractions: dict[Number, Fraction] = {value: exact(value) for value in distinct.tolist()}
     resolution = round_costs(fractions, wanted)
     multiples, unit = in_common_unit(fractions.values())
     return multiples[inverse], unit, resolution
-
-
-def _as_decimals(values: np.ndarray) -> tuple[np.ndarray, Fraction, None] | None:
-    """Return floats of few digits as multiples of a power of ten; None if they have more."""
-    largest = float(values.max(initial=0))
-    for digits in range(FLOAT_DIGITS + 1):
-        scale = 10.0**digits
-        if largest * scale >= 10**FLOAT_DIGITS:
-            break
-        counts = np.rint(values * scale)
-        if np.array_equal(counts / scale, values):
-            return *_in_largest_unit(counts.astype(np.int64), Fraction(1, 10**digits)), None
-    return None
-
-
-def _as_computed(values: np.ndarray) -> tuple[np.ndarray, Fraction, Fraction] | None:
-    """Return floats of which some are long, rounded; None if none is long or the range of sizes is unusual."""
-    largest = float(values.max(initial=0))
-    digits = RESOLVED_DIGITS - 1 - Decimal(largest).adjusted()
-    if not 0 <= digits <= LARGEST_POWER - FINER_DIGITS:
-        return None
-    scale = 10.0**digits
-    quotients = values * scale
-    counts = np.rint(quotients).astype(np.int64)
-    off = np.flatnonzero(counts / scale != values)
-    if not len(off) or values[off].min() < 10.0 ** (RESOLVED_DIGITS - LARGEST_POWER):
-        return None
-    scales = 10.0 ** (RESOLVED_DIGITS - 1 - np.floor(np.log10(values[off])))
-    is_short = np.rint(values[off] * scales) / scales == values[off]
-    short, long = off[is_short], off[~is_short]
-    finest = np.sort(values[long])[:FINEST_TRIED].tolist()
-    if resolution_of([largest, *finest], [exact(value) for value in (largest, *finest)]) is None:
-        return None
-    resolution = Fraction(1, 10**digits)
-    for k in long[np.abs(np.abs(quotients[long] - counts[long]) - 0.5) < TIE]:
-        counts[k] = round(exact(float(values[k])) / resolution)
-    for finer in range(FINER_DIGITS + 1):
-        exactly = np.rint(values[short] * (scale * 10**finer))
-        if np.array_equal(exactly / (scale * 10**finer), values[short]):
-            counts *= 10**finer
-            counts[short] = exactly
-            return *_in_largest_unit(counts, resolution / 10**finer), resolution
-    return None
-
-
-def _in_largest_unit(counts: np.ndarray, unit: Fraction) -> tuple[np.ndarray, Fraction]:
-    """Return multiples of a unit as multiples of the largest unit in which they are whole, and that unit."""
-    shared = int(np.gcd.reduce(counts)) if len(counts) else 0
-    return (counts // shared, unit * shared) if shared else (counts, Fraction(1))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.benchmark.road_network import Roads, arcs_text, coordinates_text, road_network
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 
 COLUMNS, ROWS = 820, 708
 """Crossings from west to east and from south to north, before those outside the city are removed."""
@@ -82,7 +82,8 @@ def write_graphml(roads: Roads, folder: Path) -> dict[str, Any]:
     keys = [f'<key id="d{i}" for="edge" attr.name="{name}" attr.type="string"/>' for i, name in enumerate(names)]
     keys += [f'<key id="{name}" for="node" attr.name="{name}" attr.type="string"/>' for name in "xy"]
     with (folder / "roads.graphml").open("w", encoding="utf-8") as file:
-        file.write(f'<graphml>{"".join(keys)}<graph edgedefault="directed">\n')
+        file.write('<graphml xmlns="http://graphml.graphdrawing.org/xmlns">')
+        file.write(f'{"".join(keys)}<graph edgedefault="directed">\n')
         for i, (x, y) in enumerate(roads.points.tolist(), start=1):
             file.write(f'<node id="{i}">\n<data key="y">{y}</data>\n<data key="x">{x}</data>\n</node>\n')
         for source, target, length in _with_lengths(roads):

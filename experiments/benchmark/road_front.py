@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from prefplan import Planner, Problem, Task
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 
 NETWORK, QUERIES = "DC1", "DC_ODpairs.txt"
 """Files of the network and of its queries."""

@@ -13,7 +13,7 @@ from experiments.figures.grid_map import GridMap
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
 from prefplan.front import Plan
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.grid import GridModel
 from prefplan.scenario.decode import Scenario
 

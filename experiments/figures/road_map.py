@@ -16,7 +16,7 @@ from matplotlib.patches import Circle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap, square
 from prefplan.front import Plan
-from prefplan.models.graph_files.network import Network
+from prefplan.models.graph_network import Network
 from prefplan.problem import Problem
 
 WIDTH = 40.0

@@ -12,7 +12,7 @@ from prefplan.errors import ModelError, PrefplanError, ScenarioError, prefixed, 
 from prefplan.exact_costs import Number
 from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.measured_costs import with_measured_costs
 from prefplan.models.manipulation.model import ManipulationModel

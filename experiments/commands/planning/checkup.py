@@ -22,7 +22,7 @@ from prefplan.limits import MEMORY_SHARE, Limits, available_memory, check_limits
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.names import NAME
 from prefplan.planner import Planner

@@ -15,8 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 from experiments import scenarios
 from experiments.benchmark import road_network
 from prefplan import Scenario, cheapest_plan
-from prefplan.models.graph_files.model import GraphFileModel
-from prefplan.models.graph_files.network import Network
+from prefplan.models.graph_file import GraphFileModel, Network
 
 
 @pytest.fixture(scope="module")

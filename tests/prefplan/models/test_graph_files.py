@@ -19,7 +19,7 @@ from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pare
 from prefplan.errors import LimitError
 from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
 from prefplan.limits import Limits
-from prefplan.models.graph_files.model import GraphFileModel
+from prefplan.models.graph_file import GraphFileModel
 from prefplan.scenario.decode import from_dict
 
 
@@ -126,18 +126,17 @@ GRAPHML = '<graphml><graph><node id="a"/>\n{}</graph></graphml>'
         ("town.csv", 'from,to\na,"b\n', "line 2: not CSV: unexpected end of data"),
         ("town.csv", "from,to,action\na,b,go\na,c,go\n", "action 'go' leaves node 'a' twice, to different nodes"),
         ("town.graphml", "<graphml>\n<graph>", "line 2: not XML: no element found"),
-        ("town.graphml", "<html></html>", "not GraphML: there is no element <graph>"),
-        ("town.graphml", GRAPHML.format('<edge source="a"/>'), "line 2: <edge> without 'target'"),
-        ("town.graphml", GRAPHML.format('<node id="a"/>'), "line 2: node 'a' occurs twice"),
-        ("town.graphml", GRAPHML.format("<hyperedge/>"), "line 2: element <hyperedge> is not supported"),
-        ("town.graphml", GRAPHML.format('<data key="d7">3</data>'), "line 2: <data> of an undeclared key 'd7'"),
+        ("town.graphml", "<html></html>", "not GraphML: file not successfully read as graphml"),
+        ("town.graphml", GRAPHML.format('<edge source="a"/>'), "an <edge> lacks 'source' or 'target', or a <node>"),
+        ("town.graphml", GRAPHML.format("<hyperedge/>"), "not GraphML: GraphML reader doesn't support hyperedges"),
+        ("town.graphml", GRAPHML.format('<data key="d7">3</data>'), "not GraphML: Bad GraphML data: no key d7"),
+        ("town.graphml", '<?xml version="1.0" encoding="no"?><graphml/>', "not GraphML: unknown encoding: no"),
+        ("town.json", '{"nodes": [{"id": "a"}, {"id": "a"}], "edges": []}', "nodes[1]: node 'a' occurs twice"),
         (
-            "town.graphml",
-            GRAPHML.format('<edge source="a" target="z"/>'),
+            "town.json",
+            '{"nodes": [{"id": "a"}], "edges": [{"source": "a", "target": "z"}]}',
             "edge from 'a' to 'z': 'z' is not listed as a node",
         ),
-        ("town.graphml", "<graphml>\n<default>1</default></graphml>", "line 2: <default> outside a <key>"),
-        ("town.graphml", '<?xml version="1.0" encoding="no"?><graphml/>', "line 1: not XML: unknown encoding: no"),
         ("town.json", '{"edges": [' + "9" * 5000 + "]}", "a number is too long"),
         ("town.json", '{"nodes": [{"id": "\\ud800"}], "edges": []}', "nodes[0]: '\\ud800' is no text"),
         ("town.json", '{"nodes": [],\n "edges": [}', "line 2: not JSON: Expecting value"),
@@ -201,7 +200,7 @@ def test_several_files_are_of_one_format_and_have_one_cost_each(tmp_path: Path) 
         (["a 1 2 5", "a 1 3 5"], "line 3: edge from '1' to '3', where t.gr has the edge from '2' to '3'"),
         (["a 1 2 5", "a 2 3 5", "a 3 1 5"], "line 4: edge from '3' to '1', where t.gr ends"),
         (["a 1 2 5"], "no edge from '2' to '3', which t.gr has"),
-        (["a 1 2 5", "a 2 3 -5"], "line 3: edge from '2' to '3': cost is negative: b'-5'"),
+        (["a 1 2 5", "a 2 3 -5"], "line 3: edge from '2' to '3': cost is negative: '-5'"),
     ],
 )
 def test_files_of_several_costs_have_the_same_arcs(tmp_path: Path, arcs: list[str], message: str) -> None:
