@@ -10,8 +10,8 @@ from pathlib import Path
 
 import prefplan as pp
 from experiments.cli.files import make_folder
-from experiments.cli.output import condense
 from experiments.figures import plans
+from prefplan.text import condense
 
 SIZE, START = (20, 20), (0, 0)
 """Cells, of unit cost."""

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from textwrap import indent
 
 import prefplan as pp
 from experiments.case_study_1 import SIZE, START, TOWN
 from experiments.cli.files import make_folder
-from experiments.cli.output import condense, relaxed
 from experiments.figures import plans
 
 SKIP_PHI5 = 25
@@ -40,17 +40,17 @@ def main() -> int:
     # phi1 needs cheese before pizza, phi5 pizza before cheese: no plan satisfies both as they are.
     town = pp.GridModel(SIZE, START, regions=TOWN)
     strict = [pp.Task(task.name, task.formula) for task in TASKS]
-    empty = pp.pareto_front(pp.Problem(town.transition_system(), strict, pp.Order()))
+    empty = pp.pareto_front(pp.Problem(town, strict, pp.Order()))
     print(f"As they are: {empty.reason}")
 
     # Relaxed for a price (Remarks 1 to 6); mu is the weighted sum of the prices paid.
     preference = pp.WeightedSum(WEIGHTS, over="violation")
-    front = pp.pareto_front(pp.Problem(town.transition_system(), TASKS, preference))
+    front = pp.pareto_front(pp.Problem(town, TASKS, preference))
 
     for plan, published in zip(front, PUBLISHED, strict=False):
         verdict = "agrees" if (plan.cost, plan.preference) == published else "DIFFERS"
         print(f"cost {plan.cost}, mu {plan.preference}; the paper: {published}, {verdict}")
-        print(f"    {condense(plan.actions)}", *relaxed(plan), sep="\n  ")
+        print(indent(plan.steps, "    "))
 
     figure = OUT / "figure_4.svg"
     make_folder(OUT)

@@ -22,6 +22,7 @@ from experiments.report.recordings import Recording, keep
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome, show_outcome
 from prefplan import Plan, Scenario, pareto_front
+from prefplan.text import number
 from sim.rendering.clips import compose
 from sim.world.scene import Scene
 
@@ -44,23 +45,23 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
     scene = scene_of(scenario)
     make_folder(out)
     outcomes, recordings = [], {}
-    for name, number in {"cost": 0, "preference": len(front) - 1}.items():
-        plan = front[number]
-        console.print(f"\nCarrying out the {name}-optimal plan (cost {output.number(plan.cost)})")
+    for name, index in {"cost": 0, "preference": len(front) - 1}.items():
+        plan = front[index]
+        console.print(f"\nCarrying out the {name}-optimal plan (cost {number(plan.cost)})")
         with Bars(quiet=quiet) as bars:
             outcome, recording = perform(scenario, scene, plan, out / name, tell=bars)
         show_outcome(console, scenario, outcome)
         if recording is None:
             return INTERRUPTED
         outcomes.append(outcome)
-        recordings[number] = recording
+        recordings[index] = recording
     console.print("\nVideos")
     for outcome in outcomes:
         console.print(f"  {outcome.video or outcome.no_video}")
     videos = [outcome.video for outcome in outcomes if outcome.video]
     if len(videos) == len(outcomes):
         headings = [
-            f"{what}: cost {output.number(outcome.plan.cost)}, penalty {output.number(outcome.plan.preference)}"
+            f"{what}: cost {number(outcome.plan.cost)}, penalty {number(outcome.plan.preference)}"
             for what, outcome in zip(("cheapest", "preferred"), outcomes, strict=True)
         ]
         console.print(f"  {compose(videos, out / 'both.mp4', headings=headings)}")

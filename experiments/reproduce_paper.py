@@ -19,7 +19,6 @@ from experiments.case_study_1 import PUBLISHED as FIGURE_3
 from experiments.case_study_2 import PUBLISHED as FIGURE_4
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
-from experiments.cli.output import condense, number, relaxed
 from experiments.cli.start import tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.figures import plans
@@ -28,6 +27,7 @@ from experiments.paper.study import Report, Study
 from experiments.paper.table import RESULTS, compare_times
 from experiments.regression.front_comparison import compare
 from prefplan.logic.good_prefix import is_satisfied
+from prefplan.text import condense, number
 
 PRINTED_PLAN, DRAWN_PLAN = "EEWNNW", "EEWNNE"
 """The satisfying plan as Example 2 prints it, and as the red arrows in Figure 1 show it."""
@@ -194,7 +194,7 @@ def draw_plans(study: Study, scenario: pp.Scenario, front: pp.Front, figure: Pat
     plans.draw(scenario, front, figure)
     study.figures.append((figure, "every plan of the front, and the front"))
     for i, plan in enumerate(front):
-        study.texts += [f"Plan {i}: {condense(plan.actions)}", *relaxed(plan)]
+        study.texts.append(f"Plan {i}: {plan.steps}")
 
 
 def benchmark(options: argparse.Namespace) -> Path:

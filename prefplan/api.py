@@ -1,7 +1,7 @@
 """The public names of `prefplan`."""
 
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
-from prefplan.front import Front, NoPlanError, Plan, Purchase, Reason, Stats, UnfinishedError
+from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options
 from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
@@ -15,6 +15,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Mani
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.surroundings import Fixture, RobotSetup
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import Plan, Purchase
 from prefplan.planner import Planner, best_plan, cheapest_plan, pareto_front, preferred_plan
 from prefplan.preferences.kinds import Deadline, Due, Expression, Function, Max, Order, Preference, Sum, WeightedSum
 from prefplan.preferences.objective import NamedPreference

@@ -13,10 +13,10 @@ from fractions import Fraction
 from itertools import accumulate
 
 from prefplan.exact_costs import exact, prints_as, to_number
-from prefplan.front import Purchase
 from prefplan.logic.formula import holds
 from prefplan.logic.good_prefix import Label, satisfied_at
 from prefplan.logic.tasks import Rule, Task
+from prefplan.plan import Purchase
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.objective import Measure
 

@@ -1,75 +1,22 @@
-"""Plans and Pareto fronts, as results for the user: in the user's names and units."""
+"""Pareto fronts, as results for the user: in the user's names and units."""
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Collection, Hashable, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
+from prefplan.plan import PAIR, Plan, point_of
+from prefplan.text import in_columns, listed, number
 
 if TYPE_CHECKING:
     # Loaded only when a front is drawn or converted to a table.
     from matplotlib.axes import Axes
     from pandas import DataFrame
-
-
-PAIR = ("cost", "preference")
-"""Default names of one cost and one preference."""
-
-
-@dataclass(frozen=True)
-class Purchase:
-    """A relaxation that a plan uses.
-
-    Attributes:
-        task: name of the task that is relaxed or skipped, or of the rule that is broken.
-        step: number of actions before the label that is relaxed, or that breaks the rule; 0 for a skipped task.
-        assume: proposition that was assumed to hold; None if the task was skipped or the rule broken.
-        cost: its price.
-        rule: whether a rule is broken.
-    """
-
-    task: str
-    step: int
-    assume: str | None
-    cost: Number
-    rule: bool = field(default=False, repr=False)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A plan that satisfies all tasks, as far as they are not relaxed.
-
-    Attributes:
-        cost: total cost (equation 1).
-        preference: mu (Definition 5).
-        task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
-        violation_costs: v_i by task name: what was paid to relax it; also by name of each rule that may be broken.
-        actions: (K,) the actions, in order.
-        states: (K + 1,) the trajectory.
-        relaxations: the relaxations used, in order of steps.
-        costs: every total cost by name; the first is `cost`.
-        preferences: every mu by name; the first is `preference`.
-    """
-
-    cost: Number
-    preference: Number
-    task_costs: dict[str, Number]
-    violation_costs: dict[str, Number]
-    actions: tuple[str, ...]
-    states: tuple[Hashable, ...]
-    relaxations: tuple[Purchase, ...] = ()
-    costs: dict[str, Number] = field(default_factory=dict)
-    preferences: dict[str, Number] = field(default_factory=dict)
-
-    @property
-    def objectives(self) -> dict[str, Number]:
-        """The plan's costs and preferences, by name."""
-        return self.costs | self.preferences
 
 
 @dataclass(frozen=True)
@@ -173,6 +120,7 @@ class Front(Sequence[Plan]):
             mu; 0 for an exact front, None if the search was stopped before it proved any percentage.
         resolution: the model's costs were rounded to multiples of this; None if they were not rounded.
         claimed: whether the user declared a preference's contract, which was tested on random costs but not proven.
+        assumptions: sentences on what the front is exact for, if its costs were rounded or a contract was declared.
         stats: work and time of the search.
     """
 
@@ -183,6 +131,7 @@ class Front(Sequence[Plan]):
     within: Number | None = None
     resolution: Number | None = None
     claimed: bool = False
+    assumptions: tuple[str, ...] = ()
     stats: Stats = field(default_factory=Stats)
 
     @property
@@ -262,18 +211,60 @@ class Front(Sequence[Plan]):
     def _tasks(self) -> tuple[str, ...]:
         return tuple(self.plans[0].task_costs) if self.plans else ()
 
+    @property
+    def title(self) -> str:
+        """What the front is of."""
+        names = self.objectives or PAIR
+        return f"Pareto front of {listed(['preference penalty' if name == PAIR[1] else name for name in names])}"
+
+    @property
+    def table(self) -> list[list[str]]:
+        """The heads of a table with a row for each plan, and then its rows."""
+        heads = ["penalty" if name == PAIR[1] else name for name in self.objectives or PAIR]
+        rows = [[str(i), *map(number, (*point_of(p), *p.task_costs.values()))] for i, p in enumerate(self)]
+        return [["#", *heads, *self._tasks], *rows]
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences below the table: what its columns are, the work of the search, and what the front assumes."""
+        notes = [
+            f"A task's column is its cost: the total {(self.objectives or PAIR)[0]} until it was satisfied. "
+            f"{self.stats.seconds:.2f} s, {self.stats.expanded} labels expanded."
+        ]
+        if self.complete and self.within:
+            notes.append(
+                f"Every best trade-off has a plan here whose cost and penalty are at most {self.within} % larger."
+            )
+        return [*notes, *self.assumptions]
+
+    @property
+    def listing(self) -> list[str]:
+        """A heading for each plan, and below it the plan's actions."""
+        counts = [f"{len(plan.actions)} action{'s' * (len(plan.actions) != 1)}" for plan in self]
+        return [f"Plan {i} ({counts[i]})\n{plan.steps}" for i, plan in enumerate(self)]
+
+    @property
+    def missing(self) -> str | None:
+        """Why the front is empty or incomplete, as a sentence; None if it is neither."""
+        if self.reason is not None:
+            return f"No plan: {self.reason}."
+        if self.ended is not None:
+            return f"Incomplete: {self.ending}."
+        return None if self.plans else "No plan."
+
+    def __str__(self) -> str:
+        """Return the front as `prefplan front` prints it: a table, and the actions of each plan."""
+        blocks = self.listing
+        if blocks:
+            blocks.insert(0, "\n".join([self.title, in_columns(self.table), *self.notes]))
+        return "\n\n".join([*blocks, *([self.missing] if self.missing else [])])
+
     def _repr_html_(self) -> str:
         """Return the front as HTML for notebooks: a row for each plan, and why it is empty or incomplete."""
-        rows = [_row("td", [i, *point_of(p), *p.task_costs.values()]) for i, p in enumerate(self)]
-        named = ("cost", "penalty") if self.objectives in ((), PAIR) else self.objectives
-        head = _row("th", ["", *named, *self._tasks])
-        table = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
-        note = "" if rows else "No plan."
-        if self.reason is not None:
-            note = f"No plan: {self.reason}."
-        elif self.ended is not None:
-            note = f"Incomplete: {self.ending}."
-        return table + (f"<p>{escape(note)}</p>" if note else "")
+        head, *rows = self.table
+        body = "".join(_row("td", row) for row in rows)
+        table = f"<table><thead>{_row('th', ['', *head[1:]])}</thead><tbody>{body}</tbody></table>" if rows else ""
+        return table + (f"<p>{escape(self.missing)}</p>" if self.missing else "")
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -288,11 +279,6 @@ class Front(Sequence[Plan]):
     def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
         """Return a plan by its number, or several."""
         return self.plans[index]
-
-
-def point_of(plan: Plan) -> tuple[Number, ...]:
-    """Return the values of a plan's objectives."""
-    return tuple(plan.objectives.values()) or (plan.cost, plan.preference)
 
 
 def _row(tag: str, cells: Iterable[object]) -> str:

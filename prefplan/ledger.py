@@ -14,8 +14,8 @@ from itertools import accumulate
 from typing import Any
 
 from prefplan.exact_costs import Number, exact, running_totals, to_number
-from prefplan.front import Plan, Purchase
 from prefplan.logic.good_prefix import Label
+from prefplan.plan import Plan, Purchase
 from prefplan.problem import Problem
 from prefplan.scenario.decode import ProblemLike, problem_of
 

@@ -12,11 +12,13 @@ from typing import Any, Unpack
 
 from prefplan.anytime.guided import CheapestSearch, begun, draft, prepare_draft
 from prefplan.anytime.narrowing import NarrowingSearch, proven_percent
+from prefplan.assumptions import assumptions
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, admits, exact, to_number
-from prefplan.front import Front, NoPlanError, Plan, Reason, Stats, UnfinishedError
+from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import EXACT, Limits, Percent, percent
+from prefplan.plan import Plan
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
@@ -151,6 +153,7 @@ class Planner:
             within=to_number(tolerance.value) if limits.ended is None else self._proven(plans),
             resolution=self.problem.resolution,
             claimed=any(o.measure.claimed for o in self.problem.objectives),
+            assumptions=assumptions(self.problem),
             stats=self.stats,
         )
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, common_unit, exact, multiples, to_number, whole_numbers
-from prefplan.front import NoPlanError, Plan
+from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.logic.tasks import Possible, Rule, Task
 from prefplan.models.generated import GeneratedSystem, OnDemand
 from prefplan.models.transition_system import Quotient, Trajectory, TransitionSystem
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem

@@ -13,12 +13,12 @@ from PIL import Image
 from sphinx.application import Sphinx
 
 from experiments import scenarios
-from experiments.cli.output import number
 from experiments.cli.overview import introduction
 from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
-from prefplan.front import PAIR
+from prefplan.plan import PAIR
+from prefplan.text import number
 
 PICTURES = Path(__file__).parents[1] / "gallery"
 

@@ -8,7 +8,7 @@ from functools import cache
 
 import jinja2
 
-from experiments.cli.output import number
+from prefplan.text import number
 
 
 def open_page(address: str) -> None:

@@ -9,13 +9,15 @@ from experiments.cli import output
 from experiments.cli.status import no_plan
 from prefplan.errors import PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, admits
-from prefplan.front import Front, NoPlanError, Plan, UnfinishedError
+from prefplan.front import Front, NoPlanError, UnfinishedError
 from prefplan.models.transition_system import DEFAULT_COST
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.objective import DEFAULT_PREFERENCE
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 from prefplan.search.bounds import FrontLimits, PlanLimits
+from prefplan.text import number
 
 
 def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:
@@ -66,7 +68,7 @@ def choose(
         raise UnfinishedError(front.ended, complete_below=front.complete_below, best=nearest)
     plan = plan_at(front, int(wanted), "--plan")
     if bound is not None and not admits(bound, plan.preference):
-        found = f"its preference penalty is {output.number(plan.preference)}"
+        found = f"its preference penalty is {number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
 

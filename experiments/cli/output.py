@@ -3,48 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict
-from decimal import Decimal
-from itertools import groupby
 from typing import Any
 
-from rich.console import Console, Group
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.exact_costs import Number
-from prefplan.front import Front, Plan, Purchase, Reason, Stats, UnfinishedError
-from prefplan.problem import Problem
+from prefplan.assumptions import assumptions
+from prefplan.front import Front, Reason, Stats, UnfinishedError
+from prefplan.plan import Plan, Purchase
 from prefplan.scenario.decode import Scenario
-
-
-def number(value: Number) -> str:
-    """Return a cost as a short decimal that reads back as the same number."""
-    if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
-    return str(value) if abs(int(value)) < 10**21 else f"{Decimal(int(value)).normalize():g}"
-
-
-def condense(actions: Sequence[str]) -> str:
-    """Return a plan on one line; n equal actions in a row are written `n x ACTION`, those of one letter `nACTION`."""
-    runs = [(action, len(list(run))) for action, run in groupby(actions)]
-    if all(len(action) == 1 for action in actions):
-        return " ".join(action if n == 1 else f"{n}{action}" for action, n in runs)
-    return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
-
-
-def listed(words: Sequence[str]) -> str:
-    """Return words as `a, b and c`."""
-    return "".join(words) if len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
-
-
-def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
-    """Return the objectives of a plan in words; `penalty` names the preference if there is only one."""
-    if len(plan.costs) > 1 or len(plan.preferences) != len(plan.costs):
-        return ", ".join(f"{name} {number(value)}" for name, value in plan.objectives.items())
-    return f"cost {number(plan.cost)}, {penalty} {number(plan.preference)}"
 
 
 def plan_json(plan: Plan) -> dict[str, Any]:
@@ -129,76 +99,25 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def relaxed(plan: Plan) -> list[str]:
-    """Return an indented line for every relaxation that a plan uses."""
-    lines = []
-    for bought in plan.relaxations:
-        when = f"after action {bought.step}" if bought.step else "at the start"
-        if bought.rule:
-            lines.append(f"  the rule {bought.task} is broken {when}, for {number(bought.cost)}")
-        elif bought.assume is None:
-            lines.append(f"  {bought.task} is skipped, for {number(bought.cost)}")
-        else:
-            lines.append(f"  {bought.task} assumes {bought.assume} {when}, for {number(bought.cost)}")
-    return lines
-
-
-def assumptions(problem: Problem) -> list[str]:
-    """Return a sentence for every assumption under which a front is exact."""
-    notes = []
-    if problem.resolution is not None:
-        notes.append(f"Costs are rounded to multiples of {number(problem.resolution)}; the front is exact for those.")
-    for objective in problem.objectives:
-        if objective.measure.claimed:
-            called = "the preference" if problem.is_bi_objective else objective.name
-            claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
-            notes.append(f"{claim}, tested on random costs only.")
-    return notes
-
-
 def show_front(console: Console, scenario: Scenario, front: Front) -> None:
     """Print a front as a table, and the plans below it."""
-    problem = scenario.problem()
-    what, columns = "cost and preference penalty", ["cost", "penalty"]
-    if not problem.is_bi_objective:
-        columns = list(problem.objective_names)
-        what = listed(columns)
-    table = Table(title=f"{escape(scenario.name)}: Pareto front of {what}", title_justify="left")
-    table.add_column("#", justify="right")
-    for name in columns:
-        table.add_column(name, justify="right", style="bold")
-    for task in scenario.tasks:
-        table.add_column(task.name, justify="right")
-    for i, plan in enumerate(front):
-        table.add_row(str(i), *map(number, (*plan.objectives.values(), *plan.task_costs.values())))
+    heads, *rows = front.table
+    table = Table(title=f"{escape(scenario.name)}: {front.title}", title_justify="left")
+    for i, head in enumerate(heads):
+        table.add_column(head, justify="right", style="bold" if 0 < i <= len(front.objectives) else None)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
-    first = "total cost" if problem.is_bi_objective else f"total {problem.cost_names[0]}"
-    console.print(
-        f"A task's column is its cost: the {first} until it was satisfied. {front.stats.seconds:.2f} s, "
-        f"{front.stats.expanded} labels expanded.",
-        style="dim",
-    )
-    if front.complete and front.within:
-        told = f"Every best trade-off has a plan here whose cost and penalty are at most {front.within} % larger."
-        console.print(told, style="dim")
-    for note in assumptions(scenario.problem()):
+    for note in front.notes:
         console.print(note, style="dim")
-    for i, plan in enumerate(front):
-        lines = [Text(f"\nPlan {i} ({len(plan.actions)} actions)"), Text(condense(plan.actions) or "(nothing to do)")]
-        console.print(Group(*lines, *map(Text, relaxed(plan))))
+    for block in front.listing:
+        console.print(Text(f"\n{block}"))
 
 
 def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
-    several = not scenario.problem().is_bi_objective
-    counted = scenario.problem().cost_names[0] if several else "cost"
-    console.print(f"{scenario.name}: {worth(plan)}", style="bold")
-    skipped = {bought.task for bought in plan.relaxations if bought.assume is None and not bought.rule}
-    for name, cost in plan.task_costs.items():
-        what = "not satisfied" if name in skipped else f"satisfied at {counted} {number(cost)}"
-        console.print(f"  {name} {what}")
-    console.print(Text(condense(plan.actions) or "(nothing to do)"))
-    for line in relaxed(plan):
-        console.print(Text(line))
+    costs, *lines = str(plan).split("\n")
+    console.print(f"{scenario.name}: {costs}", style="bold")
+    console.print(Text("\n".join(lines)))
     for note in assumptions(scenario.problem()):
         console.print(note, style="dim")

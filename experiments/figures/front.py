@@ -10,13 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from experiments.cli.output import number
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.objectives import draw_objectives, draw_parallel, figure_size
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
+from prefplan.text import number
 
 SIZE_IN = (6.4, 4.4)
 """Inches."""

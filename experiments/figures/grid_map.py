@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap
-from prefplan.front import Plan
 from prefplan.models.grid import Cell, GridBox, GridModel
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 
 GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")

@@ -12,9 +12,9 @@ from experiments.figures.figures import drawing, inline_svg, write_figure
 from experiments.figures.grid_map import GridMap
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
-from prefplan.front import Plan
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.grid import GridModel
+from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 
 SIDE_IN = 4.5

@@ -9,8 +9,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.cli.output import number
 from prefplan.front import Front
+from prefplan.text import number
 
 PANEL_IN = 3.4
 """Width and height of a panel with two objectives, inches."""

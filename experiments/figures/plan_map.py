@@ -15,8 +15,8 @@ from matplotlib.text import Text
 
 from experiments.figures.figures import POINTS_PER_INCH
 from experiments.figures.label_placement import MapLabel, Obstacles, gap, leader, place
-from prefplan.front import Plan
 from prefplan.ledger import Ledger
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")

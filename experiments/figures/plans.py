@@ -6,12 +6,12 @@ import math
 import textwrap
 from pathlib import Path
 
-from experiments.cli.output import relaxed, worth
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
 from experiments.figures.maps import map_of
 from prefplan.errors import PrefplanError
 from prefplan.front import Front
+from prefplan.plan import worth
 from prefplan.scenario.decode import Scenario
 
 PANEL_IN = 3.1
@@ -51,7 +51,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, plan, title in zip(panels, front, titles, strict=False):
             plan_map.draw(axes, plan)
-            axes.set_xlabel("\n".join(line.strip() for line in relaxed(plan)), fontsize=7.5)
+            axes.set_xlabel("\n".join(map(str, plan.relaxations)), fontsize=7.5)
             axes.set_title(title)
         draw_front(panels[len(front)], scenario, front, brief=True)
         panels[len(front)].set_title("Pareto front")

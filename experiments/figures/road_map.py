@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap, square
-from prefplan.front import Plan
 from prefplan.models.graph_network import Network
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 
 WIDTH = 40.0

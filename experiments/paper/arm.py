@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from experiments.cli.output import number
 from experiments.figures.figures import drawing, write_figure
 from experiments.paper.study import Study
 from prefplan import Front, Plan, Scenario
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.text import number
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome

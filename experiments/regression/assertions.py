@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 
 from experiments import scenarios
 from experiments.cli.choice import choose
-from experiments.cli.output import condense, number
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number, prints_as
-from prefplan.front import Front, Plan
+from prefplan.front import Front
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
+from prefplan.text import condense, number
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome

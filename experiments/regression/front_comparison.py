@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from experiments.cli.output import condense, number
 from prefplan.exact_costs import Number, exact, prints_as, to_number
-from prefplan.front import Front, Plan, point_of
+from prefplan.front import Front
+from prefplan.plan import Plan, point_of
+from prefplan.text import condense, number
 
 FrontPoint = tuple[Number, ...]
 """(cost, preference), or all costs and then all preferences, in the user's units."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, cast
 
-from experiments.cli.output import number, plan_json
+from experiments.cli.output import plan_json
 from experiments.figures.front import cost_unit
 from experiments.figures.maps import PlanMap, map_of
 from experiments.report.differences import landmarks
@@ -17,14 +17,16 @@ from experiments.report.wishes import wishes
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
-from prefplan.front import Front, Plan
+from prefplan.front import Front
 from prefplan.ledger import Ledger
 from prefplan.logic.formula import TRUE, Until
 from prefplan.models.grid import GridModel
+from prefplan.plan import Plan
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem, Rule, Task
 from prefplan.scenario.decode import Scenario
+from prefplan.text import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording

@@ -6,18 +6,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from experiments.cli.output import condense, listed, number, relaxed
 from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.preference_words import shares
 from experiments.runs.formula_words import at_words, titles
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.front import Plan
 from prefplan.ledger import Ledger
 from prefplan.models.graph import GraphModel
 from prefplan.models.grid import GridModel
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.plan import Plan
 from prefplan.preferences.kinds import Order
 from prefplan.scenario.decode import Model, Scenario
+from prefplan.text import condense, listed, number
 
 Explanation = tuple[str, list[str]]
 """A headline on why a plan costs what it costs, and further sentences."""
@@ -47,7 +47,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     if adding:
         words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
         details.append(f"Its preference penalty of {number(plan.preference)}: {'; '.join(words)}.")
-    details += [f"{line.strip()}." for line in relaxed(plan)]
+    details += [f"{bought}." for bought in plan.relaxations]
     order = cheapest.ledger.order
     if len(order) > 1:
         details.append(f"Order of the tasks: {', '.join(name[task] for task in order)}.")
@@ -68,7 +68,7 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
         f"Its preference penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
         *_actions(scenario.model, plan.ledger, other.ledger),
-        *(f"{line.strip()}." for line in relaxed(plan.plan)),
+        *(f"{bought}." for bought in plan.plan.relaxations),
     ]
     return headline, details
 

@@ -12,13 +12,13 @@ import vl_convert
 
 from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
-from experiments.cli.output import number
 from experiments.cli.overview import introduction
 from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
 from prefplan.scenario.decode import Scenario
+from prefplan.text import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording

@@ -15,8 +15,9 @@ from experiments.figures.diagrams import automaton, route
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.route import Route
 from experiments.figures.diagrams.system import SystemSizeError
-from prefplan.front import Front, Plan
+from prefplan.front import Front
 from prefplan.logic.dfa import Automaton
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from experiments.cli.output import listed, number
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.front import Plan
+from prefplan.plan import Plan
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
+from prefplan.text import listed, number
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 

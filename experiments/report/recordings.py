@@ -15,8 +15,8 @@ from experiments.cli.progress import Tell
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import prove
 from experiments.runs.outcome import Outcome, outcome_json
-from prefplan.front import Plan
 from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
 from sim.evidence.log import Log, read_log

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from experiments.cli.output import number
 from prefplan.front import Front
+from prefplan.text import number
 
 WORDS = {
     "wish": "{name} at most {value}",

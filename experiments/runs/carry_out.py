@@ -13,10 +13,11 @@ from experiments.cli.progress import Tell
 from experiments.runs.captions import captions
 from experiments.runs.outcome import Outcome, ledger_of
 from prefplan.errors import ScenarioError
-from prefplan.front import NoPlanError, Plan
+from prefplan.front import NoPlanError
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.replanning import Past, continue_as_preferred, continue_cheaply
 from prefplan.scenario.decode import Scenario

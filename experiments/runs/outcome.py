@@ -9,15 +9,16 @@ from typing import Any, cast
 
 from rich.console import Console
 
-from experiments.cli.output import condense, number, plan_json
+from experiments.cli.output import plan_json
 from experiments.runs.certificates import in_a_line
 from prefplan.exact_costs import Number
-from prefplan.front import Plan
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.models.manipulation.model import ManipulationState
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
+from prefplan.text import condense, number
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault

@@ -19,8 +19,8 @@ from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.sweep.faults import MAX_FAULTS, random_faults
 from prefplan.exact_costs import Number
-from prefplan.front import Plan
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
 from sim.execution.faults import Fault

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from experiments.runs.outcome import NEWS, ledger_of, news_of
-from prefplan.front import Plan
 from prefplan.ledger import Entry
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.fault_injection import FaultInjector

@@ -9,10 +9,9 @@ from typing import Any
 import viser
 
 from experiments.cli.browser import template
-from experiments.cli.output import worth
 from experiments.viewer.live_run import Status
 from experiments.viewer.playback import Playback
-from prefplan.front import Plan
+from prefplan.plan import Plan, worth
 from prefplan.problem import Task
 
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}

@@ -7,11 +7,11 @@ import time
 from dataclasses import replace
 from functools import cached_property
 
-from prefplan.front import Plan
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import Quotient
+from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.front import Plan, Stats
+from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits, Percent
+from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product, Start

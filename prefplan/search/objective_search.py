@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.front import Plan, Stats
+from prefplan.front import Stats
 from prefplan.heuristics.objective_bounds import objective_bounds
 from prefplan.heuristics.preprocessing import Options, Prepared, require_64_bits
 from prefplan.limits import Limits
+from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.kernels import INFINITE, UNBOUNDED
 from prefplan.product.product_automaton import Product

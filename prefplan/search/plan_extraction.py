@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from prefplan.exact_costs import exact, to_number
-from prefplan.front import Plan, Purchase
 from prefplan.ledger import Ledger
 from prefplan.models.transition_system import EdgeCosts
+from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import Integer, kernel

@@ -8,10 +8,11 @@ from typing import cast
 
 from prefplan.errors import ModelError, PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.front import NoPlanError, Plan
+from prefplan.front import NoPlanError
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import Plan
 from prefplan.problem import Problem, Task
 from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, spoiled, valued, violated
 from sim.execution.executor import Execution

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
 
-from prefplan import Front, Plan, PrefplanError, Reason
+from prefplan import Front, Plan, PrefplanError, Purchase, Reason
 
 WHOLE = Front(
     (
@@ -18,6 +19,19 @@ WHOLE = Front(
 )
 BEGINNING = Front(WHOLE.plans[:1], ended="time", complete_below=26)
 NONE = Front((), reason=Reason("task", ("a & b",)))
+
+TABLE = """\
+Pareto front of cost and preference penalty
+#  cost  penalty  wash  s<b>
+0    24       14    24   7.5
+1    27        0    17    27
+A task's column is its cost: the total cost until it was satisfied. 0.00 s, 0 labels expanded.
+
+Plan 0 (2 actions)
+grasp, release
+
+Plan 1 (1 action)
+wait"""
 
 HEAD = "<tr><th></th><th>cost</th><th>penalty</th><th>wash</th><th>s&lt;b&gt;</th></tr>"
 FIRST = "<tr><td>0</td><td>24</td><td>14</td><td>24</td><td>7.5</td></tr>"
@@ -29,6 +43,25 @@ def test_a_front_is_a_sequence_of_its_plans() -> None:
     assert WHOLE[1:] == WHOLE.plans[1:] and list(WHOLE) == [WHOLE[0], WHOLE[1]]
     with pytest.raises(IndexError):
         WHOLE[2]
+
+
+def test_a_front_is_printed_as_a_table_and_plans() -> None:
+    assert str(WHOLE) == TABLE
+    assert str(NONE) == "No plan: task a & b can never be satisfied."
+    assert str(BEGINNING).endswith("\n\nIncomplete: stopped by the time limit; the front is complete below cost 26.")
+    assert "at most 5 % larger" in str(replace(WHOLE, within=5))
+
+
+def test_a_plan_is_printed_with_the_costs_of_its_tasks_and_its_relaxations() -> None:
+    skipped = replace(WHOLE[0], relaxations=(Purchase("wash", 0, None, 2), Purchase("s<b>", 1, "p", 0.5)))
+    assert str(skipped).splitlines() == [
+        "cost 24, preference penalty 14",
+        "  wash not satisfied",
+        "  s<b> satisfied at cost 7.5",
+        "grasp, release",
+        "  wash is skipped, for 2",
+        "  s<b> assumes p after action 1, for 0.5",
+    ]
 
 
 def test_what_stopped_a_search_is_said() -> None:

@@ -16,7 +16,8 @@ from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, no_plan
 from prefplan.errors import PreferenceError, PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.front import NoPlanError, Plan
+from prefplan.front import NoPlanError
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 
 if TYPE_CHECKING:

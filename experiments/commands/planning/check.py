@@ -17,13 +17,13 @@ from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, add_options, limits_of
-from experiments.cli.output import number
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
+from prefplan.text import number
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from experiments.cli.output import number, worth
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
-from prefplan.front import Front, Plan
+from prefplan.front import Front
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import Plan, worth
+from prefplan.text import number
 
 MOST_EDGES = 90
 """Greatest number of edges of a graph that is drawn whole."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from experiments.cli.output import number
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.text import number
 
 MOST_STATES = 40
 """Greatest number of states of a transition system that is drawn: larger ones are illegible."""

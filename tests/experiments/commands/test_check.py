@@ -15,8 +15,9 @@ from experiments import scenarios
 from experiments.cli.overview import first_sentence, introduction
 from experiments.commands.planning import checkup
 from experiments.commands.planning.arm_check import tasks_out_of_reach
-from prefplan.front import Plan, UnfinishedError
+from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
 from sim.execution.feasibility import ArmCheck, PlaceCheck

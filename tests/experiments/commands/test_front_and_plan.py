@@ -12,7 +12,8 @@ from scenario_texts import DETOUR
 
 from experiments import scenarios
 from experiments.cli.choice import choose
-from prefplan.front import Front, Plan, UnfinishedError
+from prefplan.front import Front, UnfinishedError
+from prefplan.plan import Plan
 from prefplan.planner import Planner
 
 

@@ -17,13 +17,13 @@ from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from experiments.cli.output import number
 from experiments.report.data import page_data
 from experiments.report.page import _trade_off, write_page
 from experiments.report.wishes import FOUND, WORDS, wishes
 from prefplan import Front, pareto_front
 from prefplan.exact_costs import Number
 from prefplan.scenario.decode import loads
+from prefplan.text import number
 
 LARGE = 2**53
 """The next whole number is no double."""

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from prefplan.claims import Claims
-from prefplan.front import Purchase
+from prefplan.plan import Purchase
 from sim.errors import LogError
 from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
 from sim.robots.panda import PANDA

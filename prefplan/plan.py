@@ -1,0 +1,98 @@
+"""A plan, as a result for the user: in the user's names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+
+from prefplan.exact_costs import Number
+from prefplan.text import condense, number
+
+PAIR = ("cost", "preference")
+"""Default names of one cost and one preference."""
+
+
+@dataclass(frozen=True)
+class Purchase:
+    """A relaxation that a plan uses.
+
+    Attributes:
+        task: name of the task that is relaxed or skipped, or of the rule that is broken.
+        step: number of actions before the label that is relaxed, or that breaks the rule; 0 for a skipped task.
+        assume: proposition that was assumed to hold; None if the task was skipped or the rule broken.
+        cost: its price.
+        rule: whether a rule is broken.
+    """
+
+    task: str
+    step: int
+    assume: str | None
+    cost: Number
+    rule: bool = field(default=False, repr=False)
+
+    def __str__(self) -> str:
+        """Return what is relaxed, when and for what price."""
+        when = f"after action {self.step}" if self.step else "at the start"
+        if self.rule:
+            return f"the rule {self.task} is broken {when}, for {number(self.cost)}"
+        if self.assume is None:
+            return f"{self.task} is skipped, for {number(self.cost)}"
+        return f"{self.task} assumes {self.assume} {when}, for {number(self.cost)}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan that satisfies all tasks, as far as they are not relaxed.
+
+    Attributes:
+        cost: total cost (equation 1).
+        preference: mu (Definition 5).
+        task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
+        violation_costs: v_i by task name: what was paid to relax it; also by name of each rule that may be broken.
+        actions: (K,) the actions, in order.
+        states: (K + 1,) the trajectory.
+        relaxations: the relaxations used, in order of steps.
+        costs: every total cost by name; the first is `cost`.
+        preferences: every mu by name; the first is `preference`.
+    """
+
+    cost: Number
+    preference: Number
+    task_costs: dict[str, Number]
+    violation_costs: dict[str, Number]
+    actions: tuple[str, ...]
+    states: tuple[Hashable, ...]
+    relaxations: tuple[Purchase, ...] = ()
+    costs: dict[str, Number] = field(default_factory=dict)
+    preferences: dict[str, Number] = field(default_factory=dict)
+
+    @property
+    def objectives(self) -> dict[str, Number]:
+        """The plan's costs and preferences, by name."""
+        return self.costs | self.preferences or dict(zip(PAIR, (self.cost, self.preference), strict=True))
+
+    @property
+    def steps(self) -> str:
+        """The actions on one line, and an indented line for every relaxation that the plan uses."""
+        return "\n".join([condense(self.actions) or "(nothing to do)", *(f"  {bought}" for bought in self.relaxations)])
+
+    def __str__(self) -> str:
+        """Return the plan as `prefplan plan` prints it: its costs, when each task is satisfied, and its actions."""
+        skipped = {bought.task for bought in self.relaxations if bought.assume is None and not bought.rule}
+        counted = next(iter(self.objectives))
+        lines = [worth(self)]
+        for name, cost in self.task_costs.items():
+            what = "not satisfied" if name in skipped else f"satisfied at {counted} {number(cost)}"
+            lines.append(f"  {name} {what}")
+        return "\n".join([*lines, self.steps])
+
+
+def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
+    """Return the objectives of a plan in words; `penalty` is what a preference without a name is called."""
+    called = {PAIR[1]: penalty}
+    return ", ".join(f"{called.get(name, name)} {number(value)}" for name, value in plan.objectives.items())
+
+
+def point_of(plan: Plan) -> tuple[Number, ...]:
+    """Return the values of a plan's objectives."""
+    return tuple(plan.objectives.values())
