@@ -124,7 +124,7 @@ def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     return {
         **_heading(sweep, number, faults),
-        **_observed(model, outcome),
+        **observed(model, outcome),
         "certified": certificate.confirmed,
         "agrees": certificate.agrees,
         "resimulated": sweep.resimulate,
@@ -154,8 +154,10 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> RolloutRec
     }
 
 
-def _observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
+def observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
+    """Return the entries of a record about a run; `longest_action` is the action that took most simulated time."""
     rollout = outcome.rollout
+    longest = max(rollout.steps, key=lambda step: step.end - step.start, default=None)
     return {
         "completed": outcome.completed,
         "class": None if outcome.reason is None else failure_class(outcome.reason, model),
@@ -168,6 +170,8 @@ def _observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
         "violated": list(outcome.pursuit.violated),
         "happened": [str(fault) for fault, when in outcome.faults if when is not None],
         "sim_seconds": round(rollout.sim_seconds, 3),
+        "longest_action": longest and longest.action,
+        "longest_action_seconds": round(longest.end - longest.start, 3) if longest else 0.0,
         "placement_error_mm": round(rollout.placement_error * 1000, 3),
         "speed_share": round(float(rollout.load_shares["speeds"].max()), 4),
         "torque_share": round(float(rollout.load_shares["torques"].max()), 4),

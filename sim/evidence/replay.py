@@ -274,7 +274,8 @@ def _built(
         moving = _robot(model, robot)
         others = joints - len(moving.joints + moving.gripper.joints) - len(model.objects)
         spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
-        scene = build_scene(model, robot=moving, spares=spares, meshes=None if meshes else False)
+        # The scene is built even if no robot could work in it: what it did there, the frames show.
+        scene = build_scene(model, robot=moving, spares=spares, meshes=None if meshes else False, judged=False)
     except RobotError as error:
         raise LogError(f"the log cannot be checked: {error}") from None
     except PrefplanError as error:

@@ -44,8 +44,10 @@ NEIGHBOUR_DISTANCE_M = 0.12
 """At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
-def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
+def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> TableLayout:
     """Return the stations and slots of a model, placed such that a robot can work at them.
+
+    If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything.
 
     Raises:
         SimulationError: locations out of reach, of an unknown kind, without a definite position, or obstructing others,
@@ -82,6 +84,8 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
     for place in model.locations:
         with collecting(faults):
             _stack(place, model, slots, shapes, sizes)
+    if faults and not judged:
+        raise SimulationError(*faults)
     fixed = list(stations.values())
     touching = collisions(fixed)
     faults += touching.values()
@@ -94,7 +98,7 @@ def arrange(model: ManipulationModel, robot: Robot) -> TableLayout:
         if model.location(name).marks and station.kind != "stove" and not station.height:
             with collecting(faults):
                 stations[name] = replace(station, lamp=at_slots.lamp_foot(station))
-    if faults:
+    if faults and judged:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
     return TableLayout(tuple(stations.values()), slots, shapes)

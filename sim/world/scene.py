@@ -118,7 +118,12 @@ class Scene:
 
 
 def build_scene(
-    model: ManipulationModel, *, robot: Robot | str | None = None, spares: int = 0, meshes: bool | None = None
+    model: ManipulationModel,
+    *,
+    robot: Robot | str | None = None,
+    spares: int = 0,
+    meshes: bool | None = None,
+    judged: bool = True,
 ) -> Scene:
     """Build the scene of a manipulation model.
 
@@ -127,6 +132,7 @@ def build_scene(
         robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
         spares: number of grey cubes in store below the table, for faults that add objects.
         meshes: build the robot from meshes; None to do so if they are installed.
+        judged: whether a layout in which the robot cannot work is an error.
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
@@ -138,7 +144,7 @@ def build_scene(
     own = read_scene(model)
     if own is not None:
         model = resolved(model, own)
-    layout = arrange(model, robot)
+    layout = arrange(model, robot, judged=judged)
     shapes = layout.shapes
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"

@@ -1,0 +1,1 @@
+"""Random scenes: what `prefplan check` says to each, and what becomes of its cheapest plan."""

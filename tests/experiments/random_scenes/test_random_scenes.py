@@ -1,0 +1,213 @@
+"""Random scenes: reproducible by seed, of all kinds, and reported with the check's answers beside their outcomes."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jobs_for_processes import CRASHES, HANGS, report_and_end
+from scenario_texts import cup_scenario, task_tables
+
+from experiments.random_scenes import __main__ as command
+from experiments.random_scenes import trial
+from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
+from experiments.random_scenes.page import markdown
+from experiments.random_scenes.processes import in_processes
+from experiments.random_scenes.trial import COMPLETED, FAILED, NOT_BUILT, REFUTED, TIMED_OUT, penetration, try_scene
+from experiments.runs.carry_out import carry_out
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.planner import Planner
+from prefplan.scenario.decode import loads
+from sim.errors import SimulationError
+from sim.world.scene import build_scene
+
+SCENES = 80
+
+
+def test_scenes_are_the_same_by_seed_and_of_all_kinds() -> None:
+    texts = [scene_text(3, number) for number in range(SCENES)]
+    assert texts == [scene_text(3, number) for number in range(SCENES)] and len(set(texts)) == SCENES
+    models = [loads(text, name="drawn").model for text in texts]
+    assert all(isinstance(model, ManipulationModel) for model in models)
+    objects = [obj for model in models for obj in model.objects]
+    assert {len(model.objects) for model in models} == set(range(4, 15))
+    assert {obj.kind for obj in objects} == {"cube", "box", "cylinder"}
+    masses = np.array([obj.mass for obj in objects], dtype=float)
+    assert masses.min() >= MASSES_KG[0] and masses.max() <= MASSES_KG[1]
+    assert masses.min() < 0.01 and masses.max() > 2 and np.median(masses) < 0.3
+    shelves = sum('kind = "shelf"' in text for text in texts)
+    assert SCENES / 5 < shelves < SCENES / 2
+    assert {text.count("\nwall") for text in texts} == {0, 1, 2, 3}
+    assert max(fixture.size[2] for model in models for fixture in model.fixtures if fixture.kind == "box") > 0.45
+    assert any(obj.start.startswith("top") for obj in objects)
+
+
+def test_locations_are_drawn_as_close_together_as_the_pitch_allows() -> None:
+    apart = []
+    for number in range(SCENES):
+        model = loads(scene_text(3, number), name="drawn").model
+        at = np.array([place.at[:2] for place in model.locations if place.at and place.name not in ("low", "high")])
+        distances = np.abs(at[:, None] - at).max(axis=2)
+        apart.append(float(distances[np.triu_indices(len(at), 1)].min()))
+    assert min(apart) > PITCHES_M[0] - 0.001  # written in millimetres
+    assert min(apart) < PITCHES_M[0] + 0.005
+
+
+TWO_BEAMS = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = {{ transit = 3, grasp = 1, transport = 5, release = 1 }}
+[model.locations]
+near = {{ at = [0.45, 0.1] }}
+beside = {{ at = [{x}, 0.1] }}
+away = {{ at = [0.45, -0.25] }}
+[model.objects]
+oak = {{ start = "near", kind = "box", size = [0.03, 0.06, 0.05] }}
+elm = {{ start = "beside", kind = "box", size = [0.03, 0.06, 0.05] }}
+[[tasks]]
+name = "oak"
+formula = "F oak_away"
+[preference]
+kind = "order"
+"""
+
+
+def tried(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    monkeypatch.setattr(trial, "scene_text", lambda seed, number: text)
+    known: dict[str, Any] = {}
+    return known | try_scene(1, folder, 3, known.update) | known
+
+
+def test_an_allowed_scene_is_carried_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = tried(TWO_BEAMS.format(x=0.65), tmp_path, monkeypatch)
+    assert done["allowed"] and done["outcome"] == COMPLETED and done["completed"], done
+    assert 1 < done["longest_action_seconds"] < done["sim_seconds"]
+    assert done["longest_action"].split()[0] in ("transit", "grasp", "transport", "release")
+    assert 0 <= done["penetration_mm"] < 2
+    assert (tmp_path / "scene_3.toml").read_text() == TWO_BEAMS.format(x=0.65)
+
+
+def test_a_refused_scene_is_carried_out_without_the_test_that_refused_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = TWO_BEAMS.format(x=0.65).replace("[model.objects]", "unused = { at = [1.6, 0.0] }\n[model.objects]")
+    done = tried(text, tmp_path, monkeypatch)
+    assert not done["allowed"] and "beyond its reach" in done["refusals"][0]
+    assert done["outcome"] == COMPLETED and done["refuted"] == [], done
+
+
+def test_a_refused_scene_with_objects_inside_one_another_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = tried(TWO_BEAMS.format(x=0.46), tmp_path, monkeypatch)
+    assert not done["allowed"] and done["outcome"] == FAILED and "inside one another" in done["reason"], done
+
+
+def test_a_scene_whose_objects_have_no_place_cannot_be_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = tried(TWO_BEAMS.format(x=0.65).replace("[0.03, 0.06, 0.05]", "[0.2, 0.2, 0.05]"), tmp_path, monkeypatch)
+    assert not done["allowed"] and done["outcome"] == NOT_BUILT
+
+
+def test_a_scene_without_a_plan_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done = tried(cup_scenario(task_tables(never="F (cup_tray & false)")), tmp_path, monkeypatch)
+    assert not done["allowed"] and done["refusals"][0].endswith("cannot be satisfied")
+    assert done["outcome"] == FAILED
+
+
+def test_a_layout_that_is_not_judged_has_all_slots() -> None:
+    model = loads(TWO_BEAMS.format(x=0.46), name="beams").model
+    assert isinstance(model, ManipulationModel)
+    with pytest.raises(SimulationError, match="so close that they would touch"):
+        build_scene(model)
+    assert set(build_scene(model, judged=False).slots) == {"near", "beside", "away"}
+
+
+def test_penetration_is_the_greatest_depth_of_an_object() -> None:
+    scenario = loads(TWO_BEAMS.format(x=0.65), name="beams")
+    assert isinstance(scenario.model, ManipulationModel)
+    scene = build_scene(scenario.model)
+    outcome = carry_out(scenario, scene, Planner(scenario.problem()).cheapest())
+    sunk = outcome.rollout.qpos.copy()
+    sunk[len(sunk) // 2, scene.mujoco.joint("elm").qposadr[0] + 2] -= 0.005
+    deeper = replace(outcome, rollout=replace(outcome.rollout, qpos=sunk))
+    assert penetration(scene, deeper) == pytest.approx(penetration(scene, outcome) + 0.005, abs=0.002)
+
+
+def record(number: int, outcome: str, *, allowed: bool | None = True, **changes: Any) -> dict[str, Any]:
+    ran = {"sim_seconds": 30.0, "longest_action": "grasp o1", "longest_action_seconds": 4.0, "penetration_mm": 0.5}
+    heading = {"scene": number, "allowed": allowed, "refusals": [] if allowed else ["too near"], "outcome": outcome}
+    measures = ran | {"refuted": [], "wrongly_completed": False} if outcome in (COMPLETED, FAILED, REFUTED) else {}
+    return heading | measures | changes
+
+
+def test_the_page_has_the_answers_beside_the_outcomes() -> None:
+    page = markdown(
+        [
+            *(record(number, COMPLETED) for number in range(5)),
+            record(5, FAILED, reason="it slipped", longest_action="transport can out2", longest_action_seconds=61.0),
+            record(6, REFUTED, refuted=["contacts: hand touches wall"], wrongly_completed=True),
+            record(7, COMPLETED, allowed=False),
+            *(record(number, FAILED, allowed=False, reason="no way", penetration_mm=3.0) for number in (8, 9, 10)),
+            record(11, NOT_BUILT, allowed=False),
+            record(12, TIMED_OUT, allowed=None, refusals=[]),
+        ],
+        scenes=20,
+        seed=3,
+        about="MuJoCo 3",
+    )
+    for line in (
+        "--scenes 20 --seed 3`, MuJoCo 3: 13 of 20 scenes finished.",
+        "| yes | 7 | 5 | 1 | 1 | 0 | 0 | 0 | 0 |",
+        "| no: carried out without the test that refused | 5 | 1 | 3 | 0 | 0 | 1 | 0 | 0 |",
+        "| no answer in time | 1 | 0 | 0 | 0 | 0 | 0 | 1 | 0 |",
+        "the run hits something or is refuted (asked: 0) | 1 |",
+        "| of these, wrongly called completed | 1 |",
+        "| allowed, and failed honestly | 1 of 7 (14.3%) |",
+        "(asked: under 5 %) | 1 of 4 (25.0%) [4.6%, 69.9%] |",
+        "| runs with an action over 10 s (asked: 0) | 1 |",
+        "| longest action | 61.0 s: `transport can out2` of scene 5 |",
+        "| greatest penetration of an object | 3.0 mm, in scene 8 |",
+        "| too near | 5 | 1 |",
+        "- scene 5: failed honestly; it slipped",
+        "- scene 6: refuted; contacts: hand touches wall",
+        "- scene 7: completed; too near",
+    ):
+        assert line in page, page
+    assert "- scene 8" not in page
+
+
+def test_a_job_that_hangs_or_crashes_does_not_hold_up_the_others() -> None:
+    ends = in_processes(
+        report_and_end, range(4), jobs=2, max_seconds=20, timed_out={"end": "late"}, crashed={"end": "crash"}
+    )
+    assert dict(ends) == {
+        0: {"told": 0, "done": 0},
+        HANGS: {"told": 1, "end": "late"},
+        CRASHES: {"told": 2, "end": "crash"},
+        3: {"told": 3, "done": 3},
+    }
+
+
+def test_finished_scenes_are_kept_after_an_interruption(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[int] = []
+
+    def ends(job: partial[Any], numbers: list[int], **limits: Any) -> Any:
+        for number in numbers:
+            asked.append(number)
+            if asked == [0, 1]:
+                raise KeyboardInterrupt
+            yield number, record(number, COMPLETED)
+
+    monkeypatch.setattr(command, "in_processes", ends)
+    arguments = ["--scenes", "3", "--out", str(tmp_path), "--quiet"]
+    assert command.main(arguments) == 130
+    assert re.search("1 of 3 scenes finished", capsys.readouterr().out)
+    assert command.main(arguments) == 0
+    assert asked == [0, 1, 1, 2]
+    assert re.search("3 of 3 scenes finished", capsys.readouterr().out)
