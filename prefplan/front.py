@@ -185,7 +185,7 @@ class Front(Sequence[Plan]):
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the points, preference penalty over cost, as steps around the dominated region; return the axes.
+        """Draw the points, penalty over cost, as steps around the dominated region; return the axes.
 
         With several costs or preferences, the front of the first two is drawn.
 
@@ -203,7 +203,7 @@ class Front(Sequence[Plan]):
         if self.complete_below is not None:
             ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
             ax.legend()
-        x, y = ("total cost", "preference penalty") if names == PAIR else names
+        x, y = ("total cost", "penalty") if names == PAIR else names
         ax.set(xlabel=x, ylabel=f"{y} (lower is better)")
         return ax
 
@@ -215,7 +215,7 @@ class Front(Sequence[Plan]):
     def title(self) -> str:
         """What the front is of."""
         names = self.objectives or PAIR
-        return f"Pareto front of {listed(['preference penalty' if name == PAIR[1] else name for name in names])}"
+        return f"Pareto front of {listed(['penalty' if name == PAIR[1] else name for name in names])}"
 
     @property
     def table(self) -> list[list[str]]:

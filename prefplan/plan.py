@@ -87,7 +87,7 @@ class Plan:
         return "\n".join([*lines, self.steps])
 
 
-def worth(plan: Plan, *, penalty: str = "preference penalty") -> str:
+def worth(plan: Plan, *, penalty: str = "penalty") -> str:
     """Return the objectives of a plan in words; `penalty` is what a preference without a name is called."""
     called = {PAIR[1]: penalty}
     return ", ".join(f"{called.get(name, name)} {number(value)}" for name, value in plan.objectives.items())

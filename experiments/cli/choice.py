@@ -68,7 +68,7 @@ def choose(
         raise UnfinishedError(front.ended, complete_below=front.complete_below, best=nearest)
     plan = plan_at(front, int(wanted), "--plan")
     if bound is not None and not admits(bound, plan.preference):
-        found = f"its preference penalty is {number(plan.preference)}"
+        found = f"its penalty is {number(plan.preference)}"
         raise PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
 

@@ -47,7 +47,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "C",
         "help": "greatest total cost of a plan; required if the preference's contract is general",
     },
-    "--max-preference": {"type": number, "metavar": "M", "help": "greatest preference penalty of a plan"},
+    "--max-preference": {"type": number, "metavar": "M", "help": "greatest penalty of a plan"},
     "--at-most": {
         "action": Bound,
         "type": named_number,

@@ -47,7 +47,7 @@ EPILOG = """\
 examples:
   prefplan demo                                the paper's manipulation case study, with videos and a page
   prefplan front example                       the Pareto front and its plans
-  prefplan plan example --max-preference 3     the cheapest plan within a bound on the preference penalty
+  prefplan plan example --max-preference 3     the cheapest plan within a bound on the penalty
   prefplan run case_study_3 --plan preference  carry the preferred plan out, with a video
 
 exit status:

@@ -89,7 +89,7 @@ def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = Fa
         axes.set_ylabel("μ", rotation=0)
         texts = [str(i) for i in range(len(front))]
     else:
-        axes.set_ylabel("preference penalty μ (lower is better)")
+        axes.set_ylabel("penalty μ (lower is better)")
     _label(axes, texts, costs, mu)
 
 

@@ -33,7 +33,7 @@ class NamedPlan:
 
 
 def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
-    """Explain what the cheapest plan costs, and which tasks add to its preference penalty."""
+    """Explain what the cheapest plan costs, and which tasks add to its penalty."""
     plan, name = cheapest.plan, titles(scenario)
     if not scenario.problem().is_bi_objective:
         first, *others = plan.objectives.items()
@@ -46,7 +46,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     adding = [share for share in shares(scenario.preference, plan) if share.adds > 0]
     if adding:
         words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
-        details.append(f"Its preference penalty of {number(plan.preference)}: {'; '.join(words)}.")
+        details.append(f"Its penalty of {number(plan.preference)}: {'; '.join(words)}.")
     details += [f"{bought}." for bought in plan.relaxations]
     order = cheapest.ledger.order
     if len(order) > 1:
@@ -65,7 +65,7 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
     reason = f"{means} so that {listed(gains)}" if means else listed(gains)
     headline = f"{extra} more than {other.name}: {reason}" + (f", although {listed(losses)}." if losses else ".")
     details = [
-        f"Its preference penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
+        f"Its penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
         *_actions(scenario.model, plan.ledger, other.ledger),
         *(f"{bought}." for bought in plan.plan.relaxations),

@@ -16,7 +16,7 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 @dataclass(frozen=True)
 class Share:
-    """The share of one task in the preference penalty of a plan.
+    """The share of one task in the penalty of a plan.
 
     Attributes:
         task: its name.
@@ -37,7 +37,7 @@ def ordinal(place: int) -> str:
 
 
 def in_words(preference: Preference, tasks: Sequence[str]) -> str:
-    """Return what a preference penalty means, as a sentence or two."""
+    """Return what a penalty means, as a sentence or two."""
     paid = getattr(preference, "over", "cost") == "violation"
     amount = "violation cost" if paid else "cost"
     match preference:
@@ -49,29 +49,29 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
             others = [name for name in tasks if name not in _flat(order or tasks)]
             also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
-                f"Preferred order of the tasks: {', '.join(steps)}{also}. The preference penalty adds up, over the "
-                "places in this order, the delay of the task there: its cost minus that of the task actually done at "
-                "that place. 0 means that the order is kept."
+                f"Preferred order of the tasks: {', '.join(steps)}{also}. The penalty adds up how late each task is. "
+                "The k-th in this order should be done when k tasks are: if it is done at cost 34, and k tasks were "
+                "done at 17, it is late by 34 - 17 = 17. 0 means that the order is kept."
             )
         case WeightedSum(weights):
             why = "What is paid to relax tasks counts" if paid else "Early tasks are preferred"
-            return f"{why}: the preference penalty is the sum of the tasks' {amount}s, {_weighted(weights)}."
+            return f"{why}: the penalty is the sum of the tasks' {amount}s, {_weighted(weights)}."
         case Max(weights):
             named = f", each weighted: {_weighted(weights)}" if weights else ""
-            return f"The worst task counts: the preference penalty is the largest {amount} of a task{named}."
+            return f"The worst task counts: the penalty is the largest {amount} of a task{named}."
         case Deadline(deadlines):
             limits = "; ".join(f"{name}, {_limit(due.by, due.weight, paid)}" for name, due in deadlines.items())
-            return f"The preference penalty adds up by how much the tasks' {amount}s exceed their limits: {limits}."
+            return f"The penalty adds up by how much the tasks' {amount}s exceed their limits: {limits}."
         case Expression(expression):
-            return f"The preference penalty is {expression}, where a task's name stands for its {amount}."
+            return f"The penalty is {expression}, where a task's name stands for its {amount}."
         case Sum(parts):
             words = [f"({i}){_times(weight)} {in_words(part, tasks)}" for i, (part, weight) in enumerate(parts, 1)]
-            return f"The preference penalty is the sum of {len(parts)} parts. {' '.join(words)}"
-    return "The preference penalty is a function of the tasks' costs."
+            return f"The penalty is the sum of {len(parts)} parts. {' '.join(words)}"
+    return "The penalty is a function of the tasks' costs."
 
 
 def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
-    """Return the shares of the tasks in a plan's preference penalty.
+    """Return the shares of the tasks in a plan's penalty.
 
     They add up to that value; nothing is returned if it is not a sum over tasks.
     """

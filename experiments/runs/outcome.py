@@ -32,7 +32,7 @@ NEWS = {
     "drawn free": "{object} dragged free: the fingers had no room beside it",
     "retry": "{reason}: tried again",
     "unaffected": "{reason}: what is left of the plan is not affected",
-    "replan": "{reason}: planned again, cost {cost}, preference penalty {preference}: {plan}",
+    "replan": "{reason}: planned again, cost {cost}, penalty {preference}: {plan}",
     "ended": "given up: {reason}",
 }
 """The events to show, and their words."""
@@ -170,7 +170,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         else:
             lost = ", and no longer possible" if name in outcome.pursuit.violated else ""
             console.print(f"  {name} not satisfied{lost}")
-    console.print(f"  preference penalty of the plan {number(plan.preference)}")
+    console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
         unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
         console.print(

@@ -66,7 +66,7 @@ class Caption:
         cost: spent so far.
         total: cost of the whole plan.
         tasks: every task, in the order to show.
-        preference: preference penalty mu so far; None to leave it out.
+        preference: penalty mu so far; None to leave it out.
         preference_total: mu of the whole plan.
     """
 
@@ -128,7 +128,7 @@ def _draw_progress(draw: ImageDraw.ImageDraw, caption: Caption, width: int, unit
         (left, 69 * unit), f"cost so far {caption.cost:g} of {caption.total:g}", fill=MUTED, font=small, anchor="ls"
     )
     if caption.preference is not None:
-        spent = f"preference penalty so far {caption.preference:g} of {caption.preference_total:g}"
+        spent = f"penalty so far {caption.preference:g} of {caption.preference_total:g}"
         draw.text((left, 94 * unit), spent, fill=MUTED, font=small, anchor="ls")
 
 

@@ -21,7 +21,7 @@ BEGINNING = Front(WHOLE.plans[:1], ended="time", complete_below=26)
 NONE = Front((), reason=Reason("task", ("a & b",)))
 
 TABLE = """\
-Pareto front of cost and preference penalty
+Pareto front of cost and penalty
 #  cost  penalty  wash  s<b>
 0    24       14    24   7.5
 1    27        0    17    27
@@ -55,7 +55,7 @@ def test_a_front_is_printed_as_a_table_and_plans() -> None:
 def test_a_plan_is_printed_with_the_costs_of_its_tasks_and_its_relaxations() -> None:
     skipped = replace(WHOLE[0], relaxations=(Purchase("wash", 0, None, 2), Purchase("s<b>", 1, "p", 0.5)))
     assert str(skipped).splitlines() == [
-        "cost 24, preference penalty 14",
+        "cost 24, penalty 14",
         "  wash not satisfied",
         "  s<b> satisfied at cost 7.5",
         "grasp, release",
@@ -93,7 +93,7 @@ def test_a_figure_has_the_points_in_steps() -> None:
     (line,) = axes.lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([24, 27], [14, 0])
     assert (line.get_drawstyle(), line.get_marker()) == ("steps-post", "o")
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("total cost", "preference penalty (lower is better)")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("total cost", "penalty (lower is better)")
     assert axes.get_legend() is None
 
 

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck
 
 SEARCHES = {
-    "additive": "plans are compared by cost and preference penalty alone; no --max-cost is needed",
-    "convex": "plans are compared by cost and preference penalty alone; no --max-cost is needed",
+    "additive": "plans are compared by cost and penalty alone; no --max-cost is needed",
+    "convex": "plans are compared by cost and penalty alone; no --max-cost is needed",
     "componentwise": "plans are compared task by task, which takes longer; no --max-cost is needed",
     "general": "only equal plans can be compared: `front` and the preferred plan need --max-cost",
 }

@@ -40,7 +40,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def front(options: argparse.Namespace) -> int:
-    """Print the Pareto front of total cost and preference penalty, or of several costs and preferences."""
+    """Print the Pareto front of total cost and penalty, or of several costs and preferences."""
     plot = None
     if options.plot is not None:
         with loading():

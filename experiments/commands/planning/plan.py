@@ -46,7 +46,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Print one plan: the cheapest, the preferred, or the cheapest within a bound on the preference penalty."""
+    """Print one plan: the cheapest, the preferred, or the cheapest within a bound on the penalty."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options):
         scenario = scenarios.find(options.scenario)

@@ -37,7 +37,7 @@ function axisOf(values, title, style, size, length) {
 
 // What a plan is worth, in words.
 function worthOf(plan) {
-  if (!plan.worth) return `Cost ${show(plan.cost)}, preference penalty ${show(plan.preference)}`;
+  if (!plan.worth) return `Cost ${show(plan.cost)}, penalty ${show(plan.preference)}`;
   return plan.worth.map(([name, value]) => `${name} ${show(value)}`).join(", ");
 }
 
@@ -48,7 +48,7 @@ function borderOf(values) {
   return rising.filter((value) => value.preference < least && ((least = value.preference), true));
 }
 
-// `objectives`: the names of the two that are shown, or null for cost and preference penalty.
+// `objectives`: the names of the two that are shown, or null for cost and penalty.
 function frontSpec(plans, unit, objectives, width, height) {
   const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
   const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
@@ -63,7 +63,7 @@ function frontSpec(plans, unit, objectives, width, height) {
   const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
   const costs = values.map((value) => value.cost), preferences = values.map((value) => value.preference);
   const titles = objectives ? [`${objectives[0]} →`, `← ${objectives[1]} (lower is better)`]
-    : [`Total cost${unit ? ` (${unit})` : ""} →`, "← Preference penalty (lower is better)"];
+    : [`Total cost${unit ? ` (${unit})` : ""} →`, "← Penalty (lower is better)"];
   const longest = Math.max(...costs.map((cost) => show(cost).length));
   const x = { field: "cost", ...axisOf(costs, titles[0], style, 8 + LETTER * longest, width) };
   const y = { field: "preference", ...axisOf(preferences, titles[1], style, LETTER * 2, height) };
@@ -73,7 +73,7 @@ function frontSpec(plans, unit, objectives, width, height) {
   ];
   return {
     width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, ${objectives ? objectives.join(" against ") : "cost against preference penalty"}.`,
+    description: `The Pareto front: ${plans.length} plans, ${objectives ? objectives.join(" against ") : "cost against penalty"}.`,
     params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }, { name: "beyond", value: [] }],
     config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
     layer: [

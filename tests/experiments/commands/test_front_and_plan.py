@@ -66,7 +66,7 @@ def test_no_color_turns_colours_off_on_a_terminal(run: Run, detour: Path, monkey
 def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
     result = run("plan", "detour.toml", "--objective", "preference")
     assert (result.status, result.err) == (0, "")
-    assert "cost 5, preference penalty 0" in result.out
+    assert "cost 5, penalty 0" in result.out
     assert "bank, shop" in result.out
 
 
@@ -158,7 +158,7 @@ def test_one_plan_by_choice_and_bound(run: Run, detour: Path, options: list[str]
         (["--plan", "2"], "--plan 2: the front has plans 0 to 1"),
         (
             ["--plan", "0", "--max-preference", "2.4"],
-            "--plan 0: its preference penalty is 2.5, more than --max-preference 2.4",
+            "--plan 0: its penalty is 2.5, more than --max-preference 2.4",
         ),
     ],
 )

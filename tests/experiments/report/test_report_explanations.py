@@ -151,7 +151,7 @@ def test_every_plan_that_costs_more_gains_something(name: str) -> None:
 
 def test_the_details_of_case_study_3_are_those_of_its_plans() -> None:
     assert explained("case_study_3", 1, 0)[1] == [
-        "Its preference penalty is 0 instead of 17.",
+        "Its penalty is 0 instead of 17.",
         "Done earlier: phi1 (blue) at 27 instead of 34.",
         "Done later: phi2 (pink) at 41 instead of 17.",
         "Order of the tasks: phi1 (blue), phi2 (pink); in the other plan: phi2 (pink), phi1 (blue).",
@@ -166,7 +166,7 @@ def test_the_details_of_case_study_3_are_those_of_its_plans() -> None:
         (
             "case_study_1",
             "No plan costs less.",
-            "Its preference penalty of 29: phi2, preferred second, adds 26; phi4, preferred fourth, adds 3.",
+            "Its penalty of 29: phi2, preferred second, adds 26; phi4, preferred fourth, adds 3.",
         ),
         ("case_study_2_skip20", "No plan costs less.", "phi5 is skipped, for 20."),
     ],
@@ -228,7 +228,7 @@ def test_tasks_are_named_after_the_object_each_alone_is_about() -> None:
             "the sum of 2 parts. (1) (weight 2)",
         ),
         (Max({"a": 3}), {}, "The worst task counts"),
-        (Expression("a * b"), {}, "The preference penalty is a * b"),
+        (Expression("a * b"), {}, "The penalty is a * b"),
     ],
 )
 def test_a_preference_is_told_in_words_and_shares(preference: pp.Preference, adds: dict[str, int], words: str) -> None:

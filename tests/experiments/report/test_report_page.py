@@ -116,9 +116,9 @@ def here(page: Page, panel: str, task: str) -> str:
 def test_every_point_of_a_grid_shows_its_plan(make: Make, chrome: webdriver.Chrome) -> None:
     page = Page(chrome, make("errands", ERRANDS))
     wanted = [
-        ("Cost 7, preference penalty 5", "No plan costs less.", "7 moves"),
+        ("Cost 7, penalty 5", "No plan costs less.", "7 moves"),
         (
-            "Cost 8, preference penalty 0",
+            "Cost 8, penalty 0",
             "1 more than the cheapest: it goes first to bank instead of post, so that",
             "8 moves",
         ),

@@ -122,7 +122,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     click("Play")
     until(lambda: text(".state") == "completed")
     assert "fault knock:cup@1" in text("") and " again" in text("")
-    until(lambda: press("svg [data-row='0: cost 10, preference penalty 0'] circle"))
+    until(lambda: press("svg [data-row='0: cost 10, penalty 0'] circle"))
     # The parts are read one after the other, and the count of a new run begins again.
     until(lambda: text(".state") == "completed" and "fault" not in text("") and text(".count").startswith("4 of 4"))
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
