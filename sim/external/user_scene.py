@@ -43,6 +43,15 @@ class UserScene:
         """Prefix of its names in the whole scene."""
         return f"{self.path.stem}/"
 
+    def holds(self, body: str) -> bool:
+        """Return whether a body of the whole scene comes from this one, in which bodies may have no name."""
+        return body in ("", "world") or body.startswith(self.prefix)
+
+    def words(self, body: str) -> str:
+        """Return how such a body is told to the user."""
+        name = body.removeprefix(self.prefix)
+        return f"{'what stands' if name in ('', 'world') else repr(name)} in {self.path}"
+
     def names(self, kind: str) -> list[str]:
         """Return the names of all its elements of a kind, such as `site`."""
         number = getattr(self.mujoco, f"n{kind}")

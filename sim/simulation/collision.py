@@ -58,7 +58,8 @@ class CollisionChecker:
         self._keep(ADJACENT_M)
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
-        self._adjacent = self._pairs(self._data.contact.geom)
+        own = robot.bodies(model)
+        self._adjacent = {pair for pair in self._pairs(self._data.contact.geom) if own[list(pair)].all()}
         robot.let_links_collide(model, apart_from=self._adjacent)
 
     @property

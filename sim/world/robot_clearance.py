@@ -121,7 +121,7 @@ class RobotAtSlots:
             add_station(spec, station)
         for fixture in model.fixtures:
             add_fixture(spec, fixture)
-        self._fixtures = {body_name(fixture.name): fixture.name for fixture in model.fixtures}
+        self._fixtures = {body_name(fixture.name) for fixture in model.fixtures}
         self._locations = {f"{station.name}_base": (station.name, repr(station.name)) for station in stations}
         for slot in (slot for row in slots.values() for slot in row):
             name = f"{slot.location} {slot.index}"
@@ -173,16 +173,7 @@ class RobotAtSlots:
                     continue
                 told = f"locations.{location}: the robot's {link} would touch {words}; move them apart"
                 found.setdefault((location, words), told)
-        return [*self._out_of_reach, *found.values(), *self._faults_at_home()]
-
-    def _faults_at_home(self) -> list[str]:
-        """Return the faults of fixtures that the robot touches in its home configuration."""
-        found = {
-            self._fixtures[other]: f"fixtures.{self._fixtures[other]}: the robot's {link} at home would touch it"
-            for link, other in self._touches(None, self._robot.home)
-            if other in self._fixtures
-        }
-        return [f"{told}; move it away" for told in found.values()]
+        return [*self._out_of_reach, *found.values()]
 
     def _enclosed(self, slot: Slot) -> bool:
         """Return whether a fixture stands beside or over a slot, so that the hand may have to come from the side."""
@@ -225,14 +216,14 @@ class RobotAtSlots:
         self._data.mocap_quat[0] = yaw_quat(head.yaw)
         return not any(other == LAMP_BODY for where, q in self._configurations for _, other in self._touches(where, q))
 
-    def _touches(self, location: str | None, q: np.ndarray, *, tight: bool = False) -> list[tuple[str, str]]:
+    def _touches(self, location: str, q: np.ndarray, *, tight: bool = False) -> list[tuple[str, str]]:
         """Return pairs of a link of the robot, its hand open as for a location, and a body that it is too near to.
 
         With `tight`, the hand opens no wider than for the largest object where space is tight.
         """
         model, data = self._model, self._data
-        width = self._sizes[location].opening if location else self._robot.gripper.opening_m
-        if location and tight:
+        width = self._sizes[location].opening
+        if tight:
             width = min(width, 2 * float(self._sizes[location].half.max()) + 2 * PAD_CLEARANCE_M)
         self._robot.put(data, q, width=width)
         mujoco.mj_kinematics(model, data)

@@ -22,6 +22,7 @@ from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
 from sim.world.fixtures import add_fixture, blocks_of, body_name
 from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for
+from sim.world.home import faults_at_home
 from sim.world.layout import arrange
 from sim.world.materials import add_studio
 from sim.world.objects import add_objects, add_spares, start_slots, stored_at
@@ -169,8 +170,10 @@ def build_scene(
     declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
     scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names, warnings=warnings)
-    if own is not None:
-        _check_start(scene, own)
+    start = initial_state(scene)
+    faults = [*faults_at_home(scene.mujoco, start, robot, _keys(model), own), *(_faults_at_start(scene, start, own))]
+    if faults:
+        raise SimulationError(*faults)
     return scene
 
 
@@ -192,25 +195,28 @@ def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
         ) from None
 
 
-def _check_start(scene: Scene, own: UserScene) -> None:
-    """Raise `SimulationError` if the robot or an object stands inside the user's own scene, or nothing holds it up."""
-    data = initial_state(scene)
-    moving = {obj.name: f"objects.{obj.name}: where it starts, it" for obj in scene.model.objects}
-    robot = scene.robot.bodies(scene.mujoco)
-    faults = []
+def _keys(model: ManipulationModel) -> dict[str, str]:
+    """Return the key in the scenario of each body that has one."""
+    keys = {body_name(fixture.name): f"fixtures.{fixture.name}" for fixture in model.fixtures}
+    for place, part in itertools.product(model.locations, ("base", "lamp", "lamp_head")):
+        keys[f"{place.name}_{part}"] = f"locations.{place.name}"
+    return keys | {obj.name: f"objects.{obj.name}" for obj in model.objects}
+
+
+def _faults_at_start(scene: Scene, data: mujoco.MjData, own: UserScene | None) -> list[str]:
+    """Return the faults of objects that stand inside the user's own scene, or that nothing holds up."""
+    if own is None:
+        return []
+    names, faults = [obj.name for obj in scene.model.objects], []
     for pair, depth in zip(data.contact.geom, data.contact.dist, strict=True):
-        for body, other in itertools.permutations(scene.mujoco.geom_bodyid[pair].tolist()):
-            name = scene.mujoco.body(other).name or scene.mujoco.geom(int(pair[0])).name
-            if depth > -MAX_OVERLAP_M or not (name.startswith(own.prefix) or other == 0):
-                continue
-            who = "robot: at home, it" if robot[body] else moving.get(scene.mujoco.body(body).name)
-            if who is not None:
-                what = repr(name.removeprefix(own.prefix)) if name != "world" else "what stands"
-                faults.append(f"{who} would be inside {what} in {own.path}")
-    for obj in () if faults else _unsettled(scene, data):
-        faults.append(f"objects.{obj}: where it starts, {own.path} does not hold it: it falls, sinks in or tips over")
-    if faults:
-        raise SimulationError(*dict.fromkeys(faults))
+        bodies = [str(scene.mujoco.body(body).name) for body in scene.mujoco.geom_bodyid[pair]]
+        for obj, other in itertools.permutations(bodies):
+            if depth <= -MAX_OVERLAP_M and obj in names and own.holds(other):
+                faults.append(f"objects.{obj}: where it starts, it would be inside {own.words(other)}")
+    return list(dict.fromkeys(faults)) or [
+        f"objects.{obj}: where it starts, {own.path} does not hold it: it falls, sinks in or tips over"
+        for obj in _unsettled(scene, data)
+    ]
 
 
 def initial_state(
@@ -246,12 +252,17 @@ def initial_state(
         for i, name in enumerate(scene.spares):
             data.joint(name).qpos[:3] = stored_at(scene.shapes[name], i)
         mujoco.mj_forward(scene.mujoco, data)
-        overlap = data.ncon > 0 and data.contact.dist.min() <= -MAX_OVERLAP_M
-        if rng is None or not overlap and not _unsettled(scene, data):
+        if rng is None or not _overlaps(scene, data) and not _unsettled(scene, data):
             return data
     raise SimulationError(
         f"objects moved by up to {position * 1000:g} mm stand inside one another or fall; move them by less"
     )
+
+
+def _overlaps(scene: Scene, data: mujoco.MjData) -> bool:
+    """Return whether objects overlap with one another or with a wall, or touch the robot."""
+    robot = scene.robot.bodies(scene.mujoco)[scene.mujoco.geom_bodyid[data.contact.geom]].any(axis=-1)
+    return bool((data.contact.dist <= np.where(robot, 0.0, -MAX_OVERLAP_M)).any())
 
 
 def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:

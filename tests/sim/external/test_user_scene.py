@@ -311,7 +311,7 @@ def test_what_has_no_effect_is_said(mug: Scene) -> None:
             'body = "bench"',
             "objects.cup.body: 'bench' of {0}/lab.xml has no free joint; those with one: cup, cone",
         ),
-        ("at = [0, 0, 0.7]", "at = [0, 0, 0.1]", "robot: at home, it would be inside 'bench' in {0}/lab.xml"),
+        ("at = [0, 0, 0.7]", "at = [0, 0, 0.1]", "mm inside 'bench' in {0}/lab.xml"),
         ('cup = { start = "desk"', 'hand = { start = "desk"', "objects.hand: another part of the simulated scene has"),
         (
             'body = "cup" }',

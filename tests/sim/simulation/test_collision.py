@@ -60,7 +60,7 @@ def test_no_thin_board_is_tunnelled(bare: Scene, thickness: float) -> None:
     ("gap", "longest"), [(0.02, 0.02), (0.008, 0.012)], ids=["twice what is looked ahead", "twice the clearance"]
 )
 def test_steps_are_as_short_as_said(bare: Scene, gap: float, longest: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    plate = {"plate": ((0.3, 0.0, 0.09 - gap / 2), (0.7, 0.9, 0.09 - gap / 2))}
+    plate = {"plate": ((0.56, 0.0, 0.09 - gap / 2), (0.44, 0.9, 0.09 - gap / 2))}
     check, seen = checker(with_boxes(bare, plate)), []
     named = CollisionChecker._named
     monkeypatch.setattr(

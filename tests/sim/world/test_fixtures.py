@@ -112,7 +112,7 @@ def test_the_camera_looks_into_a_shelf(shelf: Scene) -> None:
         (
             (Fixture("post", "box", (0.31, 0, 0.4), (0.05, 0.05, 0.8)),),
             (0.6, 0.3),
-            "fixtures.post: the robot's hand at home would touch it; move it away",
+            "fixtures.post: the robot's link6 at home would be ",
         ),
         (
             (replace(SHELF, size=(0.26, 0.024, 0.5)),),
