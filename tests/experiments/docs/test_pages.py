@@ -84,8 +84,8 @@ IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "pyt
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
 READ_ONLY = (
-    r"prefplan run (tidy.toml --plan|.* --(camera|inset)) |MUJOCO_GL|"
-    r"prefplan (sweep tidy|report|draw|export|view|doctor)\b"
+    r"prefplan run (case_study_3|.* --(camera|inset)) |MUJOCO_GL|"
+    r"prefplan (report|draw|export|view|doctor)\b"
 )
 """Commands that have separate tests or are run on a later page, and produce nothing that a page needs: only their
 arguments are parsed."""
@@ -294,6 +294,6 @@ def free_port() -> int:
 
 
 def test_the_pictures_of_the_readme_are_there_and_light() -> None:
-    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((.*?)\)", PAGES[0].read_text(encoding="utf-8"))]
+    pictures = [ROOT / name for name in re.findall(r"!\[.*?\]\((docs/.*?)\)", PAGES[0].read_text(encoding="utf-8"))]
     assert pictures
     assert sum(picture.stat().st_size for picture in pictures) < 1_200_000
