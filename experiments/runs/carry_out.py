@@ -11,7 +11,7 @@ from typing import TypedDict, Unpack
 
 from experiments.cli.progress import Tell
 from experiments.runs.captions import captions
-from experiments.runs.outcome import Outcome, ledger_of
+from experiments.runs.outcome import Outcome
 from prefplan.errors import ScenarioError
 from prefplan.front import NoPlanError
 from prefplan.models.manipulation.action_costs import MeasuredCosts
@@ -25,6 +25,7 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults import Fault
+from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.video import render_video

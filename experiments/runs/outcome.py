@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rich.console import Console
 
@@ -14,15 +14,13 @@ from experiments.runs.certificates import in_a_line
 from prefplan.exact_costs import Number
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
-from prefplan.models.manipulation.model import ManipulationState
 from prefplan.plan import Plan
-from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 from prefplan.text import condense, number
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault
-from sim.simulation.rollout import Event, Rollout, Step
+from sim.simulation.rollout import Event, Rollout
 
 NEWS = {
     "fault": "fault {fault}",
@@ -94,21 +92,6 @@ class Outcome:
     def task_costs(self) -> dict[str, Number]:
         """Each task's cost, by name."""
         return self.ledger.final.task_costs
-
-
-def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
-    """Return the ledger of the actions that were carried out, from the observation after each of them.
-
-    The plan's first state is the first observed one; the plan's relaxations are applied to the observations.
-    """
-    start = cast(ManipulationState, plan.states[0])
-    return Ledger.of(
-        problem,
-        [step.action for step in steps],
-        [step.cost for step in steps],
-        [start.label, *(step.observed.label for step in steps)],
-        plan.relaxations,
-    )
 
 
 def outcome_json(outcome: Outcome) -> dict[str, Any]:

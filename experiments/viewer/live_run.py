@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from experiments.runs.outcome import NEWS, ledger_of, news_of
+from experiments.runs.outcome import NEWS, news_of
 from prefplan.ledger import Entry
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
+from sim.execution.run_ledger import ledger_of
 from sim.simulation.rollout import FRAME_RATE_HZ
 
 STOP_TIMEOUT_S = 2.0

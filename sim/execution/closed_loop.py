@@ -17,6 +17,7 @@ from prefplan.problem import Problem, Task
 from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, spoiled, valued, violated
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
+from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import ObservationTimeoutError
 
 MAX_REPLANS = 10
@@ -263,7 +264,7 @@ class ClosedLoop:
         spoils = [task.name for task in self._left_out(possible) if task.name in lost]
         kept = achievable(goal, past, system, spared=self._left_out(goal)) if spoils else found
         if kept is None or len(kept[1].actions) <= len(past.actions):
-            raise _GivenUp(f"{why}; {_what_could_be(possible, plan, spoils)}")
+            raise _GivenUp("; ".join([why, *self._what_could_be(possible, plan, spoils)]))
         self._goal, self._go_on = kept[0], continue_cheaply
         self.plan = self._worth(kept[1], past, system)
         left_out = [name for name in goal.names if name not in possible.names]
@@ -272,15 +273,20 @@ class ClosedLoop:
             words.append(f"{' and '.join(harmful)} left out so that {' and '.join(spoils)} can still be satisfied")
         self._shortfalls.append("; ".join([why, *words]))
 
+    def _what_could_be(self, problem: Problem, plan: Plan, spoils: Sequence[str]) -> list[str]:
+        """Return in words which tasks a plan would satisfy or skip, and which others it would make impossible.
 
-def _what_could_be(problem: Problem, plan: Plan, spoils: Sequence[str]) -> str:
-    """Return in words which tasks a plan would satisfy or skip, and which others it would make impossible."""
-    skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
-    ends = {"satisfied": set(problem.names) - skipped, "skipped": skipped}
-    words = [
-        f"{' and '.join(name for name in problem.names if name in names)} could still be {end}"
-        for end, names in ends.items()
-        if names
-    ]
-    but = f", but then {' and '.join(spoils)} never" if spoils else ""
-    return f"{' and '.join(words)}, at a total cost of {plan.cost}{but}"
+        Tasks that are satisfied already are left out; an empty list if all are.
+        """
+        done = ledger_of(self._problem, self.plan, self.run.steps).satisfied
+        skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
+        ahead = [name for name in problem.names if done[name] is None]
+        ends = {
+            "satisfied": [name for name in ahead if name not in skipped],
+            "skipped": [name for name in ahead if name in skipped],
+        }
+        words = [f"{' and '.join(names)} could still be {end}" for end, names in ends.items() if names]
+        if not words:
+            return []
+        but = f", but then {' and '.join(spoils)} never" if spoils else ""
+        return [f"{' and '.join(words)}, at a total cost of {plan.cost}{but}"]

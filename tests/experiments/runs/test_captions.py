@@ -13,11 +13,12 @@ from scenario_texts import RELAXED_CUP
 from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.formula_words import goal_words
-from experiments.runs.outcome import Outcome, ledger_of
+from experiments.runs.outcome import Outcome
 from prefplan import Front, ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.execution.closed_loop import Pursuit
+from sim.execution.run_ledger import ledger_of
 from sim.robots.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
 

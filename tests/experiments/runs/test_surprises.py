@@ -217,6 +217,26 @@ def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(
     )
 
 
+def test_what_has_been_satisfied_is_not_said_to_be_possible_still(
+    small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The cup is to be put on the tray after the jug is on the rack, and cannot be."""
+    text = small(fixtures="rack = { at = [0.35, 0.30] }").text.replace("!cup_shelf U", "F jug_rack & F")
+    (tmp_path / "floor.toml").write_text(text.replace('"F jug_desk"', '"F jug_rack"'))
+    scenario = load(tmp_path / "floor.toml")
+    choose = transport.choose_placement_of_held
+
+    def never(cell: Workcell, obj: str, slot: Slot) -> object:
+        if obj == "cup":
+            raise BlockedError.beside_fingers({"post"})
+        return choose(cell, obj, slot)
+
+    monkeypatch.setattr(transport, "choose_placement_of_held", never)
+    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[-1])
+    assert not outcome.completed and outcome.ledger.final.satisfied == {"other"}
+    assert "could still be" not in str(outcome.reason)
+
+
 def test_what_can_only_be_skipped_is_not_called_satisfied(
     small: Callable[..., Scenario], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
