@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
+from sim.world.objects import why_no_spares
 
 SPELLINGS = {
     "slip": "slip@K",
@@ -45,12 +46,40 @@ class Fault:
         return f"{self.kind}{':' if what else ''}{what}@{self.action}"
 
 
+def targets_of(kind: str, model: ManipulationModel) -> tuple[str, ...]:
+    """Return the objects or locations that a fault of a kind may name; one empty name if it names none."""
+    if kind in ("move", "knock"):
+        return tuple(obj.name for obj in model.objects)
+    return tuple(place.name for place in model.locations) if kind == "foreign" else ("",)
+
+
+def why_impossible(fault: Fault, model: ManipulationModel) -> str | None:
+    """Return why a fault cannot happen in a model's scene, whatever is done there; None if it can."""
+    if fault.kind in ("slip", "miss") and all(obj.fixed for obj in model.objects):
+        return "no object is ever grasped"
+    if fault.kind != "foreign":
+        return None
+    place = model.location(fault.target)
+    if place.on:
+        return f"{place.name} is on top of objects; unknown objects appear on the table"
+    return why_no_spares(model)
+
+
 def read_fault(text: str, model: ManipulationModel) -> Fault:
     """Return the fault that a text describes.
 
     Raises:
-        SimulationError: it describes none, or names an object or a location that the model does not have.
+        SimulationError: it describes none, names an object or a location that the model does not have, or cannot happen
+            in its scene.
     """
+    fault = _spelled(text, model)
+    if reason := why_impossible(fault, model):
+        raise SimulationError(f"{text!r}: cannot happen: {reason}")
+    return fault
+
+
+def _spelled(text: str, model: ManipulationModel) -> Fault:
+    """Return the fault that a text describes, whether or not it can happen."""
     kind = re.split("[:@]", text)[0]
     if kind not in SPELLINGS:
         raise SimulationError(f"{text!r}: unknown fault {kind!r} {choices(kind, SPELLINGS)}")
@@ -65,9 +94,7 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
         return Fault(kind, int(number), amount=_amount(text, kind, what))
     if kind == "slip":
         return Fault(kind, int(number))
-    names = [place.name for place in model.locations]
-    if kind != "foreign":
-        names = [obj.name for obj in model.objects]
+    names = targets_of(kind, model)
     if what not in names:
         noun = "location" if kind == "foreign" else "object"
         raise SimulationError(f"{text!r}: unknown {noun} {what!r} {choices(what, names)}")

@@ -81,13 +81,18 @@ def _drawn(name: str) -> str:
     return f"{name}_body"
 
 
+def why_no_spares(model: ManipulationModel) -> str | None:
+    """Return why a scene can have no spare objects, or None: the floor of a user's scene may be where the store is."""
+    return None if model.scene is None else f"unknown objects appear on the usual table only, not in {model.scene}"
+
+
 def add_spares(
     spec: mujoco.MjSpec, model: ManipulationModel, number: int, shapes: dict[str, ObjectShape], robot: Robot
 ) -> tuple[str, ...]:
     """Add grey cubes in store, and their shapes to the others; return their names."""
     names = unused_names(model, "foreign", number)
-    if names and model.scene is not None:
-        raise SimulationError("scene: objects that appear out of nowhere need the usual table")
+    if names and (reason := why_no_spares(model)):
+        raise SimulationError(f"scene: {reason}")
     if names:
         shelf = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 0.1, 0.01], group=HIDDEN)
         shelf.pos = STORE_M - [0.0, 0.0, 0.01]

@@ -22,7 +22,7 @@ from experiments.cli.options import PLAN, VIDEO, add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
-from prefplan.errors import PrefplanError, choices
+from prefplan.errors import PrefplanError, choices, prefixed
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
@@ -80,7 +80,7 @@ def sweep(options: argparse.Namespace) -> int:
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
-        from experiments.sweep.faults import ANY
+        from experiments.sweep.faults import ANY, possible_faults
         from experiments.sweep.job import Sweep, pack
         from sim.execution.faults import SPELLINGS
         from sim.world.randomization import KEYS
@@ -99,7 +99,10 @@ def sweep(options: argparse.Namespace) -> int:
     faults = options.faults and checked("--faults", options.faults, (ANY, *SPELLINGS))
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:
-        scene_of(scenario, robot=robot)
+        scene = scene_of(scenario, robot=robot)
+        if faults:
+            with prefixed("--faults "):
+                possible_faults(scene.model, faults)
         make_folder(folder)
         bars("planning", 0, 0, "")
         planner = Planner(scenario.problem())

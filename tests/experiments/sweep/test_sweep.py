@@ -22,10 +22,12 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
 from experiments.sweep import workers
+from experiments.sweep.faults import random_faults
 from experiments.sweep.job import Sweep, pack, roll_out
 from experiments.sweep.workers import on_cluster, on_this_machine
 from prefplan import load, pareto_front
 from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import SimulationError
 from sim.execution.faults import SPELLINGS, read_fault
 from sim.world.randomization import read_perturbation
 
@@ -197,6 +199,29 @@ def test_faults_are_drawn_by_seed_and_spelled_as_run_takes_them(job: Sweep) -> N
     assert job.rollout_faults(0, model) == ()
     slips = [replace(job, faults="slip").rollout_faults(number, model) for number in range(20)]
     assert {(len(faults), faults[0].kind) for faults in slips} == {(1, "slip")}
+
+
+def test_only_faults_that_can_happen_in_a_scene_are_drawn(job: Sweep, arch_model: ManipulationModel) -> None:
+    own = replace(arch_model, scene="lab.xml")
+    kinds = {fault.kind for seed in range(100) for fault in random_faults(own, 4, seed=seed, kind="random")}
+    assert kinds == set(SPELLINGS) - {"foreign"}
+    drawn = [random_faults(arch_model, 4, seed=seed, kind="foreign")[0] for seed in range(50)]
+    assert {fault.target for fault in drawn} == {place.name for place in arch_model.locations if not place.on}
+    with pytest.raises(SimulationError, match="foreign: cannot happen: .* not in lab.xml"):
+        random_faults(own, 4, seed=0, kind="foreign")
+    fixed = replace(arch_model, objects=tuple(replace(obj, fixed=True) for obj in arch_model.objects))
+    with pytest.raises(SimulationError, match="^move: cannot happen: every object is fixed$"):
+        random_faults(fixed, 4, seed=0, kind="move")
+    idle = replace(job, faults="random", plan=replace(job.plan, actions=()))
+    assert idle.rollout_faults(0, arch_model) == ()
+
+
+def test_a_sweep_with_faults_that_cannot_happen_is_refused(run: Run, cup: Path) -> None:
+    (cup / "cup.toml").write_text(
+        CUP.replace('start = "desk"', 'start = "desk", fixed = true').replace("F cup_tray", "F cup_desk")
+    )
+    result = run("sweep", "cup.toml", "--rollouts", "1", "--faults", "miss")
+    assert_is_error(result, "prefplan: --faults miss: cannot happen: no object is ever grasped")
 
 
 def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:

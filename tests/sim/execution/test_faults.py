@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -56,6 +57,25 @@ def test_a_wrong_spelling_is_told_with_what_would_be_right(scene: Scene, text: s
     with pytest.raises(SimulationError) as caught:
         read_fault(text, scene.model)
     assert str(caught.value).startswith(f"'{text}': {message}")
+
+
+def test_a_fault_that_cannot_happen_in_a_scene_is_refused_with_the_reason(scene: Scene) -> None:
+    model = scene.model
+    fixed = replace(model, objects=tuple(replace(obj, fixed=True) for obj in model.objects))
+    own = replace(model, scene="lab.xml")
+    for text, there, reason in (
+        ("foreign:top@2", model, "top is on top of objects; unknown objects appear on the table"),
+        (
+            "foreign:san@2",
+            own,
+            "unknown objects appear on the usual table only, not in lab.xml",
+        ),
+        ("slip@2", fixed, "no object is ever grasped"),
+        ("miss:1@2", fixed, "no object is ever grasped"),
+    ):
+        with pytest.raises(SimulationError) as caught:
+            read_fault(text, there)
+        assert str(caught.value) == f"'{text}': cannot happen: {reason}"
 
 
 def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) -> Execution:
