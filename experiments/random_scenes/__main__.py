@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -51,7 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         asked = range(options.scenes)
         missing = [number for number in asked if number not in records.done]
         done = in_processes(
-            partial(try_scene, options.seed, options.out),
+            try_scene,
+            (options.seed, options.out),
             missing,
             jobs=options.jobs or cpu_count(),
             max_seconds=options.max_seconds,

@@ -76,7 +76,7 @@ def _figures(records: Records) -> list[str]:
     # Only a run that came to an end shows whether the refusal was right.
     tried = [r for r in records if r["allowed"] is False and r["outcome"] in (COMPLETED, FAILED, REFUTED)]
     false_no = sum(map(_is_false_no, tried))
-    low, high = wilson(false_no, len(tried)) or (0.0, 1.0)
+    interval = wilson(false_no, len(tried))
     ran = [record for record in records if "sim_seconds" in record]
     rows = {
         "false yes: allowed, and the run hits something or is refuted (asked: 0)": str(
@@ -85,7 +85,7 @@ def _figures(records: Records) -> list[str]:
         "of these, wrongly called completed": str(sum(record.get("wrongly_completed", False) for record in allowed)),
         "allowed, and failed honestly": share(sum(r["outcome"] == FAILED for r in allowed), len(allowed)),
         "false no: refused, and completed without that test (asked: under 5 %)": (
-            f"{share(false_no, len(tried))} [{low:.1%}, {high:.1%}]"
+            share(false_no, len(tried)) + (f" [{interval[0]:.1%}, {interval[1]:.1%}]" if interval else "")
         ),
         f"runs with an action over {MAX_ACTION_S:g} s (asked: 0)": str(
             sum(record["longest_action_seconds"] > MAX_ACTION_S for record in ran)
@@ -99,6 +99,10 @@ def _figures(records: Records) -> list[str]:
             f"{longest['scene']}",
             "greatest penetration of an object": f"{deepest['penetration_mm']:.1f} mm, in scene {deepest['scene']}",
             "simulated time of a run": f"median {median(record['sim_seconds'] for record in ran):.0f} s",
+            "processor time of a check, and of a plan and its run": " and ".join(
+                f"median {median(record[key] for record in ran):.0f} s"
+                for key in ("check_cpu_seconds", "run_cpu_seconds")
+            ),
         }
     return ["| | |", "| --- | --- |", *(f"| {name} | {value} |" for name, value in rows.items())]
 

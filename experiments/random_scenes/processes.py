@@ -14,8 +14,8 @@ from typing import Any
 Record = dict[str, Any]
 """Result of a job, JSON-ready."""
 
-Job = Callable[[int, Callable[[Record], None]], Record]
-"""Does the job of a number, reports entries of its record that are known early, and returns the others."""
+Job = Callable[..., Record]
+"""Gets what all jobs share, its number and a function that reports early entries of its record; returns the others."""
 
 
 @dataclass
@@ -29,14 +29,22 @@ class _Running:
 
 
 def in_processes(
-    job: Job, numbers: Iterable[int], *, jobs: int, max_seconds: float, timed_out: Record, crashed: Record
+    job: Job,
+    shared: tuple[Any, ...],
+    numbers: Iterable[int],
+    *,
+    jobs: int,
+    max_seconds: float,
+    timed_out: Record,
+    crashed: Record,
 ) -> Iterator[tuple[int, Record]]:
     """Yield the number and the record of every job, in the order in which they end.
 
     When the caller stops, or after Ctrl-C, the running processes are ended.
 
     Args:
-        job: can be pickled.
+        job: a function of a module, which is loaded only once.
+        shared: first arguments of every job.
         numbers: of the jobs.
         jobs: greatest number of processes at a time.
         max_seconds: time limit of one job, s.
@@ -49,7 +57,7 @@ def in_processes(
         while True:
             while len(running) < jobs and (number := next(waiting, None)) is not None:
                 receiver, sender = context.Pipe(duplex=False)
-                process = context.Process(target=_do, args=(job, number, sender), daemon=True)
+                process = context.Process(target=_do, args=(job, shared, number, sender), daemon=True)
                 process.start()
                 sender.close()
                 running[receiver] = _Running(number, process, time.monotonic() + max_seconds, {})
@@ -86,6 +94,6 @@ def _end(process: BaseProcess) -> None:
     process.join()
 
 
-def _do(job: Job, number: int, sender: Connection) -> None:
+def _do(job: Job, shared: tuple[Any, ...], number: int, sender: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process after Ctrl-C
-    sender.send((True, job(number, lambda entries: sender.send((False, entries)))))
+    sender.send((True, job(*shared, number, lambda entries: sender.send((False, entries)))))

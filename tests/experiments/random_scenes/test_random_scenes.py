@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -140,6 +139,7 @@ def test_penetration_is_the_greatest_depth_of_an_object() -> None:
 def record(number: int, outcome: str, *, allowed: bool | None = True, **changes: Any) -> dict[str, Any]:
     ran = {"sim_seconds": 30.0, "longest_action": "grasp o1", "longest_action_seconds": 4.0, "penetration_mm": 0.5}
     heading = {"scene": number, "allowed": allowed, "refusals": [] if allowed else ["too near"], "outcome": outcome}
+    ran |= {"check_cpu_seconds": 8.0, "run_cpu_seconds": 20.0}
     measures = ran | {"refuted": [], "wrongly_completed": False} if outcome in (COMPLETED, FAILED, REFUTED) else {}
     return heading | measures | changes
 
@@ -170,6 +170,7 @@ def test_the_page_has_the_answers_beside_the_outcomes() -> None:
         "(asked: under 5 %) | 1 of 4 (25.0%) [4.6%, 69.9%] |",
         "| runs with an action over 10 s (asked: 0) | 1 |",
         "| longest action | 61.0 s: `transport can out2` of scene 5 |",
+        "| median 8 s and median 20 s |",
         "| greatest penetration of an object | 3.0 mm, in scene 8 |",
         "| too near | 5 | 1 |",
         "- scene 5: failed honestly; it slipped",
@@ -182,7 +183,7 @@ def test_the_page_has_the_answers_beside_the_outcomes() -> None:
 
 def test_a_job_that_hangs_or_crashes_does_not_hold_up_the_others() -> None:
     ends = in_processes(
-        report_and_end, range(4), jobs=2, max_seconds=20, timed_out={"end": "late"}, crashed={"end": "crash"}
+        report_and_end, (), range(4), jobs=2, max_seconds=20, timed_out={"end": "late"}, crashed={"end": "crash"}
     )
     assert dict(ends) == {
         0: {"told": 0, "done": 0},
@@ -197,7 +198,7 @@ def test_finished_scenes_are_kept_after_an_interruption(
 ) -> None:
     asked: list[int] = []
 
-    def ends(job: partial[Any], numbers: list[int], **limits: Any) -> Any:
+    def ends(job: Any, shared: tuple[Any, ...], numbers: list[int], **limits: Any) -> Any:
         for number in numbers:
             asked.append(number)
             if asked == [0, 1]:
