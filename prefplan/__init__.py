@@ -1,11 +1,37 @@
-"""Optimal cost-preference trade-off planning with multiple temporal tasks.
+"""Plan several temporal tasks at every best trade-off of total cost and preference.
+
+    import prefplan as pp
+
+    places = {"kitchen": [(8, 0, 8, 0)], "ann": [(8, 5, 8, 5)], "post": [(0, 5, 0, 5)], "bob": [(4, 5, 4, 5)]}
+    office = pp.GridModel(size=(9, 6), start=(0, 0), regions=places)
+    tasks = {"coffee": "F (kitchen & F ann)", "letters": "F (post & F bob)"}
+    problem = pp.Problem(office, tasks, pp.Order(["coffee", "letters"]))
+    front = pp.pareto_front(problem)
+    print(front)
+    print(pp.cheapest_plan(problem, max_preference=0))
+    print(pp.pareto_front("case_study_3"))
+
+The names that matter:
+
+    pareto_front        every best trade-off, as a Front of Plans
+    cheapest_plan       one plan, of least cost within a bound on the preference
+    preferred_plan      one plan, of least preference penalty
+    load                a Scenario: one that ships, by its name, or a TOML file, by its path
+    Problem             a model or a networkx graph, with tasks and a preference
+    GridModel           a model; also GraphModel and ManipulationModel
+    Task                a co-safe formula that may be relaxed; also Rule, a formula that is never broken
+    Order               a preference; also WeightedSum, Max, Deadline, Sum, and Expression or Function of one's own
+    Front               the plans of a problem: print it, index it, `plot`, `to_pandas`
+    Plan                its cost, preference, task_costs and actions; a notebook draws it
+    automaton           the automaton of a formula
+    PrefplanError       the base of all errors: what is wrong, where, and what would be right
 
 After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning with Multiple Temporal Tasks",
 IROS 2023.
-
-The package's public names are those that `prefplan.api` imports. They are loaded at their first use: pytest loads this
-package wherever it is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
 """
+
+# The public names are those that `prefplan.api` imports. They are loaded at their first use: pytest loads this package
+# wherever it is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
 
 from typing import TYPE_CHECKING
 

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from bisect import bisect_left
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import accumulate
+from typing import cast
 
-from prefplan.exact_costs import Number
+from prefplan.drawing.cell_map import CellMap, map_picture
+from prefplan.drawing.timeline import timeline
+from prefplan.drawing.trail import Cell
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.text import condense, number
 
 PAIR = ("cost", "preference")
@@ -54,6 +61,8 @@ class Plan:
         relaxations: the relaxations used, in order of steps.
         costs: every total cost by name; the first is `cost`.
         preferences: every mu by name; the first is `preference`.
+        action_costs: (K,) first cost of each action.
+        map: of the grid on which it moves; None for other models.
     """
 
     cost: Number
@@ -65,6 +74,8 @@ class Plan:
     relaxations: tuple[Purchase, ...] = ()
     costs: dict[str, Number] = field(default_factory=dict)
     preferences: dict[str, Number] = field(default_factory=dict)
+    action_costs: tuple[Number, ...] = field(default=(), compare=False)
+    map: CellMap | None = field(default=None, repr=False, compare=False)
 
     @property
     def objectives(self) -> dict[str, Number]:
@@ -76,13 +87,27 @@ class Plan:
         """The actions on one line, and an indented line for every relaxation that the plan uses."""
         return "\n".join([condense(self.actions) or "(nothing to do)", *(f"  {bought}" for bought in self.relaxations)])
 
+    def _repr_svg_(self) -> str:
+        """Return the plan as SVG for notebooks: on the map of its grid, or else as a timeline along its cost."""
+        costs = self.action_costs or (to_number(exact(self.cost) / max(1, len(self.actions))),) * len(self.actions)
+        satisfied = {name: None if name in self._skipped else cost for name, cost in self.task_costs.items()}
+        if self.map is None:
+            return timeline(self.actions, costs, satisfied, title=worth(self), cost=next(iter(self.objectives)))
+        spent = [*accumulate(map(exact, costs), initial=Fraction(0))]
+        done = {name: bisect_left(spent, exact(cost)) for name, cost in satisfied.items() if cost is not None}
+        return map_picture(self.map, cast(Sequence[Cell], self.states), done, title=worth(self))
+
+    @property
+    def _skipped(self) -> set[str]:
+        """The tasks that are skipped."""
+        return {bought.task for bought in self.relaxations if bought.assume is None and not bought.rule}
+
     def __str__(self) -> str:
         """Return the plan as `prefplan plan` prints it: its costs, when each task is satisfied, and its actions."""
-        skipped = {bought.task for bought in self.relaxations if bought.assume is None and not bought.rule}
         counted = next(iter(self.objectives))
         lines = [worth(self)]
         for name, cost in self.task_costs.items():
-            what = "not satisfied" if name in skipped else f"satisfied at {counted} {number(cost)}"
+            what = "not satisfied" if name in self._skipped else f"satisfied at {counted} {number(cost)}"
             lines.append(f"  {name} {what}")
         return "\n".join([*lines, self.steps])
 

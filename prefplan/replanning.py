@@ -197,7 +197,8 @@ def _reaching(past: Past, plan: Plan, system: TransitionSystem) -> Plan:
     """Return a plan that reaches the present at least, as the cost of actions after the last task is spent already."""
     if len(plan.actions) >= len(past.actions):
         return plan
-    return replace(plan, cost=past.cost, actions=past.actions, states=(*past.states, system.states[system.start]))
+    states = (*past.states, system.states[system.start])
+    return replace(plan, cost=past.cost, actions=past.actions, states=states, action_costs=past.costs)
 
 
 class _Continuation(GeneratedSystem):

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory
@@ -20,9 +21,6 @@ MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 
 BYTES_A_CELL = 300
 """Approximate memory for building a grid, per cell."""
-
-Cell = tuple[int, int]
-"""x y."""
 
 GridBox = tuple[int, int, int, int]
 """x0 y0 x1 y1, corners inclusive."""
@@ -81,14 +79,18 @@ class GridModel:
         check_names(self.regions, where="regions")
         check_names(self.propositions, where="propositions")
         check_names(self.terrain, where="terrain")
-        rough = {name: terrain.boxes for name, terrain in self.terrain.items()}
-        for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles), ("terrain", rough)):
+        for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles), ("terrain", self._rough)):
             for name, boxes_of in boxes.items():
                 for box in boxes_of:
                     _check_box(f"{kind}.{name}", box, self.size)
         for name, boxes_of in self.obstacles.items():
             if any(x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1 for x0, y0, x1, y1 in boxes_of):
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
+
+    @property
+    def _rough(self) -> dict[str, Sequence[GridBox]]:
+        """The boxes of each terrain."""
+        return {name: terrain.boxes for name, terrain in self.terrain.items()}
 
     @property
     def cost_names(self) -> tuple[str, ...]:
@@ -136,6 +138,7 @@ class GridModel:
             action_names=tuple(MOVES),
             label_sets=label_sets,
             propositions=self.known_propositions,
+            map=CellMap(self.size, self.regions, self.obstacles, self._rough),
         )
 
     @property

@@ -10,6 +10,7 @@ from typing import Any
 import networkx as nx
 import numpy as np
 
+from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
 from prefplan.names import check_names
@@ -73,6 +74,7 @@ class TransitionSystem:
         resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
         cost_name: name of the first cost.
         more_costs: further costs.
+        map: of a grid, for pictures.
     """
 
     states: Sequence[Hashable]
@@ -89,6 +91,7 @@ class TransitionSystem:
     resolution: Fraction | None = None
     cost_name: str = DEFAULT_COST
     more_costs: tuple[EdgeCosts, ...] = ()
+    map: CellMap | None = None
 
     @property
     def edge_costs(self) -> tuple[EdgeCosts, ...]:

@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from functools import cached_property
 
+from prefplan.exact_costs import to_number
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
@@ -69,6 +70,7 @@ class Reduction:
             whole = replace(plan, actions=actions, states=states)
         if whole.states is not plan.states or isinstance(searched, GeneratedProduct):
             ledger = Ledger.of_plan(self.problem, whole)
+            whole = replace(whole, action_costs=tuple(map(to_number, ledger.costs)))
             worth = (*ledger.exact_objectives(), *ledger.final.task_costs.values())
             found_worth = (*whole.objectives.values(), *whole.task_costs.values())
             assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"

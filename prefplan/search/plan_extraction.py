@@ -194,6 +194,8 @@ def _plan(
         relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
         costs=dict(zip(problem.cost_names, worth[:count], strict=True)),
         preferences=dict(zip(names, worth[count:], strict=True)),
+        action_costs=tuple(map(to_number, first)),
+        map=problem.system.map,
     )
     return plan, ledger.exact_preference()
 

@@ -7,10 +7,11 @@ from collections import Counter
 
 import numpy as np
 
-from experiments.figures.grid_map import LANE, LANES, MOST_CELLS, GridMap, trail
+from experiments.figures.grid_map import MOST_CELLS, GridMap
 from experiments.figures.maps import map_of, svg
 from experiments.figures.plan_map import PlanMap
 from prefplan import Order, Plan, Problem, Scenario, Task, cheapest_plan
+from prefplan.drawing.trail import LANE, LANES, trail
 from prefplan.models.grid import GridModel
 
 
