@@ -14,8 +14,8 @@
 The names that matter:
 
     pareto_front        every best trade-off, as a Front of Plans
-    cheapest_plan       one plan, of least cost within a bound on the preference
-    preferred_plan      one plan, of least preference penalty
+    cheapest_plan       one plan, of least cost within a bound on the penalty
+    preferred_plan      one plan, of least penalty
     load                a Scenario: one that ships, by its name, or a TOML file, by its path
     Problem             a model or a networkx graph, with tasks and a preference
     GridModel           a model; also GraphModel and ManipulationModel

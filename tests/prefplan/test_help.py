@@ -17,8 +17,8 @@ def test_the_lines_run_and_print_two_fronts_and_a_plan() -> None:
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         exec(EXAMPLE, {})
-    assert out.getvalue().count("Pareto front of cost and preference penalty") == 2
-    assert re.search(r"^cost \d+, preference penalty 0\n  coffee satisfied", out.getvalue(), re.MULTILINE)
+    assert out.getvalue().count("Pareto front of cost and penalty") == 2
+    assert re.search(r"^cost \d+, penalty 0\n  coffee satisfied", out.getvalue(), re.MULTILINE)
 
 
 def test_a_dozen_names_are_listed_and_all_that_are_mentioned_exist() -> None:

@@ -57,7 +57,7 @@ def test_a_task_ends_below_the_action_that_satisfies_it() -> None:
     ends = {round(left + width, 1) for left, width in blocks}
     assert all(round(x, 1) in ends for x, _ in dots(picture))
     assert sorted(x for x, _ in dots(picture))[-1] == pytest.approx(sum(blocks[-1]), abs=0.02)
-    assert {"cost 34, preference penalty 17", "phi1", "34", "phi2", "17"} <= set(words(picture))
+    assert {"cost 34, penalty 17", "phi1", "34", "phi2", "17"} <= set(words(picture))
 
 
 def test_equal_actions_in_a_row_are_one_block_and_names_are_escaped() -> None:
@@ -83,7 +83,7 @@ def test_a_plan_on_a_grid_is_drawn_on_its_map() -> None:
     picture = drawn(plan)
     boxes = titled(picture)
     assert set(boxes) == {"desk", "wall"} and boxes["desk"][0] - boxes["wall"][0] == pytest.approx(boxes["wall"][1])
-    assert {"desk", "work", "cost 3, preference penalty 0"} == set(words(picture))
+    assert {"desk", "work", "cost 3, penalty 0"} == set(words(picture))
     start, goal = dots(picture)
     side = boxes["wall"][1]
     assert (goal[0] - start[0], start[1] - goal[1]) == (pytest.approx(2 * side), pytest.approx(side))
