@@ -104,7 +104,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
         edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
         console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
     if len(found.costs) == len(found.preferences) == 1:
-        console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
+        if found.contract not in checkup.USUAL:
+            console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
     else:
         _show_objectives(console, found)
     if found.scene is not None:
@@ -116,7 +117,9 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     for name in found.costs:
         table.add_column(f"least {name}", justify="right")
     table.add_column("automaton", justify="right")
-    table.add_column("may be")
+    optional = any(task.relaxations or task.skip is not None for task in found.tasks)
+    if optional:
+        table.add_column("may be")
     table.add_column("formula")
     for task in found.tasks:
         unknown = "impossible" if task.achievable is not None else "unknown"
@@ -126,7 +129,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
             options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
         if task.skip is not None:
             options.append(f"skipped for {number(task.skip)}")
-        table.add_row(task.name, *costs, f"{task.automaton_states} states", " or ".join(options), Text(task.formula))
+        cells = [task.name, *costs, f"{task.automaton_states} states", *[" or ".join(options)] * optional]
+        table.add_row(*cells, Text(task.formula))
     console.print(table)
 
 

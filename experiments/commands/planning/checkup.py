@@ -42,6 +42,9 @@ SEARCHES = {
 }
 """What a contract means for planning."""
 
+USUAL = ("additive", "convex")
+"""Contracts that ask nothing of the user, who is not told of them."""
+
 
 LIST_TIMEOUT_S = 10.0
 """Time limit for listing all states, which planning does not need."""
