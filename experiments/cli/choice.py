@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import Unpack, cast
 
 from experiments.cli import output
@@ -10,12 +11,14 @@ from experiments.cli.status import no_plan
 from prefplan.errors import PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, admits
 from prefplan.front import Front, NoPlanError, UnfinishedError
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import DEFAULT_COST
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.objective import DEFAULT_PREFERENCE
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
+from prefplan.scenario.files import FOLDER
 from prefplan.search.bounds import FrontLimits, PlanLimits
 from prefplan.text import number
 
@@ -120,3 +123,13 @@ def show_no_plan(options: argparse.Namespace, scenario: Scenario, planner: Plann
     if options.json:
         output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
     return no_plan(error.reason)
+
+
+def tell_if_unchecked(scenario: Scenario, *, quiet: bool = False) -> None:
+    """Print on stderr that the arm was not asked whether it can do what is planned, unless `quiet`.
+
+    Not for the scenarios that ship, which tests carry out.
+    """
+    own = isinstance(scenario.model, ManipulationModel) and scenario.path.resolve().parent != FOLDER.resolve()
+    if own and not quiet:
+        print(f"prefplan: not checked against the arm: `prefplan check {scenario.path}`", file=sys.stderr)

@@ -24,6 +24,7 @@ from sim.simulation.rollout import Event, Rollout
 
 NEWS = {
     "fault": "fault {fault}",
+    "not injected": "fault {fault} did not happen: {reason}",
     "refused": "fault {fault} is not possible now: {reason}",
     "turned over": "{object} turned over: no single grasp sets it upright",
     "set aside": "{object} set aside: where it lay, no single grasp set it upright",
@@ -171,7 +172,6 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 def _surprises(outcome: Outcome) -> list[str]:
     """Return a line for every fault and every event to show."""
     lines = news_of(event for event in outcome.rollout.events if event.kind != "ended")
-    lines += [f"fault {fault} did not happen: the run ended first" for fault, time in outcome.faults if time is None]
     if outcome.faults:
         lines.append(f"seed of the faults {outcome.seed or 0}")
     return lines

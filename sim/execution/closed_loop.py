@@ -112,6 +112,8 @@ class ClosedLoop:
             self._on_progress(len(self.plan.actions), len(self.plan.actions), "")
         except _GivenUp as end:
             self._shortfalls.append(str(end))
+        finally:
+            self.run.injector.end()
         if self._shortfalls:
             self.run.reason = "; ".join(self._shortfalls)
             self.run.cell.log_event("ended", reason=self.run.reason)

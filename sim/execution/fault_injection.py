@@ -96,6 +96,16 @@ class FaultInjector:
         self._action = action
         self._tick()
 
+    def end(self) -> None:
+        """Log the faults that have not happened by the end of the run, and why."""
+        for i, fault in self._faults:
+            if i in self.happened:
+                continue
+            ended = f"after action {self._action}" if self._action else "before its first action"
+            late = fault.action > self._action
+            reason = f"the run ended first, {ended}" if late else "it was never possible before the run ended"
+            self._cell.log_event("not injected", fault=str(fault), reason=reason)
+
     def inject(self, fault: Fault) -> bool:
         """Let a fault happen now if it can, whatever its action; return whether it does."""
         i = len(self._rng)

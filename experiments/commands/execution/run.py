@@ -108,7 +108,12 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
 
 
 def _status(options: argparse.Namespace, outcome: Outcome) -> int:
-    """Return the exit status, with a sentence on stderr if it is not 0 or there is no video."""
+    """Return the exit status; say on stderr which faults did not happen, why there is no video, and why it is not 0."""
+    from experiments.runs.outcome import NEWS
+
+    for event in outcome.rollout.events:
+        if event.kind == "not injected":
+            print(f"prefplan: {NEWS[event.kind].format(**event.detail)}", file=sys.stderr)
     if outcome.no_video:
         print(f"prefplan: no video: {outcome.no_video}", file=sys.stderr)
     if outcome.interrupted:

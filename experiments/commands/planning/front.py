@@ -8,7 +8,7 @@ import sys
 from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
-from experiments.cli.choice import check_bounds, objective_name
+from experiments.cli.choice import check_bounds, objective_name, tell_if_unchecked
 from experiments.cli.completion import OBJECTIVES
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, add_options, limits_of
@@ -70,6 +70,8 @@ def front(options: argparse.Namespace) -> int:
         picture.draw(scenario, result, plot)
         if not options.json:
             print(f"\nPicture: {plot}")
+    if result:
+        tell_if_unchecked(scenario, quiet=options.quiet)
     if result.reason:
         return no_plan(result.reason)
     if result.ended:

@@ -8,7 +8,7 @@ import sys
 from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
-from experiments.cli.choice import chosen_plan, show_no_plan
+from experiments.cli.choice import chosen_plan, show_no_plan, tell_if_unchecked
 from experiments.cli.completion import OBJECTIVES
 from experiments.cli.console import Console
 from experiments.cli.options import LIMITS, PLAN, add_options, limits_of
@@ -61,6 +61,7 @@ def plan(options: argparse.Namespace) -> int:
         output.print_json(output.one_plan_json(scenario, chosen, planner.stats))
     else:
         output.show_plan(Console(), scenario, chosen)
+    tell_if_unchecked(scenario, quiet=options.quiet)
     return DONE
 
 
@@ -70,6 +71,8 @@ def _unfinished(options: argparse.Namespace, scenario: Scenario, planner: Planne
         output.print_json(output.unfinished_json(scenario, error, planner.stats))
     elif error.best:
         output.show_plan(Console(), scenario, error.best)
+    if error.best:
+        tell_if_unchecked(scenario, quiet=options.quiet)
     print(f"prefplan: {error}", file=sys.stderr)
     if error.ended == "interrupt":
         return INTERRUPTED

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from command_line import Run, assert_is_error
-from scenario_texts import DETOUR
+from scenario_texts import DETOUR, PLACES, cup_scenario
 
 from experiments import scenarios
 from experiments.cli.choice import choose
@@ -291,3 +291,15 @@ def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str 
     detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
     planner = Planner(scenarios.find(str(detour)).problem())
     assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
+
+
+@pytest.mark.parametrize("command", ["front", "plan"])
+def test_that_the_arm_was_not_asked_is_said_of_scenarios_of_ones_own(run: Run, detour: Path, command: str) -> None:
+    Path("far.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [60, 0] }"}))
+    for json in ((), ("--json",)):
+        result = run(command, "far.toml", *json)
+        assert (result.status, result.err) == (0, "prefplan: not checked against the arm: `prefplan check far.toml`\n")
+    assert run(command, "far.toml", "--quiet").err == ""
+    assert run(command, "detour.toml").err == "" and run(command, "tower").err == ""
+    Path("far.toml").write_text(cup_scenario().replace("F cup_tray", "F (cup_tray & cup_desk)"))
+    assert run(command, "far.toml").err == "prefplan: task tidy can never be satisfied\n"

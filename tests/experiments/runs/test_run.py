@@ -116,9 +116,10 @@ def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.M
 def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> None:
     arguments = ("cup.toml", "--no-video", "--fault", "miss:1@2", "--fault", "slip@40", "--seed", "3")
     result = run("run", *arguments)
-    assert (result.status, result.err) == (0, "")
+    unhappened = "fault slip@40 did not happen: the run ended first, after action 5\n"
+    assert (result.status, result.err) == (0, f"prefplan: {unhappened}")
     assert "fault miss:1@2" in result.out and "without a firm grip on cup): tried again" in result.out
-    assert "fault slip@40 did not happen: the run ended first" in result.out
+    assert result.out.count(unhappened) == 1
     assert "seed of the faults 3" in result.out
     printed = json.loads((cup / "out" / "cup" / "cost.json").read_text())
     assert printed["executed"] == printed["plan"]["plan"] == [*PLAN[:2], *PLAN[1:]]
@@ -127,6 +128,8 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
         ("miss:1@2", False),
         ("slip@40", True),
     ]
+    told = {"fault": "slip@40", "reason": "the run ended first, after action 5"}
+    assert [event | told for event in printed["events"] if event["kind"] == "not injected"] == printed["events"][-1:]
     assert printed["certified"] is True
 
 
