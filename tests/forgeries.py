@@ -226,6 +226,7 @@ PLAIN = (
     Forgery("the cup in its place until the end", appears_at_its_goal, "action 2"),
     Forgery("the cup floats up", drifting("cup", 0.5, (0, 0, 0.2), 0.3), "objects"),
     Forgery("the cup slides by itself", drifting("cup", 0.2, (0.0, 0.6, 0), 0.3), "objects"),
+    Forgery("the cup sinks into the desk by 3 mm", drifting("cup", 0.2, (0, 0, -0.06), 0.05), "penetration"),
     Forgery("an arm that leaps", shifted("qpos", "joint7", 0.05, since=3.0), "objects"),
     Forgery("another object's grasp", action("grasp cup", "grasp tray"), "contacts"),
     Forgery("a transit elsewhere", action("transit desk", "transit tray"), "hand"),

@@ -27,7 +27,7 @@ from sim.evidence.fault_checks import check_faults, shown_faults
 from sim.evidence.force_checks import check_grip, check_torques
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.motion_checks import check_limits, check_recording
-from sim.evidence.object_checks import check_motions, check_rest, check_start
+from sim.evidence.object_checks import check_depth, check_motions, check_rest, check_start
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
 from sim.evidence.scenario_checks import check_hash, check_scenario
@@ -144,6 +144,7 @@ def _physics(log: Log, world: RecordedWorld) -> tuple[Check, ...]:
         check_torques(log, world, dynamics),
         check_grip(log, dynamics),
         check_motions(world, dynamics),
+        check_depth(dynamics),
         check_faults(log, world, dynamics),
         check_contacts(log, world, shown_faults(log, world, dynamics)),
     )

@@ -50,6 +50,7 @@ class Dynamics:
         pad_forces: (S, pads) contact forces on the gripper's pads, N.
         supported: by object, (S,) bool, whether anything is near enough to touch it.
         touched: by object, (S,) bool, whether the robot is.
+        depth: by object, (S,) how deep it is in furniture or in another object, m.
         energy: (S,) of all objects, kinetic and potential, J.
     """
 
@@ -71,6 +72,7 @@ class Dynamics:
         self.supported, self.touched = (
             {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
         )
+        self.depth = {obj: np.zeros(len(self.times)) for obj in self.objects}
         self.energy = np.sum([np.zeros(len(self.times)), *map(self._energy, self.objects)], axis=0)
         self._near = copy.copy(self._model)
         set_margins(self._near, np.full(self._near.ngeom, MAY_TOUCH_M / 2))
@@ -150,6 +152,10 @@ class Dynamics:
                 for geom in pair:
                     if geom in pads:
                         self.pad_forces[k, pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+            owners = self._owner[data.contact.geom.reshape(-1, 2)]
+            loose = (owners != robot.name).all(axis=1)
+            for obj, depth in self.depth.items():
+                depth[k] = -data.contact.dist[loose & (owners == obj).any(axis=1)].min(initial=0.0)
             for one, other in self._near_pairs(self.qpos[k]):
                 for obj, toucher in ((one, other), (other, one)):
                     if obj in self.supported:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
@@ -33,6 +34,9 @@ REST_SPEED_M_S = 0.01
 REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames over which that mean is taken."""
 
+MAX_DEPTH_M = 0.002
+"""Greatest depth of an object in furniture or in another object for `REST_PERIOD_FRAMES`; an impact is briefer."""
+
 ENERGY_MEMORY_STATES = 12
 """Number of states after which contacts have returned the energy that they stored."""
 
@@ -62,6 +66,18 @@ def check_rest(log: Log, world: RecordedWorld) -> Check:
         if path[-1, 2] > 0 and speed > REST_SPEED_M_S:
             return Check(name, False, f"{obj} still moves, at {speed:.3f} m/s, when the log ends")
     return Check(name, True, f"nothing moved faster than {REST_SPEED_M_S} m/s in the last {seconds:.1f} s")
+
+
+def check_depth(dynamics: Dynamics) -> Check:
+    """Check that no object sinks into furniture or into another object."""
+    name = "penetration"
+    for obj, depth in dynamics.depth.items():
+        lasting = sliding_window_view(depth, min(REST_PERIOD_FRAMES, len(depth))).min(axis=1)
+        deepest = int(lasting.argmax())
+        if lasting[deepest] > MAX_DEPTH_M:
+            deep = f"{1000 * lasting[deepest]:.1f} mm deep in what it touches"
+            return Check(name, False, f"{obj} is {deep} at {dynamics.times[deepest]:.2f} s")
+    return Check(name, True, f"no object is deeper than {1000 * MAX_DEPTH_M:g} mm in another one or in furniture")
 
 
 def check_motions(world: RecordedWorld, dynamics: Dynamics) -> Check:

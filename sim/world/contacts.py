@@ -1,8 +1,11 @@
-"""Friction of objects: in a contact with the table, with a pad or with another object, that of both partners counts.
+"""Friction and stiffness of objects in contact with the table, with a pad or with another object.
 
-MuJoCo takes the larger friction of two geoms, or that of the one with the higher priority, and ignores the other. So
-contacts of objects with pads and with one another are declared as pairs with a friction of their own. The surfaces
-that objects lie on have zero friction, so that the object's decides.
+The friction of both partners counts, but MuJoCo takes the larger one of two geoms, or that of the one with the higher
+priority. So contacts of objects with pads and with one another are declared as pairs with a friction of their own, and
+the surfaces that objects lie on have zero friction, so that the object's decides.
+
+MuJoCo's contacts are the softer, the lighter the lighter partner is, whatever presses on it. So contacts of objects are
+made as stiff as those of the heaviest object in the scene.
 """
 
 from __future__ import annotations
@@ -30,17 +33,17 @@ object of 3 kg slips so far down in the hand that it touches down too early."""
 
 def declare_contacts(
     spec: mujoco.MjSpec,
-    objects: Sequence[str],
+    masses: Mapping[str, float],
     *,
     pads: Sequence[str],
     supports: Iterable[mujoco.MjsBody],
     heavy: Collection[str],
 ) -> None:
-    """Give objects their friction on pads, on one another, and on the bodies that they may lie on.
+    """Give objects their stiffness, and their friction on pads, on one another and on what they may lie on.
 
     Args:
         spec: of the scene.
-        objects: names of their bodies.
+        masses: of the objects by the names of their bodies, kg.
         pads: names of the gripper's pads.
         supports: bodies that objects may lie on.
         heavy: objects whose contacts with pads get `HEAVY_IMPEDANCE`.
@@ -48,8 +51,10 @@ def declare_contacts(
     for body in supports:
         for geom in body.geoms:
             geom.friction[0] = 0.0
-    solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in objects}
+    solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in masses}
     for name, parts in solids.items():
+        for geom in parts:
+            _stiffen(geom, share=masses[name] / max(masses.values()))
         for geom, pad in product(parts, pads):
             _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if name in heavy else None)
     for parts, others in combinations(solids.values(), 2):
@@ -86,6 +91,17 @@ def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
     model.pair_margin[:] = model.geom_margin[model.pair_geom1] + model.geom_margin[model.pair_geom2]
 
 
+def _stiffen(geom: mujoco.MjsGeom, *, share: float) -> None:
+    """Make the contacts of an object as stiff as those of the heaviest one, given its mass as a share of that one's.
+
+    Static penetration is proportional to (1 - d) / d and to the load over the lighter mass, d being the impedance. In a
+    contact with a surface, `solmix` is the weight of the object's impedance against the surface's.
+    """
+    impedance = np.array(geom.solimp[:2])
+    geom.solimp[:2] = impedance / (impedance + (1 - impedance) * share)
+    geom.solmix /= share
+
+
 def _declare(
     spec: mujoco.MjSpec,
     one: mujoco.MjsGeom,
@@ -96,9 +112,9 @@ def _declare(
 ) -> None:
     """Declare a contact pair with the parameters that MuJoCo would give it, except those that are passed.
 
-    See "Contact parameters" in MuJoCo's documentation; geoms of the same priority must be equally stiff.
+    See "Contact parameters" in MuJoCo's documentation. Of geoms of the same priority, the stiffer one decides.
     """
-    first = max(one, other, key=lambda geom: geom.priority)
+    first = max(one, other, key=lambda geom: (geom.priority, geom.solimp[0]))
     friction, condim = first.friction, first.condim
     if one.priority == other.priority:
         friction, condim = np.maximum(one.friction, other.friction), max(one.condim, other.condim)

@@ -167,7 +167,8 @@ def build_scene(
     warnings = add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
     supports, heavy = _supports(spec, model, layout.stations), [name for name in shapes if shapes[name].is_heavy]
-    declare_contacts(spec, list(shapes), pads=robot.gripper.pads, supports=supports, heavy=heavy)
+    masses = {name: shape.mass for name, shape in shapes.items()}
+    declare_contacts(spec, masses, pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
     scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, focus, robot, names, warnings=warnings)
     start = initial_state(scene)

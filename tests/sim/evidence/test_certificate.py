@@ -49,6 +49,7 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
         "torques",
         "pad forces",
         "objects",
+        "penetration",
         "faults",
         "contacts",
     ]

@@ -224,3 +224,18 @@ def test_a_cylinder_between_the_pads_never_counts_as_deep_in_one(scene: Scene) -
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     assert data.ncon and np.allclose(data.contact.dist, -0.00012, atol=1e-5)
+
+
+@pytest.mark.parametrize(("load", "carrier"), [(3.0, 0.05), (0.4, 0.004), (3.0, 0.001)])
+def test_a_light_object_carries_a_heavy_one(load: float, carrier: float) -> None:
+    places = (A, Location("above", on=("a",)))
+    objects = (
+        Object("light", "a", kind="box", size=(0.05, 0.05, 0.05), mass=carrier),
+        Object("heavy", "above", kind="box", size=(0.10, 0.05, 0.06), mass=load),
+    )
+    scene = build_scene(ManipulationModel("home", COSTS, places, objects))
+    data = initial_state(scene)
+    before = data.joint("heavy").qpos[2]
+    settle(scene, data, 1.0)
+    assert abs(data.joint("heavy").qpos[2] - before) < 0.001
+    assert data.contact.dist.min() > -0.0005
