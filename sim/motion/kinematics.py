@@ -37,11 +37,15 @@ FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
 FRAME_WEIGHTS = np.repeat([[FRAME_COST**2], [TURN_COST**2]], 3, axis=0)
 """(6, 1) weights of the squared errors of the tool along and about the axes."""
 
-SATURATED_SHARE, SATURATED_PACE = 0.99, 0.7
-"""A joint at this share of its speed limit lags behind the tool's path, which is then slowed by this factor."""
+SATURATED_SHARE = 0.99
+"""A joint at this share of its speed limit lags behind the tool's path."""
 
-PACES = 5
-"""Greatest number of paces that are tried."""
+PACES = (1.0, 0.7, 0.49, 0.343)
+"""Shares of the tool's usual speed that are tried in turn until no joint lags behind."""
+
+MAX_SLOWDOWN = 4.0
+"""Greatest duration along a path of the tool, as a multiple of that at its usual speed. Where the arm needs longer, its
+joints jump from one point of the path to the next, and the whole movement would be as slow as its greatest jump."""
 
 JOINT_MARGIN_RAD = 0.01
 """Distance of references from the joints' position limits, rad."""
@@ -232,7 +236,8 @@ class Arm:
             (N, n) rad or m, every `CONTROL_PERIOD_S`, without `ending`.
 
         Raises:
-            SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more.
+            SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more,
+            or take longer than `MAX_SLOWDOWN` allows.
         """
         start, limits = self.tool(q), self.limits(q, goal)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
@@ -240,8 +245,7 @@ class Arm:
             return references if ending is None else begun_late(limits, references, q, ending)
         turn = self._turn(q, goal)
         turn += wrap(pose.yaw - start.yaw - turn)
-        pace = 1.0
-        for tries_left in reversed(range(PACES)):
+        for pace in PACES:
             path = transfer_path(
                 start,
                 pose,
@@ -254,15 +258,15 @@ class Arm:
                 pace=pace,
                 straight=height is None and not pose.points_down,
             )
-            fastest = SATURATED_SHARE * self.robot.velocity_limits if tries_left else np.full(len(q), np.inf)
-            knots, points = self._follow(q, goal, path, fastest)
+            knots, points = self._follow(q, goal, path)
             if len(points) == len(knots):
                 break
-            pace *= SATURATED_PACE
-        if not self._arrived():
-            to = _spelled(pose.position)
+        to = _spelled(pose.position)
+        if len(points) < len(knots) or not self._arrived():
             raise SimulationError(f"the arm cannot keep to its path to {to} within the limits of its joints")
         references = timed(limits, knots, points, seconds=seconds)
+        if len(references) * CONTROL_PERIOD_S > MAX_SLOWDOWN * max(pace * knots[-1], seconds):
+            raise SimulationError(f"the arm's joints would jump on its path to {to}")
         return references if ending is None else begun_late(limits, references, q, ending)
 
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
@@ -295,13 +299,12 @@ class Arm:
         yaws = [self.tool(q + share * (goal - q)).yaw for share in np.linspace(0, 1, samples)]
         return sum(wrap(after - before) for before, after in itertools.pairwise(yaws))
 
-    def _follow(
-        self, q: np.ndarray, goal: np.ndarray, path: ToolPath, fastest: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, in which the tool is on its path at these times.
 
-        There are fewer configurations if a joint would reach its (n,) speed `fastest`, rad/s: they end before that.
+        There are fewer configurations if a joint would lag behind (`SATURATED_SHARE`): they end before that.
         """
+        fastest = SATURATED_SHARE * self.robot.velocity_limits
         knots = np.append(0.0, path.times)
         periods = np.diff(knots)
         rests = q + path.progress[:, None] * (goal - q)
@@ -318,8 +321,8 @@ class Arm:
                     return knots, points[:k]
                 self._configuration.integrate_inplace(velocities, period)
                 points[k] = self._configuration.data.qpos
-            steps, slow = np.diff(points, axis=0), np.minimum(fastest, self.robot.velocity_limits)
-            if (np.abs(steps) < periods[:, None] * slow).all() and self._within_ranges(points[1:]):
+            steps = np.diff(points, axis=0)
+            if (np.abs(steps) < periods[:, None] * fastest).all() and self._within_ranges(points[1:]):
                 break
         return knots, points
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from contextlib import suppress
+
 import mujoco
 import numpy as np
 import pytest
@@ -87,6 +89,19 @@ def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
         assert (references > low).all() and (references < high).all()
         assert np.linalg.norm(arm.tool(references[-1]).position - position) < 0.001
         q = references[-1]
+
+
+def test_no_movement_is_much_slower_than_its_length_warrants(arm: Arm) -> None:
+    rng, (low, high), done = np.random.default_rng(0), PANDA.ranges(arm.model).T, 0
+    for _ in range(400):
+        q = np.clip(PANDA.home + rng.normal(scale=0.4, size=7), low + 0.1, high - 0.1)
+        position = np.array([rng.uniform(0.35, 0.65), rng.uniform(-0.4, 0.4), 0.15])
+        goal, pose = arm.reach(ToolPose.down(position, rng.uniform(-1.5, 1.5)).symmetric_poses())
+        with suppress(SimulationError):
+            references = arm.move(q, goal, pose, height=0.5, drawn_in=0.15)
+            assert len(references) * CONTROL_PERIOD_S < 6.0
+            done += 1
+    assert done > 390
 
 
 def test_the_elbow_does_not_wander(arm: Arm) -> None:
