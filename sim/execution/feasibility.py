@@ -82,7 +82,9 @@ class ArmCheck:
         if done >= TAKEN:
             if brought >= BROUGHT:
                 return PlaceCheck(obj, location)
-            return PlaceCheck(obj, location, f"to put it there: {error}", put=may_change)
+            return PlaceCheck(
+                obj, location, f"to put it there: {self._remedies.reason(staying, error)}", put=may_change
+            )
         reason = self._remedies.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
         return PlaceCheck(obj, location, reason, take=may_change, put=may_change or brought >= BROUGHT)
 

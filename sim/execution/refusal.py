@@ -26,6 +26,9 @@ from sim.world.scene import Scene, initial_state
 MOST_CM = 32
 """Greatest distance by which a location, or the obstacle above it, is shifted to see whether that would help."""
 
+MOST_APART_MM = 100
+"""Greatest distance by which a location is moved away from an object to see whether that would help."""
+
 ROOF_START_M = 0.002
 """Height above an object from which an obstacle above it is searched for, m."""
 
@@ -58,6 +61,8 @@ class Remedies:
         for helps, words in remedies if blocked else reversed(remedies):
             if change := self._least(refused, helps, most):
                 reason, most = f"{words} by {change} cm", change - 1
+        if reason is None and isinstance(error, BlockedError):
+            reason = self._too_close(refused, error)
         return reason or (not blocked and self._joint_limit(refused)) or str(error)
 
     def _name(self, geom: int) -> str:
@@ -83,11 +88,30 @@ class Remedies:
         self._last[known] = high
         return high
 
+    def _too_close(self, refused: Rehearsal, error: BlockedError) -> str | None:
+        """Return by how much the object in the way is too close; None if moving the location away does not help."""
+        self._arrange(refused)
+        centre = self._scene.slots[refused.location][0].position
+        beside = {other: self._cell.observe(other).position - centre for other in error.by if other in refused.places}
+        if not beside:
+            return None
+        nearest = min(beside, key=lambda other: float(np.hypot(*beside[other][:2])))
+        away = -beside[nearest] * [1.0, 1.0, 0.0]
+        millimetres = self._least(refused, partial(self._apart, refused, away), MOST_APART_MM)
+        return None if millimetres is None else f"{error}, {millimetres / 10:.1f} cm too close"
+
+    def _apart(self, refused: Rehearsal, away: np.ndarray, millimetres: int) -> bool:
+        """Return whether the rehearsal would succeed with the location moved so far in a (3,) direction."""
+        return self._moved(refused, millimetres / 1000 * away / max(float(np.linalg.norm(away)), 1e-9))
+
     def _nearer(self, refused: Rehearsal, centimetres: int) -> bool:
         """Return whether the rehearsal would succeed with the location and its supports so much nearer to the base."""
-        moved = {refused.location, *under(self._scene.model, refused.location)}
         offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
-        shift = centimetres / 100 * offset / np.linalg.norm(offset)
+        return self._moved(refused, centimetres / 100 * offset / np.linalg.norm(offset))
+
+    def _moved(self, refused: Rehearsal, shift: np.ndarray) -> bool:
+        """Return whether the rehearsal would succeed with the location and its supports moved by (3,) m."""
+        moved = {refused.location, *under(self._scene.model, refused.location)}
         slots = {
             name: tuple(replace(slot, position=slot.position + shift) for slot in row) if name in moved else row
             for name, row in self._scene.slots.items()

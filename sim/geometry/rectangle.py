@@ -1,7 +1,8 @@
-"""Rectangles on the table, and whether they overlap."""
+"""Rectangles on the table, and whether and how far they overlap."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,11 +40,19 @@ class Rectangle:
 
 def overlap(a: Rectangle, b: Rectangle) -> bool:
     """Return whether two rectangles overlap (separating axis theorem)."""
+    return all(depth > 0 for depth in _depths(a, b))
+
+
+def overlap_depth(a: Rectangle, b: Rectangle) -> float:
+    """Return the least distance by which one of two rectangles must be moved so that they only touch, m."""
+    return max(0.0, min(_depths(a, b)))
+
+
+def _depths(a: Rectangle, b: Rectangle) -> Iterator[float]:
+    """Yield how far the projections of two rectangles on each of their axes overlap, m; negative if they are apart."""
     for axis in (*a.axes, *b.axes):
         reach = sum(float(np.abs(r.axes @ axis) @ r.half) for r in (a, b))
-        if abs(float((b.centre - a.centre) @ axis)) >= reach:
-            return False
-    return True
+        yield reach - abs(float((b.centre - a.centre) @ axis))
 
 
 def contains(outer: Rectangle, inner: Rectangle) -> bool:

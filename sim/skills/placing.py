@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.geometry.mjcf import first_met, solid_geoms
-from sim.geometry.rectangle import Rectangle, overlap
+from sim.geometry.rectangle import Rectangle, overlap, overlap_depth
 from sim.perception.grounding import middle_of_supports, resting
 from sim.perception.sensors import ObjectPose, Poses, Posture
 from sim.simulation.workcell import Workcell
@@ -40,16 +40,22 @@ def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
     Raises:
         SkillError: the object fits into none, or would not rest on all its supports there.
     """
-    slot = max(cell.scene.slots[location], key=lambda slot: _clearance(cell, obj, slot))
+
+    def preference(slot: Slot) -> tuple[bool, float]:
+        _, lacking, distance = _clearance(cell, obj, slot)
+        return not lacking, distance
+
+    slot = max(cell.scene.slots[location], key=preference)
     check_free(cell, obj, slot)
     return slot
 
 
 def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
     """Raise SkillError unless an object fits into a slot and would rest on all its supports there."""
-    fits, nearest = _clearance(cell, obj, slot)
-    if not fits:
-        raise SkillError(f"no room for {obj} on {slot.location}: another object is {nearest * 1000:.0f} mm away")
+    other, lacking, _ = _clearance(cell, obj, slot)
+    if lacking:
+        missing = np.ceil(1000 * lacking) / 10
+        raise SkillError(f"no room for {obj} on {slot.location}: {other} is {missing:.1f} cm too close")
     poses, under = _supports(cell, obj, slot)
     place = Rectangle(resting_centre(cell, obj, slot)[:2], cell.scene.shapes[obj].half[:2], slot.yaw)
     tops = {other: poses[other].top for other in under.values()}
@@ -122,20 +128,23 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
     return poses, {place: under[place] for place in supports}
 
 
-def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[bool, float]:
-    """Return whether an object fits into a slot, and the distance of centres to the nearest other object there, m.
+def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]:
+    """Return how an object fits into a slot beside the other objects on its level.
 
-    Only objects on its level count, and the distance is at most `DISTANCE_CAP_M`.
+    Returns:
+        The object that is in its way most, by how much that is too close, m, or 0 if there is room, and the distance of
+        centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
     """
     shapes = cell.shapes
     own, centre = shapes[obj].half, resting_centre(cell, obj, slot)
-    poses = [cell.observe(other) for other in shapes if other != obj]
+    poses = {other: cell.observe(other) for other in shapes if other != obj}
     low, high = centre[2] - own[2] + OBJECT_GAP_M, centre[2] + own[2] - OBJECT_GAP_M
-    level = [pose for pose in poses if pose.top > low and pose.underside[2] < high]
+    level = {other: pose for other, pose in poses.items() if pose.top > low and pose.underside[2] < high}
     place = Rectangle(centre[:2], own[:2] + OBJECT_GAP_M, slot.yaw)
-    taken = [_covered(pose, slot.yaw) for pose in level]
-    nearest = min((float(np.hypot(*(pose.position - centre)[:2])) for pose in level), default=DISTANCE_CAP_M)
-    return not any(overlap(place, other) for other in taken), min(nearest, DISTANCE_CAP_M)
+    lacking = {other: overlap_depth(place, _covered(pose, slot.yaw)) for other, pose in level.items()}
+    most = max(lacking, key=lacking.__getitem__, default="")
+    distances = [float(np.hypot(*(pose.position - centre)[:2])) for pose in level.values()]
+    return most, lacking.get(most, 0.0), min([*distances, DISTANCE_CAP_M])
 
 
 def _covered(pose: ObjectPose, heading: float) -> Rectangle:

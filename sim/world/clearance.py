@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,20 +13,25 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.robots.gripper import Gripper
 from sim.world.fixtures import Block, blocks_of, check_carried, check_free
 from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
-from sim.world.places import FLOOR, LOCATION_GAP_M, START_TURN_RAD, Station
-from sim.world.shapes import CUBE_EDGE_M
+from sim.world.places import FLOOR, Station
 
 
-def collisions(stations: Sequence[Station]) -> dict[frozenset[str], str]:
-    """Return an error message for each pair of locations whose objects, walls or plates would collide."""
-    return {
-        frozenset((station.name, other.name)): (
-            f"locations.{station.name}: {np.hypot(*(station.outline.centre - other.outline.centre)):.3f} m from "
-            f"{other.name!r}, so close that they would touch: at least {_least_distance(station, other):.3f} m"
-        )
-        for other, station in itertools.combinations(stations, 2)
-        if overlap(covered(station), covered(other)) and _level(station, other)
-    }
+def collisions(stations: Sequence[Station]) -> Iterator[str]:
+    """Yield an error message for each pair of locations whose objects, walls or plates overlap."""
+    for other, station in itertools.combinations(stations, 2):
+        if overlapping(station, other):
+            distance = float(np.hypot(*(station.outline.centre - other.outline.centre)))
+            least = _least_distance(station, other)
+            missing = f"{100 * (least - distance):.1f} cm too close"
+            yield (
+                f"locations.{station.name}: {distance:.3f} m from {other.name!r}, {missing}: they would touch; at "
+                f"least {least:.3f} m"
+            )
+
+
+def overlapping(station: Station, other: Station) -> bool:
+    """Return whether the objects, walls or plates of two locations overlap."""
+    return _level(station, other) and overlap(covered(station), covered(other))
 
 
 def _level(station: Station, other: Station) -> bool:
@@ -45,7 +50,7 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
 
     In a user's scene, `sim.external.user_scene.resolved` has found what carries it.
     """
-    outline, blocks = station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0), blocks_of(model.fixtures)
+    outline, blocks = covered(station), blocks_of(model.fixtures)
     if model.scene is None:
         check_carried(station.name, outline, station.height, blocks)
     check_free(station.name, outline, station.height, station.height + _top(station), blocks)
@@ -65,12 +70,12 @@ def _least_distance(station: Station, other: Station) -> float:
 def blocked(
     station: Station, others: Sequence[Station], walls: Sequence[Block], gripper: Gripper, *, alone: bool = False
 ) -> bool:
-    """Return whether the fingers at a station would collide with a fixture or another station, or the reverse.
+    """Return whether a station overlaps another, or the fingers at it would collide with a fixture or another station.
 
-    With `alone`, the fingers at other stations are ignored.
+    Unless `alone`, it is also blocked if the fingers at another station would collide with it.
     """
     level = [other for other in others if _level(station, other)]
-    if any(_fingers_meet(station, other, gripper) for other in level):
+    if any(overlapping(station, other) or _fingers_meet(station, other, gripper) for other in level):
         return True
     if not alone and any(_fingers_meet(other, station, gripper) for other in level):
         return True
@@ -89,6 +94,5 @@ def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
 
 
 def covered(station: Station) -> Rectangle:
-    """Return the area that objects at a station may cover, with half of the gap to others."""
-    swing = float(np.sin(START_TURN_RAD)) * max(0.0, float(station.size.half.max()) - CUBE_EDGE_M / 2)
-    return station.outline.grown(LOCATION_GAP_M / 2 + swing)
+    """Return the area that a station covers, the walls of a bin included."""
+    return station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
-from sim.world.clearance import blocked, check_surroundings, collisions
+from sim.world.clearance import blocked, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of, check_shelves
 from sim.world.places import (
     AT_RADIUS_M,
@@ -61,25 +62,8 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
             shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, model.scene)
             _check_mass(obj, shapes[obj.name], robot)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
-    grounded = [place for place in model.locations if place.at is not None]
-    arm, walls = Arm(robot), blocks_of(model.fixtures)
-    stations: dict[str, Station] = {}
-    tried: set[str] = set()
-    for place in grounded:
-        check_limits()
-        with collecting(faults):
-            stations[place.name] = _station(place, _yaws(place, grounded, robot)[0], robot.gripper, sizes[place.name])
-    # The second pass is for stations blocked by others that were turned later.
-    for place in (place for place in (*grounded, *grounded) if place.name in stations):
-        others = [station for name, station in stations.items() if name != place.name]
-        options = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in _yaws(place, grounded, robot)]
-        if place.name in tried and not blocked(stations[place.name], others, walls, robot.gripper):
-            continue
-        free = [option for option in options if not blocked(option, others, walls, robot.gripper)]
-        # Between many others, it is enough if its own fingers are free: the others turn later.
-        free += [option for option in options if not blocked(option, others, walls, robot.gripper, alone=True)]
-        stations[place.name] = next((option for option in free if _within_reach(arm, option)), options[0])
-        tried.add(place.name)
+    arm = Arm(robot)
+    stations = _stations(model, arm, sizes, faults)
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
         with collecting(faults):
@@ -87,13 +71,12 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
     if faults and not judged:
         raise SimulationError(*faults)
     fixed = list(stations.values())
-    touching = collisions(fixed)
-    faults += touching.values()
+    faults += collisions(fixed)
     for station in fixed:
         with collecting(faults):
             check_surroundings(station, model)
     at_slots = RobotAtSlots(arm, model, fixed, slots, sizes)
-    faults += at_slots.faults(known=touching)
+    faults += at_slots.faults
     for name, station in stations.items():
         if model.location(name).marks and station.kind != "stove" and not station.height:
             with collecting(faults):
@@ -102,6 +85,40 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
     return TableLayout(tuple(stations.values()), slots, shapes)
+
+
+def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], faults: list[str]) -> dict[str, Station]:
+    """Return the stations of a model, each turned such that the fingers have space if possible; add to the faults."""
+    robot, walls = arm.robot, blocks_of(model.fixtures)
+    grounded = [place for place in model.locations if place.at is not None]
+    options: dict[str, list[Station]] = {}
+    for place in grounded:
+        check_limits()
+        with collecting(faults):
+            yaws = _yaws(place, grounded, robot)
+            options[place.name] = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in yaws]
+    # Each station with its preferred yaw, or, if some then overlap, all of them alike.
+    alike = [
+        {place.name: _station(place, yaw, robot.gripper, sizes[place.name]) for place in grounded}
+        for yaw in ((np.pi / 2, 0.0) if len(options) == len(grounded) else ())
+    ]
+    stations = min(
+        ({name: at[0] for name, at in options.items()}, *alike),
+        key=lambda chosen: sum(overlapping(*pair) for pair in itertools.combinations(chosen.values(), 2)),
+    )
+    tried: set[str] = set()
+    # The second pass is for stations blocked by others that were turned later.
+    for name in (*options, *options):
+        others = [station for other, station in stations.items() if other != name]
+        if name in tried and not blocked(stations[name], others, walls, robot.gripper):
+            continue
+        free = [at for at in options[name] if not blocked(at, others, walls, robot.gripper)]
+        # Between many others, it is enough if its own fingers are free: the others turn later.
+        free += [at for at in options[name] if not blocked(at, others, walls, robot.gripper, alone=True)]
+        free += [at for at in options[name] if not any(overlapping(at, other) for other in others)]
+        stations[name] = next((at for at in free if _within_reach(arm, at)), [*free, *options[name]][0])
+        tried.add(name)
+    return stations
 
 
 def _check_mass(obj: Object, shape: ObjectShape, robot: Robot) -> None:
@@ -126,7 +143,7 @@ def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, Obje
     """Return bounds on the dimensions of the objects for which a location must have space.
 
     A movable object may come to any open location. A spot has neither walls nor a rim, so it needs space only for what
-    starts there and for the smallest object: a larger one is put there if its neighbours leave space.
+    starts there, or else for the smallest object: a larger one is put there if its neighbours leave space.
     """
     first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
     movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]
@@ -134,7 +151,7 @@ def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, Obje
     if _kind(place) != "spot" or place.at is None:
         return size
     smallest = sorted(movable, key=lambda shape: float(shape.half[:2].max()))[:1]
-    tight = extent([*first, *smallest])
+    tight = extent(first or smallest)
     return replace(size, half=tight.half, opening=tight.opening)
 
 

@@ -20,9 +20,6 @@ ROW_GAP_M = 0.019
 START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
 """Greatest random offset of objects at the start from their slots, along x and along y, m, and greatest turn."""
 
-LOCATION_GAP_M = 0.014
-"""Least distance between cubes of different locations, m: each may start off its slot by `START_OFFSET_M`."""
-
 BIN_MARGIN_M = 0.0125
 """Distance from the last object of a row to a bin's wall, m."""
 

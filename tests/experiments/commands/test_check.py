@@ -283,7 +283,7 @@ def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
-    places = {"desk": "{ at = [0.5, 0.0] }", "tray": "{ at = [0.5, 0.05] }", "far": "{ at = [0.9, 0.3] }"}
+    places = {"desk": "{ at = [0.5, 0.0] }", "tray": "{ at = [0.5, 0.04] }", "far": "{ at = [0.9, 0.3] }"}
     text = cup_scenario(places=places).replace('"desk" }', '"desk", size = [0.2] }')
     (tmp_path / "cell.toml").write_text(text)
     result = run("check", "cell.toml", "--json")
@@ -291,10 +291,10 @@ def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Ru
     assert result.err == "".join(f"prefplan: cell.toml: {fault}\n" for fault in result.json["faults"])
     size, apart, reach = result.json["faults"]
     assert size.startswith("model.objects.cup.size: 0.2 m wide, but the hand grasps objects of 0.02 to")
-    assert "model.locations.tray: 0.050 m from 'desk'" in apart and "at least 0." in apart
-    assert "model.locations.far: 0.95 m" in reach and "at most 0.80 m" in reach
+    assert "model.locations.tray: 0.040 m from 'desk'" in apart and "at least 0." in apart
+    assert "model.locations.far: 0.95 m" in reach and "at most 0.89 m" in reach
     text = text.replace("size = [0.2]", "size = [0.045]").replace("0.9, 0.3", "0.75, 0.25")
-    (tmp_path / "cell.toml").write_text(text.replace("[0.5, 0.05]", f"[0.5, {apart.split()[-2]}]"))
+    (tmp_path / "cell.toml").write_text(text.replace("[0.5, 0.04]", f"[0.5, {apart.split()[-2]}]"))
     assert run("check", "cell.toml", "--quick").status == 0
 
 

@@ -59,6 +59,22 @@ def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> No
     assert check_cup((0.55, 0.28), shelf(0.44 + low + 0.01)).reason is None
 
 
+def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distance_that_is_missing() -> None:
+    def check(y: float) -> PlaceCheck:
+        beside = {"b": (0.5, 0.055), "d": (0.555, 0.0), "e": (0.445, 0.0)}
+        places = [Location("a", at=(0.5, y)), *(Location(name, at=at) for name, at in beside.items())]
+        objects = tuple(Object(f"in_{place.name}", place.name) for place in places)
+        scene = build_scene(ManipulationModel("home", COSTS, tuple(places), objects), meshes=False)
+        return ArmCheck(scene).check("in_a", "a")
+
+    found = check(0.0)
+    match = re.fullmatch(
+        r"no room for the fingers: they would touch in_b .*, (\d\.\d) cm too close", found.reason or ""
+    )
+    assert match is not None and found.take, found.reason  # a plan may move the others first
+    assert check(-float(match[1]) / 100 - 0.002).reason is None
+
+
 def low_pantry() -> Scene:
     """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))

@@ -141,7 +141,7 @@ def test_an_occupied_place_is_refused(scene: Scene) -> None:
     cell = perform_all(scene, "transit top", "grasp pink")
     cell.data.joint("green").qpos[:3] = scene.slots["san"][0].position + [0.01, 0.0, CUBE_EDGE_M / 2]
     mujoco.mj_forward(scene.mujoco, cell.data)
-    with pytest.raises(SkillError, match="no room for pink on san: another object is 10 mm"):
+    with pytest.raises(SkillError, match="no room for pink on san: green is 4.1 cm too close"):
         perform(cell, "transport pink san")
 
 
@@ -248,7 +248,7 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
             cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE_M / 2]
 
     cell.disturb = disturb
-    with pytest.raises(SkillError, match="no room for pink on table: another object is 28 mm"):
+    with pytest.raises(SkillError, match="no room for pink on table: green is 2.3 cm too close"):
         perform(cell, "release pink table")
     assert cell.held() == "pink"
     assert_clean(cell)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from skill_runs import assert_clean, assert_placed, perform_all
+from skill_runs import assert_clean, assert_good, assert_placed, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
-from sim.errors import BlockedError, SimulationError
+from sim.errors import BlockedError
+from sim.execution.executor import execute
+from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.trajectory import ToolPose
 from sim.skills.catalogue import perform
 from sim.skills.hand import PATH_CLEARANCE_M
@@ -77,12 +79,20 @@ def test_a_tower_is_passed_over(height: int, at: tuple[float, float], b: tuple[f
         assert cell.data.body(block.name).xpos[:2] == pytest.approx(slot.position[:2], abs=0.008)
 
 
-def test_a_place_right_behind_a_tower_is_refused() -> None:
+def test_a_place_right_behind_a_tower_is_reached_with_a_tilted_hand() -> None:
     places, blocks = tower(5, (0.45, 0.0))
-    with pytest.raises(SimulationError, match="locations.b: the robot's link. would touch an object at 't4'"):
-        table(
-            Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
-        )
+    scene = table(
+        Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
+    )
+    assert ArmCheck(scene).check("cup", "b") == PlaceCheck("cup", "b")
+    assert_good(execute(scene, THERE_AND_BACK, seed=1))
+
+
+@pytest.mark.parametrize("at", [(0.86, 0.0), (0.3, 0.81)])
+def test_places_that_the_hand_reaches_only_tilted_are_used(at: tuple[float, float]) -> None:
+    scene = table(Location("a", at=at), Location("b", at=(0.5, 0.2)))
+    assert [ArmCheck(scene).check("cup", place).reason for place in "ab"] == [None, None]
+    assert_good(execute(scene, [*THERE_AND_BACK[:4], "grasp cup", "transport cup a", "release cup a"], seed=1))
 
 
 def test_a_hand_that_starts_below_an_obstacle_goes_up_first() -> None:

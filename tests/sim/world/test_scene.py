@@ -85,16 +85,12 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
         ([Location("near", at=(0.3199, 0.0))], r"near: 0\.31 m .* too near: at least 0\.32 m"),
         ([Location("back", at=(-0.5, 0.05))], r"back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"box\.kind: .*did you mean 'bin'\?"),
-        ([A, Location("b", at=(0.5, 0.05))], r"b: 0\.050 m from 'a', so close that they would touch"),
-        ([A, Location("b", at=(0.6, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
+        ([A, Location("b", at=(0.5, 0.04))], r"b: 0\.040 m from 'a', 0\.5 cm too close: .* at least 0\.045 m"),
+        ([A, Location("b", at=(0.55, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
         ([replace(A, capacity=2), Location("b", on=("a",))], r"b\.on: 'a' has room for 2"),
         ([A, Location("b", on=("a",), capacity=2)], r"b\.capacity: .* 1, not 2"),
         ([A, Location("b", on=("a",), kind="bin")], r"b\.kind: only a location on the table"),
         ([A, Location("b", at=(0.5, -0.2)), Location("c", on=("a", "b"))], r"c\.on: .* would not rest on it"),
-        (
-            [Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)],
-            r"s\d: the robot's (left_finger|right_finger|hand) would touch an object at 's\d'; move",
-        ),
     ],
 )
 def test_places_that_cannot_work_are_refused_by_name(
@@ -104,12 +100,24 @@ def test_places_that_cannot_work_are_refused_by_name(
         layout_of(*locations)
 
 
+def test_only_what_overlaps_is_refused(layout_of: Callable[..., TableLayout]) -> None:
+    """Whether the fingers have space in such a grid depends on what is where: that is not a fault of the layout."""
+    layout_of(*(Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)))
+
+
+def test_long_objects_side_by_side_are_turned_such_that_they_fit() -> None:
+    beams = tuple(Object(f"beam{i}", f"s{i}", kind="box", size=(0.03, 0.12, 0.03)) for i in range(2))
+    places = Location("s0", at=(0.42, 0.1)), Location("s1", at=(0.52, 0.1))
+    layout = arrange(ManipulationModel("home", COSTS, places, beams), PANDA)
+    assert [row[0].yaw for row in layout.slots.values()] == [0.0, 0.0]
+
+
 def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them() -> None:
-    tower = [Location("s0", at=(0.6, -0.4))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 9)]
-    objects = [Object(f"obj{i}", f"s{i}") for i in range(9)]
+    tower = [Location("s0", at=(0.75, -0.48))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 16)]
+    objects = [Object(f"obj{i}", f"s{i}") for i in range(16)]
     locations = (*tower, Location("edge", at=(0.70, 0.2)))
     arrange(ManipulationModel("home", COSTS, locations, tuple(objects[:3])), PANDA)
-    with pytest.raises(SimulationError, match=r"locations\.s\d: .* passes over a stack"):
+    with pytest.raises(SimulationError, match=r"locations\.s15: .* beyond its reach"):
         arrange(ManipulationModel("home", COSTS, locations, tuple(objects)), PANDA)
 
 

@@ -142,7 +142,7 @@ def test_slots_grow_with_the_largest_object() -> None:
 
 
 def test_locations_that_only_suit_smaller_objects_are_refused() -> None:
-    near = (Location("spot", at=(0.5, 0.0)), Location("other", at=(0.5, 0.1)))
+    near = (Location("spot", at=(0.5, 0.0)), Location("other", at=(0.5, 0.06)))
     laid_out(OBJECTS["cube"], locations=near)
     with pytest.raises(SimulationError, match=r"locations\.\w+: "):
         laid_out(OBJECTS["largest box"], locations=near)
