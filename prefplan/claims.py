@@ -97,7 +97,7 @@ def judge(
     paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
     terms = preference.terms(list(ends), *([priced[len(ends) :]] if len(priced) > len(ends) else []))
     costs_of_all = [*task_costs, *[Fraction(0)] * (len(priced) - len(ends))]
-    mu = to_number(Measure.of(terms, len(priced)).value(costs_of_all, paid))
+    mu = to_number(Measure.of(terms, len(ends), len(priced) - len(ends)).value(costs_of_all, paid))
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 

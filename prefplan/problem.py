@@ -6,15 +6,13 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.dfa import Automaton, automaton, first_accepted, is_idempotent
-from prefplan.logic.formula import TRUE, propositions_of
-from prefplan.logic.monitor import watching
+from prefplan.logic.dfa import Automaton, first_accepted, is_idempotent
+from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_automaton
-from prefplan.logic.weighted_dfa import WeightedAutomaton
+from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.preferences.contracts import Span, check_claim
@@ -28,9 +26,6 @@ from prefplan.preferences.objective import (
     preferences_of,
 )
 
-SKIP_LIMIT = 6
-"""Most rules that may be broken: automata have states for every subset of these."""
-
 UNWEIGHED = 'no term of the preference depends on this price; add a term with over = "violation"'
 
 LARGEST_TRIED = 10**15
@@ -41,8 +36,7 @@ LARGEST_TRIED = 10**15
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 
-    The search follows one automaton for each of `priced`; that of a rule that may be broken is satisfied or skipped
-    before the first action. The tasks' automata monitor the rules that are not dropped.
+    The search follows one automaton for each task and each rule.
 
     Attributes:
         system: the robot's model (Definition 1).
@@ -104,20 +98,15 @@ class Problem:
         monitors = [rule_monitor(rule, f"rules[{i}]", taken[: last + i]) for i, rule in enumerate(self.rules)]
         self.__dict__.update(automata=tuple(automata), monitors=tuple(monitors))
         check_objective_names(named, self.cost_names)
-        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.priced), ())
+        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.tasks), (), len(self._breakable))
         self._check_claims()
         self._check_weighed()
 
     def _check_number(self) -> None:
-        number = len(self.priced)
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
-        if number > TASK_LIMIT:
-            also = "" if number == len(self.tasks) else ", with the rules that may be broken,"
-            raise PrefplanError(f"tasks: {number}{also} are more than the {TASK_LIMIT} that the search can take")
-        may_break = [i for i, rule in enumerate(self.rules) if rule.skip is not None]
-        if len(may_break) > SKIP_LIMIT:
-            raise PrefplanError(f"rules[{may_break[SKIP_LIMIT]}].skip: at most {SKIP_LIMIT} rules may be broken")
+        if len(self.tasks) > TASK_LIMIT:
+            raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
@@ -133,11 +122,11 @@ class Problem:
     @cached_property
     def _measures(self) -> tuple[Measure, ...]:
         """The terms of every preference."""
-        measures, rules_too = [], self.priced[len(self.tasks) :]
+        measures, rules_too = [], tuple(rule.name for rule in self._breakable)
         for named in self.preferences:
             with prefixed(f"{named.key}."):
                 terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
-                measures.append(Measure.of(terms, len(self.priced)))
+                measures.append(Measure.of(terms, len(self.tasks), len(rules_too)))
         return tuple(measures)
 
     def _check_claims(self) -> None:
@@ -158,26 +147,12 @@ class Problem:
     @cached_property
     def priced(self) -> tuple[str, ...]:
         """The names of all that have violation costs: the tasks, then the rules that may be broken."""
-        return (*self.names, *(rule.name for rule in self.rules if rule.skip is not None))
+        return (*self.names, *(rule.name for rule in self._breakable))
 
-    @cached_property
-    def modes(self) -> tuple[frozenset[int], ...]:
-        """All sets of dropped rules, the empty one first, by indices among the rules that may be broken."""
-        places = range(len(self.priced) - len(self.tasks))
-        return tuple(frozenset(dropped) for size in range(len(places) + 1) for dropped in combinations(places, size))
-
-    def watched(self, mode: int) -> tuple[Automaton, ...]:
-        """Return the monitors of the rules that are not dropped in one of `modes`."""
-        place, found = 0, []
-        for rule, monitor in zip(self.rules, self.monitors, strict=True):
-            if rule.skip is None or place not in self.modes[mode]:
-                found.append(monitor)
-            place += rule.skip is not None
-        return tuple(found)
-
-    def keeps_rules(self, mode: int, labels: Sequence[frozenset[str]]) -> bool:
-        """Return whether a trace keeps the rules that are not dropped in one of `modes`."""
-        return all(first_accepted(monitor, labels) is None for monitor in self.watched(mode))
+    @property
+    def _breakable(self) -> list[Rule]:
+        """The rules that may be broken."""
+        return [rule for rule in self.rules if rule.skip is not None]
 
     def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
         """Return, by name, after how many actions a trace breaks each rule that it breaks."""
@@ -206,10 +181,9 @@ class Problem:
     def over(self, system: TransitionSystem, tasks: Sequence[int] | None = None) -> Problem:
         """Return the problem over another system with the same propositions for the tasks, in the same units.
 
-        All tasks are kept unless some are given by number; the preference remains that over all tasks.
+        All is kept unless some tasks are given by number, which then have no rules; the preference remains the same.
         """
         kept = range(len(self.tasks)) if tasks is None else tasks
-        followed = range(len(self.priced)) if tasks is None else tasks
         problem = object.__new__(Problem)
         problem.__dict__.update(
             self.__dict__,
@@ -219,7 +193,8 @@ class Problem:
             objectives=self.objectives,
             tasks=tuple(self.tasks[i] for i in kept),
             automata=tuple(self.automata[i] for i in kept),
-            weighted_automata=tuple(self.weighted_automata[i] for i in followed),
+            weighted_automata=tuple(self.weighted_automata[i] for i in kept),
+            rule_automata=self.rule_automata if tasks is None else (),
         )
         return problem
 
@@ -273,17 +248,18 @@ class Problem:
 
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
-        """The automata of the tasks, with relaxations and monitored rules, and then of the rules that may be broken."""
+        """The automata of the tasks, with relaxations."""
         found, unit = [], self.units.price
-        modes = [self.watched(mode) for mode in range(len(self.modes))]
-        read = frozenset(name for monitor in self.monitors for name in monitor.propositions)
-        for task, alone in zip(self.tasks, self.automata, strict=True):
-            apart = read & {relaxation.assume for relaxation in task.relax}
-            dfa, initial = watching(alone, modes, apart=apart) if self.rules else (alone, (0,))
+        for task, dfa in zip(self.tasks, self.automata, strict=True):
             bought = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
             skip = None if task.skip is None else int(exact(task.skip) / unit)
-            found.append(WeightedAutomaton(dfa, bought, skip, self.present, initial, apart))
-        kept = automaton(TRUE)
-        prices = [int(exact(rule.skip) / unit) for rule in self.rules if rule.skip is not None]
-        found += [WeightedAutomaton(kept, (), price, self.present, (0,) * len(modes)) for price in prices]
+            found.append(WeightedAutomaton(dfa, bought, skip, self.present))
         return tuple(found)
+
+    @cached_property
+    def rule_automata(self) -> tuple[RuleAutomaton, ...]:
+        """The automata of the rules, first of those that may be broken."""
+        pairs = list(zip(self.rules, self.monitors, strict=True))
+        priced = [(int(exact(rule.skip) / self.units.price), m) for rule, m in pairs if rule.skip is not None]
+        kept = [RuleAutomaton(monitor) for rule, monitor in pairs if rule.skip is None]
+        return (*(RuleAutomaton(monitor, price) for price, monitor in priced), *kept)

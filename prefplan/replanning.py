@@ -97,11 +97,12 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 
     Empty if the trace breaks a rule that may not be broken.
     """
-    if not any(problem.keeps_rules(mode, labels) for mode in range(len(problem.modes))):
+    rules_broken = problem.broken(labels)
+    if any(rule.skip is None and rule.name in rules_broken for rule in problem.rules):
         return ()
     broken = []
-    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=False):
-        states = set(dfa.initial)
+    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=True):
+        states = {0}
         for label in labels:
             states = {reading.state for state in states for reading in dfa.readings(state, label)}
         if states == {dfa.automaton.dead} and task.skip is None:

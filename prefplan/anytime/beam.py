@@ -148,7 +148,7 @@ def expand_layer(
             satisfied, _ = masks(view, buffer.automata)
             spent = before >> view.shift
             mu = mu_after(
-                growth, layer.mu[first], satisfied, spent, after >> view.shift, buffer.violation[k], view.relaxed
+                growth, layer.mu[first], satisfied, spent, after >> view.shift, buffer.violation[k], view.pays
             )
             node = decode(view, buffer.code[k], buffer.choice)
             if view.generated:

@@ -254,7 +254,7 @@ class Projected:
     def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
         problem = self.product.problem
         system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
-        if not all(map(is_idempotent, (*(problem.automata[i] for i in found.tasks), *problem.monitors))):
+        if not all(is_idempotent(problem.automata[i]) for i in found.tasks):
             system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
         backward = Backward(product, view(product, whole_graph(product)))

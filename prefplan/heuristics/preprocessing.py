@@ -162,7 +162,7 @@ class Prepared:
             OverflowError: if 64 bits may not be enough.
         """
         self.product, self.options = product, options
-        if object in (product.costs.dtype, product.extra_price.dtype):
+        if object in (product.costs.dtype, product.extra_price.dtype, product.tolls.dtype):
             raise OverflowError
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         # Under a general contract a detour through states that change nothing may be worth its cost.
@@ -283,7 +283,8 @@ def require_64_bits(product: Product, view: ProductView, costs: Sequence[np.ndar
     """
     nodes = len(view.classes) if view.macro else 1
     steps = [max(1, int(each.max(initial=0)) * nodes) for each in costs]
-    price = max([1, *product.extra_price.tolist(), *(dfa.skip or 0 for dfa in product.automata)])
+    skips = (dfa.skip or 0 for dfa in product.automata)
+    price = max([1, *product.extra_price.tolist(), *skips, int(product.tolls.max(initial=0))])
     growths = [Fraction(max(steps))]
     for o in product.problem.objectives:
         if o.cost < len(steps):

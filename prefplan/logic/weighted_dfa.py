@@ -1,17 +1,19 @@
-"""Weighted DFA of a task that may be relaxed (the paper's Remarks 1 to 6).
+"""Weighted DFAs of tasks that may be relaxed (the paper's Remarks 1 to 6), and of rules.
 
 Besides the transitions of the task's automaton there are those that relaxations allow: a label is read as if more
 propositions were true, for a price. A task that may be skipped has one more state, entered before the first action;
 where plans begin with a past (`prefplan.replanning`), it waits in yet another state until the past is over.
+
+The automaton of a rule has no state in which the rule is broken, so that nothing leads there, or one, at a price.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.formula import Formula, holds, propositions_of
-from prefplan.logic.monitor import APART, told_apart
 from prefplan.logic.mtbdd import cheapest_leaves
 
 
@@ -39,16 +41,12 @@ class WeightedAutomaton:
         relaxations: (assumed proposition, condition, price in units) each.
         skip: price in units of the extra state n, or None.
         present: the proposition that ends the past, or None.
-        initial: the initial state for each choice of dropped rules (`Problem.modes`).
-        apart: propositions that relaxations may add for the task, but not for the rules that its automaton monitors.
     """
 
     automaton: Automaton
     relaxations: tuple[tuple[str, Formula, int], ...] = ()
     skip: int | None = None
     present: str | None = None
-    initial: tuple[int, ...] = (0,)
-    apart: frozenset[str] = frozenset()
 
     @property
     def size(self) -> int:
@@ -70,8 +68,7 @@ class WeightedAutomaton:
         """The propositions on which readings depend."""
         conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
         present = set() if self.skip is None or self.present is None else {self.present}
-        own = frozenset(name.removesuffix(APART) for name in self.automaton.propositions)
-        return own.union(present, *conditions)
+        return frozenset(self.automaton.propositions).union(present, *conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
         """Return the free reading of a label, then the cheapest bought one for each other state.
@@ -83,7 +80,6 @@ class WeightedAutomaton:
             return [Reading(state)]
         if state > self.automaton.size and (then := self.skipping(label)) is not None:
             return [Reading(then)]
-        label = told_apart(label, self.apart)
         free = Reading(self.automaton.step(state, label))
         if state == self.automaton.accepting:
             return [free]
@@ -99,3 +95,45 @@ class WeightedAutomaton:
             if after != free.state
         }
         return sorted(bought.values(), key=lambda reading: (len(reading.bought), reading.bought))
+
+
+@dataclass(frozen=True)
+class RuleAutomaton:
+    """A rule's automaton: the live states of its monitor and, if the rule may be broken, a last state for good.
+
+    Attributes:
+        monitor: the DFA of its bad prefixes.
+        price: violation cost in units of breaking it; None if no plan may.
+    """
+
+    monitor: Automaton
+    price: int | None = None
+
+    @cached_property
+    def _states(self) -> list[int]:
+        """The monitor's states, the accepting one last."""
+        return sorted(range(self.monitor.size), key=lambda q: (q == self.monitor.accepting, q))
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return self.monitor.size - (self.price is None and self.monitor.accepting is not None)
+
+    @property
+    def propositions(self) -> frozenset[str]:
+        """The propositions on which readings depend."""
+        return frozenset(self.monitor.propositions)
+
+    def readings(self, state: int | None, label: frozenset[str]) -> list[Reading]:
+        """Return the one reading of a label, or none if no plan may break the rule like this; state None is the start.
+
+        Some rules are broken by whatever is read first; their monitors begin in the accepting state.
+        """
+        after = self._states.index(self.monitor.step(0 if state is None else self._states[state], label))
+        if self._states[after] != self.monitor.accepting or after == state:
+            return [Reading(after)]
+        return [] if self.price is None else [Reading(after, self.price)]
+
+
+Follower = WeightedAutomaton | RuleAutomaton
+"""An automaton of the product."""

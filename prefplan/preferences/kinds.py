@@ -190,7 +190,8 @@ class Function:
     """mu as a Python function.
 
     Attributes:
-        function: (costs, violations) -> mu; both are float64 arrays of shape (N,) in the user's units.
+        function: (costs, violations) -> mu; both are float64 arrays in the user's units, of the tasks and then of the
+            rules that may be broken, whose costs are 0.
         contract: as in `Expression`; it is tested on random costs.
     """
 
@@ -199,8 +200,8 @@ class Function:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the function as a term."""
-        names = (*tasks, *rules)
-        whole = OpaqueTerm(None, self.function, _contract(self.contract) or "general", len(names), claimed=True)
+        names, contract = (*tasks, *rules), _contract(self.contract) or "general"
+        whole = OpaqueTerm(None, self.function, contract, len(tasks), claimed=True, rules=len(rules))
         check_never_falls(whole, names, "function")
         check_contract(whole, names, "contract")
         return [whole]

@@ -33,7 +33,7 @@ from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
 
 TASK_LIMIT = 20
-"""Most tasks and breakable rules together: tables over all satisfied sets have 2^N entries."""
+"""Most tasks: tables over all satisfied sets have 2^N entries."""
 
 
 DEFAULT_PREFERENCE = "preference"
@@ -103,26 +103,28 @@ def check_objective_names(preferences: Sequence[NamedPreference], costs: Sequenc
 
 @dataclass(frozen=True)
 class Measure:
-    """mu as a sum of terms over N tasks.
+    """mu as a sum of terms over N tasks and the violation costs of P tasks and rules.
 
     Attributes:
-        tasks: N, the number of tasks and breakable rules.
+        tasks: N, the number of tasks.
         terms: the summands of mu.
+        rules: P - N, the number of rules that may be broken.
         constant: the constant summand.
     """
 
     tasks: int
     terms: tuple[Term, ...]
+    rules: int = 0
     constant: Fraction = Fraction(0)
 
     @classmethod
-    def of(cls, parts: Sequence[Term | Fraction], tasks: int) -> Measure:
+    def of(cls, parts: Sequence[Term | Fraction], tasks: int, rules: int = 0) -> Measure:
         """Return the measure of a preference's terms and constants."""
         constants = [part for part in parts if isinstance(part, Fraction)]
         terms = tuple(part for part in parts if not isinstance(part, Fraction))
         if sum(isinstance(term, OpaqueTerm) and term.function is not None for term in terms) > 1:
             raise PreferenceError("terms: a sum can hold one Python function only")
-        return cls(tasks, terms, sum(constants, Fraction(0)))
+        return cls(tasks, terms, rules, sum(constants, Fraction(0)))
 
     def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
@@ -196,9 +198,9 @@ class Measure:
 
     @cached_property
     def violation_weights(self) -> list[Fraction]:
-        """(N,) weights of the violation costs in additive terms."""
+        """(P,) weights of the violation costs in additive terms."""
         terms = self._of_kind(Violation)
-        return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks)]
+        return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks + self.rules)]
 
     def largest_rate(self) -> Fraction:
         """Return an upper bound of the growth of rates and tardiness per unit of cost."""

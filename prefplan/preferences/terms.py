@@ -159,9 +159,10 @@ class OpaqueTerm:
         tree: the expression; None for a function.
         function: (costs, violations) -> value; None for an expression.
         contract: `additive`, `convex`, `componentwise` or `general`; see `prefplan.preferences.contracts`.
-        tasks: number of tasks and breakable rules.
+        tasks: number of tasks.
         weight: factor.
         claimed: whether the contract was declared by the user: tested, not proven.
+        rules: number of rules that may be broken.
     """
 
     tree: Tree | None
@@ -170,6 +171,7 @@ class OpaqueTerm:
     tasks: int
     weight: Fraction = Fraction(1)
     claimed: bool = False
+    rules: int = 0
 
     @property
     def costs(self) -> tuple[int, ...]:
@@ -180,9 +182,9 @@ class OpaqueTerm:
 
     @property
     def violations(self) -> tuple[int, ...]:
-        """The tasks whose violation cost matters."""
+        """The tasks and rules whose violation cost matters."""
         if self.tree is None:
-            return tuple(range(self.tasks))
+            return tuple(range(self.tasks + self.rules))
         return tuple(sorted(v.task for v in variables(self.tree) if v.violation))
 
     def value(self, costs: Costs, violations: Costs) -> Any:

@@ -1,6 +1,6 @@
 """The graph that a product is searched over: the transition system, or what static contraction leaves of it.
 
-A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task i and state q
+A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task or rule i and q
 (idempotence is not enough: the empty label makes `a U b` unsatisfiable). States of inert classes are only passed
 through. Contraction keeps the other states and the start, at most 64 in all, with the cost of the cheapest path through
 inert states between each two; so costs are kept, and sequences of labels that are not inert.
@@ -56,9 +56,10 @@ def whole_graph(product: Product) -> Graph:
 def inert_classes(product: Product) -> np.ndarray:
     """Return the (C,) bool label classes that change no automaton in any state."""
     inert = np.ones(product.delta.shape[2], dtype=bool)
-    for i, size in enumerate(product.sizes):
-        rests = product.delta[i, :size] == np.arange(size)[:, None]
-        inert &= rests.all(axis=0)
+    for delta, sizes in ((product.delta, product.sizes), (product.rule_delta, product.rule_sizes)):
+        for i, size in enumerate(sizes):
+            rests = delta[i, :size] == np.arange(size)[:, None]
+            inert &= rests.all(axis=0)
     return inert & (np.diff(product.extra_first, axis=2) == 0).all(axis=(0, 1))
 
 

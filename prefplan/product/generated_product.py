@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
+from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.slots import FAR_APART
 from prefplan.problem import Problem
@@ -33,9 +34,8 @@ class GeneratedProduct(Product):
     def __init__(self, problem: Problem, model: ReducedModel) -> None:
         """Tabulate every automaton over its letters; call `suits` before."""
         self.problem, self.model = problem, model
-        self.automata, self.units = problem.weighted_automata, problem.units
-        self.shift = 0
-        self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
+        self.units, self.shift = problem.units, 0
+        self._follow(problem)
         self.nodes = model.generator.space.bound
         self.start_node = model.first
         self._lay_out()
@@ -52,38 +52,45 @@ class GeneratedProduct(Product):
     def suits(problem: Problem, model: ReducedModel) -> bool:
         """Return whether a problem's product can be generated.
 
-        That is so if no task can be relaxed, no rule broken and no action barred, and if all tables and numbers are
-        small enough.
+        That is so if no task can be relaxed and no action barred, and if all tables and numbers are small enough.
         """
-        states = model.generator.space.bound * math.prod(dfa.size for dfa in problem.weighted_automata)
-        priced = any(task.relax for task in problem.tasks) or len(problem.priced) > len(problem.tasks)
-        if model.barred or states >= CODE_LIMIT or priced:
+        automata: tuple[Follower, ...] = (*problem.weighted_automata, *problem.rule_automata)
+        states = model.generator.space.bound * math.prod(dfa.size for dfa in automata)
+        if model.barred or states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
             dfa.size * math.prod(len(set(values)) for _, values in model.generator.space.seen(dfa.propositions))
-            for dfa in problem.weighted_automata
+            for dfa in automata
         ]
         columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
         dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
         return max(counts) <= LETTERS_LIMIT and not dear
 
     def _tabulate_letters(self) -> np.ndarray:
-        """Fill `delta`, and return (N, D, R) what each value of a digit adds to each task's letter."""
+        """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
         space = self.model.generator.space
-        letters = np.zeros((len(self.automata), len(space.radices), max(space.radices)), dtype=np.int64)
+        automata: tuple[Follower, ...] = (*self.automata, *self.rules)
+        letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
-        for i, dfa in enumerate(self.automata):
+        for i, dfa in enumerate(automata):
             told = [frozenset[str]()]
             for d, values in space.seen(dfa.propositions):
                 distinct = list(dict.fromkeys(values))
                 letters[i, d, : len(values)] = [len(told) * distinct.index(value) for value in values]
                 told = [label | ({value} if value else set()) for value in distinct for label in told]
             labels.append(told)
-        shape = (len(self.automata), int(self.sizes.max()), max(map(len, labels)))
+        count = len(self.automata)
+        shape = (count, int(self.sizes.max()), max(map(len, labels[:count])))
         self.delta = np.zeros(shape, dtype=np.int32)
         for i, dfa in enumerate(self.automata):
             for q in range(dfa.size):
                 self.delta[i, q, : len(labels[i])] = [dfa.readings(q, label)[0].state for label in labels[i]]
+        self._enter_rules(
+            [
+                [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in told]
+                for dfa, told in zip(self.rules, labels[count:], strict=True)
+            ]
+        )
         return letters
 
 

@@ -38,7 +38,8 @@ class Moves(NamedTuple):
         neutral: (max(S + 1, H),) bool, by slot or pose. places: (n + 1,) int64, the neutral locations, and 0.
         told: (T,) int64, objects that some task sees, or that are fixed. unseen: (U,) int64, the others.
         unseen_marks: (M,) int64, digits of marks that no task sees.
-        letters: (N, D, R) int64, what each value of a digit adds to the number of the letter that each task reads.
+        letters: (N + R, D, r) int64, what each value of a digit adds to the number of the letter that each automaton
+            reads.
     """
 
     radices: np.ndarray

@@ -1,25 +1,30 @@
 """Product automaton (Definition 7), never built: a state is one integer, and tables give its successors.
 
-A product state p = (s, q_1, ..., q_N) has the code s + sum_i stride_i q_i. Labels on which every automaton has the same
-transitions form a *class*.
+A product state p = (s, q_1, ..., q_N, r_1, ..., r_R), of N tasks and R rules, has the code s + sum_i stride_i q_i + ...
+Labels on which every automaton has the same transitions form a *class*.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
+from operator import mul
 
 import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
-from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
+from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.problem import Problem
 from prefplan.product.moves import no_moves
 
 CODE_LIMIT = 2**62
+
+BARRED = -1
+"""Stands for the state of a rule's automaton after a label on which no plan may break the rule."""
 
 READINGS_LIMIT = 2**20
 """Most readings of one label (each task relaxed or not) that the search enumerates."""
@@ -35,8 +40,8 @@ class Start:
 
     Attributes:
         code: product state after every automaton has read L(s0).
-        violations: (N,) violation costs in units.
-        bought: (N,) by task, the relaxations used on L(s0); None for a task that is skipped or a rule that is dropped.
+        violations: (P,) violation costs in units, of tasks and of rules that may be broken.
+        bought: (N,) by task, the relaxations used on L(s0); None for a task that is skipped.
     """
 
     code: int
@@ -45,11 +50,12 @@ class Start:
 
 
 class Product:
-    """T x A_1 x ... x A_N as tables.
+    """T x A_1 x ... x A_N, with R rules, as tables.
 
     Attributes:
         problem: what it is made from.
-        automata: (N,) the weighted automata of the tasks, and of the rules that may be broken.
+        automata: (N,) the weighted automata of the tasks.
+        rules: (R,) the automata of the rules, first of the P - N rules that may be broken.
         units: the units in which costs, prices and mu are whole.
         shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
@@ -60,9 +66,11 @@ class Product:
         nodes: number of states of the transition system.
         start_node: the number of the state s0.
         moves: the model, where its states are generated.
-        strides: (N,) int64.
+        strides: (N + R,) int64.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
         delta: (N, Q, C) int32, state after the free reading of a label class.
+        rule_sizes: (R,) int64 and rule_delta: (R, Q, C) int32: the same of the rules' automata, with BARRED.
+        tolls: (P - N, Q, C) units, int64 or Python's integers, the price of breaking a rule by reading a label class.
         extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
         extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the bought readings.
     """
@@ -79,18 +87,18 @@ class Product:
         """
         self.problem = problem
         system = problem.system
-        self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
+        self._follow(problem)
         self._tabulate()
         self.units = problem.units
         self.moves, self.start_node = no_moves(), system.start
         self.offsets = system.offsets
         self.targets = system.targets
         costs = system.costs // int(self.units.cost / system.unit)
-        self.sizes = np.array([dfa.size for dfa in self.automata], dtype=np.int64)
-        states = system.size * math.prod(int(q) for q in self.sizes)
+        sizes = [*self.sizes.tolist(), *self.rule_sizes.tolist()]
+        states = system.size * math.prod(sizes)
         if states >= CODE_LIMIT:
             raise ModelError(
-                f"{system.size} states and {len(self.automata)} automata of {', '.join(map(str, self.sizes))} states "
+                f"{system.size} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
                 "make more product states than can be numbered"
             )
         if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
@@ -108,15 +116,24 @@ class Product:
         self.nodes = system.size
         self._lay_out()
 
+    def _follow(self, problem: Problem) -> None:
+        """Set the automata and their sizes."""
+        self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
+        self.rules: tuple[RuleAutomaton, ...] = problem.rule_automata
+        self.sizes, self.rule_sizes = (
+            np.array([dfa.size for dfa in automata], dtype=np.int64) for automata in (self.automata, self.rules)
+        )
+
     def _lay_out(self) -> None:
         """Set the strides of codes, and the accepting and skipped states."""
-        self.strides = np.cumprod(np.concatenate([[self.nodes], self.sizes[:-1]])).astype(np.int64)
+        self.strides = np.cumprod([self.nodes, *self.sizes, *self.rule_sizes])[:-1].astype(np.int64)
         ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
         self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
 
     def _tabulate(self) -> None:
         system = self.problem.system
-        relevant = [dfa.propositions for dfa in self.automata]
+        automata: tuple[Follower, ...] = (*self.automata, *self.rules)
+        relevant = [dfa.propositions for dfa in automata]
         mentioned = frozenset().union(*relevant)
         seen: dict[frozenset[str], int] = {}
         kept = [seen.setdefault(label & mentioned, len(seen)) for label in system.label_sets]
@@ -126,7 +143,7 @@ class Product:
         class_of = []
         for label in seen:
             column: tuple[tuple[Reading, ...], ...] = ()
-            for i, dfa in enumerate(self.automata):
+            for i, dfa in enumerate(automata):
                 key = (i, label & relevant[i])
                 if key not in memo:
                     memo[key] = tuple(tuple(dfa.readings(q, key[1])) for q in range(dfa.size))
@@ -137,27 +154,41 @@ class Product:
             class_of.append(columns[column])
         self.class_sets = tuple(class_sets)
         self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
-        most = max(dfa.size for dfa in self.automata)
-        shape = (len(self.automata), most, len(class_sets))
-        self.delta = np.zeros(shape, dtype=np.int32)
-        self.extra_first = np.zeros((*shape[:2], shape[2] + 1), dtype=np.int32)
-        states: list[int] = []
-        prices: list[int] = []
-        rows = [dict(enumerate(column)) for column in columns]
-        base = 0
-        for i, dfa in enumerate(self.automata):
+        ends = np.cumsum([0, *(dfa.size for dfa in automata)]).tolist()
+        readings = [[column[a:b] for column in columns] for a, b in pairwise(ends)]
+        self._enter_tasks(readings[: len(self.automata)])
+        self._enter_rules(readings[len(self.automata) :])
+
+    def _enter_tasks(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
+        """Fill the tables of the tasks, given each one's readings by class and state."""
+        most, classes = int(self.sizes.max()), len(self.class_sets)
+        self.delta = np.zeros((len(readings), most, classes), dtype=np.int32)
+        self.extra_first = np.zeros((len(readings), most, classes + 1), dtype=np.int32)
+        extra: list[Reading] = []
+        for i, column in enumerate(readings):
             for q in range(most):
-                self.extra_first[i, q, 0] = len(states)
-                for c in range(shape[2]):
-                    if q < dfa.size:
-                        free, *bought = rows[c][base + q]
+                self.extra_first[i, q, 0] = len(extra)
+                for c in range(classes):
+                    if q < len(column[c]):
+                        free, *bought = column[c][q]
                         self.delta[i, q, c] = free.state
-                        states += [reading.state for reading in bought]
-                        prices += [reading.price for reading in bought]
-                    self.extra_first[i, q, c + 1] = len(states)
-            base += dfa.size
-        self.extra_state = np.array(states, dtype=np.int32)
-        self.extra_price = whole_numbers(prices)
+                        extra += bought
+                    self.extra_first[i, q, c + 1] = len(extra)
+        self.extra_state = np.array([reading.state for reading in extra], dtype=np.int32)
+        self.extra_price = whole_numbers([reading.price for reading in extra])
+
+    def _enter_rules(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
+        """Fill the tables of the rules, given each one's readings by letter and state."""
+        most, letters = int(self.rule_sizes.max(initial=0)), max(map(len, readings), default=0)
+        self.rule_delta = np.full((len(readings), most, letters), BARRED, dtype=np.int32)
+        tolls = np.zeros((len(self.problem.priced) - len(self.problem.tasks), most, letters), dtype=object)
+        for r, column in enumerate(readings):
+            for c, q in np.ndindex(len(column), int(self.rule_sizes[r])):
+                for reading in column[c][q]:
+                    self.rule_delta[r, q, c] = reading.state
+                    if reading.price:
+                        tolls[r, q, c] = reading.price
+        self.tolls = whole_numbers(tolls.ravel().tolist()).reshape(tolls.shape)
 
     @property
     def relaxed(self) -> bool:
@@ -171,15 +202,20 @@ class Product:
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
-        """The starts of the search: one for each choice of skipped tasks and dropped rules, and each way to read L(s0).
+        """The starts of the search: one for each choice of skipped tasks and each way to read L(s0).
 
         Raises:
             ModelError: if there are too many.
         """
         system = self.problem.system
         label = system.label(system.start)
-        modes = [self._start_readings(mode, label) for mode in range(len(self.problem.modes))]
-        count = sum(math.prod(map(len, readings)) for readings in modes)
+        kept = [dfa.readings(None, label) for dfa in self.rules]
+        rules = [(reading.state, reading.price) for readings in kept for reading in readings]
+        if len(rules) < len(kept):
+            return ()
+        tolls = tuple(price for _, price in rules[: len(self.tolls)])
+        readings = self._start_readings(label)
+        count = math.prod(map(len, readings))
         if count > READINGS_LIMIT:
             raise ModelError(
                 f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
@@ -187,35 +223,34 @@ class Product:
             )
         return tuple(
             Start(
-                self.start_node
-                + sum(int(stride) * state for stride, (state, _, _) in zip(self.strides, reading, strict=True)),
-                tuple(price for _, price, _ in reading),
+                self.start_node + sum(map(mul, self.strides.tolist(), (q for q, *_ in (*reading, *rules)))),
+                (*(price for _, price, _ in reading), *tolls),
                 tuple(bought for _, _, bought in reading),
             )
-            for readings in modes
             for reading in product(*readings)
         )
 
-    def _start_readings(self, mode: int, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
-        """Return how each automaton may read L(s0) in one of `Problem.modes`: (state, price, relaxations) each."""
-        if not self.problem.keeps_rules(mode, [label]):
-            return [[] for _ in self.automata]
+    def _start_readings(self, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
+        """Return how each task's automaton may read L(s0): (state, price, relaxations) each."""
         readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
-        dropped = self.problem.modes[mode]
-        for i, dfa in enumerate(self.automata):
-            rule = i - len(self.problem.tasks)
+        for dfa in self.automata:
             options: list[tuple[int, int, tuple[int, ...] | None]] = []
-            if rule not in dropped:
-                options += [(r.state, r.price, r.bought) for r in dfa.readings(dfa.initial[mode], label)]
-            may_skip = rule in dropped or rule < 0
-            if may_skip and dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
+            options += [(r.state, r.price, r.bought) for r in dfa.readings(0, label)]
+            if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
                 options.append((skipping, dfa.skip, None))
             readings.append(options)
         return readings
 
     def decode(self, code: int) -> tuple[int, tuple[int, ...]]:
-        """Return (s, (q_1, ..., q_N)) of a product state."""
-        return code % self.nodes, tuple(code // int(d) % int(q) for d, q in zip(self.strides, self.sizes, strict=True))
+        """Return (s, (q_1, ..., r_R)) of a product state."""
+        sizes = (*self.sizes.tolist(), *self.rule_sizes.tolist())
+        return code % self.nodes, tuple(code // int(d) % q for d, q in zip(self.strides, sizes, strict=True))
+
+    def transitions(self, automata: Sequence[int]) -> np.ndarray:
+        """Return (N + R, C) the states after the free reading of each label class, given those before."""
+        q, n = np.array(automata), len(self.automata)
+        of_rules = self.rule_delta[np.arange(len(self.rules)), q[n:]]
+        return np.concatenate([self.delta[np.arange(n), q[:n]], of_rules.reshape(-1, self.delta.shape[2])])
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:

@@ -16,15 +16,18 @@ from prefplan.product.product_automaton import Product
 
 
 class ProductView(NamedTuple):
-    """A product (Definition 7) over a graph of S nodes, N tasks, Q automaton states at most and C label classes.
+    """A product (Definition 7) over a graph of S nodes, with at most Q states of an automaton and C label classes.
+
+    The automata of R rules follow those of N tasks; P tasks and rules have violation costs.
 
     Attributes:
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: edges by source node.
         classes: (S,) int32, label class of each node.
-        sizes: (N,) int64, automaton states, strides: (N,) int64: code = node + sum_i strides[i] * q_i.
-        jump: (N, Q, C) int64, strides[i] times the state after the free reading of a class.
+        sizes: (N + R,) int64, automaton states, strides: (N + R,) int64: code = node + sum_i strides[i] * q_i.
+        jump: (N + R, Q, C) int64, strides[i] times the state after the free reading of a class; negative if BARRED.
+        tolls: (P - N, Q, C) int64, the price of breaking a rule by reading a class, of the rules that may be broken.
         extra_first: (N, Q, C + 1) int32, extra_jump: (X,) int64, extra_price: (X,) int64: the bought readings.
-        active: (N, Q) uint64, as bits, nodes whose label can change the state of automaton i in q; 0 unless `macro`.
+        active: (N + R, Q) uint64, as bits, nodes whose label can change automaton i in q; 0 unless `macro`.
         near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE, and through: (S, S) uint64, as bits, the
             nodes that lie on cheaper paths between them; empty unless `macro`.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
@@ -32,6 +35,7 @@ class ProductView(NamedTuple):
         moves: the model, where its states are generated; there are no edges and classes then.
         nodes: number of nodes, or of integers that stand for states.
         relaxed: whether there are bought readings.
+        pays: whether a step may have a violation cost.
         generated: whether states are generated.
         macro: whether the graph is contracted, so that successors are reached by macro-moves (at most 64 nodes then).
     """
@@ -43,6 +47,7 @@ class ProductView(NamedTuple):
     sizes: np.ndarray
     strides: np.ndarray
     jump: np.ndarray
+    tolls: np.ndarray
     extra_first: np.ndarray
     extra_jump: np.ndarray
     extra_price: np.ndarray
@@ -54,6 +59,7 @@ class ProductView(NamedTuple):
     nodes: int
     shift: int
     relaxed: bool
+    pays: bool
     generated: bool
     macro: bool
 
@@ -61,12 +67,15 @@ class ProductView(NamedTuple):
 def view(product: Product, graph: Graph) -> ProductView:
     """Return a product over a graph as arrays."""
     nodes = graph.size if graph.contracted else product.nodes
-    strides = np.cumprod(np.concatenate([[nodes], product.sizes[:-1]])).astype(np.int64)
-    tasks, most, _ = product.delta.shape
-    active = np.zeros((tasks, most), dtype=np.uint64)
+    sizes = np.concatenate([product.sizes, product.rule_sizes])
+    strides = np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
+    delta, tasks = _joined(product.delta, product.rule_delta), len(product.sizes)
+    active = np.zeros(delta.shape[:2], dtype=np.uint64)
     if graph.contracted:
-        for i, q in np.ndindex(tasks, most):
-            changes = (product.delta[i, q] != q) | (np.diff(product.extra_first[i, q]) > 0)
+        for i, q in np.ndindex(*active.shape):
+            changes = delta[i, q] != q
+            if i < tasks and q < product.extra_first.shape[1]:
+                changes = changes | (np.diff(product.extra_first[i, q]) > 0)
             for v in np.flatnonzero(changes[graph.classes]):
                 active[i, q] |= np.uint64(1) << np.uint64(v)
     near, through = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
@@ -80,9 +89,10 @@ def view(product: Product, graph: Graph) -> ProductView:
         targets=graph.targets,
         costs=graph.costs,
         classes=graph.classes,
-        sizes=product.sizes,
+        sizes=sizes,
         strides=strides,
-        jump=product.delta * strides[:, None, None],
+        jump=delta * strides[:, None, None],
+        tolls=product.tolls,
         extra_first=product.extra_first,
         extra_jump=product.extra_state * strides[owner],
         extra_price=product.extra_price,
@@ -94,9 +104,20 @@ def view(product: Product, graph: Graph) -> ProductView:
         nodes=nodes,
         shift=product.shift,
         relaxed=product.relaxed,
+        pays=product.relaxed or len(product.tolls) > 0,
         generated=len(product.moves.radices) > 0,
         macro=graph.contracted,
     )
+
+
+def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return two tables, (n, Q, C) and (m, Q', C'), as one, with zeros where one of them is narrower."""
+    width = np.maximum(one.shape[1:], other.shape[1:])
+    padded = [
+        np.pad(each, [(0, 0), *((0, w - n) for w, n in zip(width, each.shape[1:], strict=True))])
+        for each in (one, other)
+    ]
+    return np.concatenate(padded)
 
 
 def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +131,7 @@ def _intermediate(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
 
 
 def active_nodes(view: ProductView) -> np.ndarray:
-    """Return (N, S) whether a node's label can change an automaton; empty unless the graph is contracted."""
+    """Return (N + R, S) whether a node's label can change an automaton; empty unless the graph is contracted."""
     if not view.macro:
         return np.zeros((0, 0), dtype=bool)
     bits = np.bitwise_or.reduce(view.active, axis=1)
@@ -120,9 +141,9 @@ def active_nodes(view: ProductView) -> np.ndarray:
 
 @bare_kernel
 def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
-    """Write the automaton states of a product state and return its node."""
+    """Write the states of the first automata of a product state, as many as there is room for, and return its node."""
     rest = code // view.nodes
-    for i in range(view.sizes.shape[0]):
+    for i in range(automata.shape[0]):
         automata[i] = rest % view.sizes[i]
         rest //= view.sizes[i]
     return code % view.nodes
@@ -132,7 +153,7 @@ def decode(view: ProductView, code: Integer, automata: np.ndarray) -> Integer:
 def masks(view: ProductView, automata: np.ndarray) -> tuple[Integer, Integer]:
     """Return the sets of satisfied tasks, and of satisfied or skipped tasks, as bits."""
     satisfied = done = 0
-    for i in range(automata.shape[0]):
+    for i in range(view.ends.shape[0]):
         if automata[i] == view.ends[i, 0]:
             satisfied |= 1 << i
             done |= 1 << i

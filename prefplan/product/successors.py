@@ -31,8 +31,8 @@ class Successors(NamedTuple):
     Attributes:
         code: (M,) int64, product state reached.
         cost: (M,) int64, cost of the step.
-        violation: (M, N) int64, violation costs that the step pays.
-        automata: (N,) int64, the automaton states of the expanded state.
+        violation: (M, P) int64, violation costs that the step pays.
+        automata: (N + R,) int64, the automaton states of the expanded state.
         distance: (S,) int64, via: (S,) int64, choice: (N,) int64 and digits: scratch.
     """
 
@@ -48,7 +48,7 @@ class Successors(NamedTuple):
 
 def successor_buffer(view: ProductView, least: int) -> Successors:
     """Return buffers for the successors of any state, of length at least `least`."""
-    nodes, tasks = len(view.classes), len(view.sizes)
+    nodes, tasks = len(view.classes), len(view.ends)
     most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
     if view.generated:
         most = len(view.moves.capacity) + len(view.moves.fixed) + 1
@@ -60,8 +60,8 @@ def successor_buffer(view: ProductView, least: int) -> Successors:
     return Successors(
         code=np.empty(most, np.int64),
         cost=np.empty(most, np.int64),
-        violation=np.zeros((most, tasks), np.int64),
-        automata=np.empty(tasks, np.int64),
+        violation=np.zeros((most, tasks + len(view.tolls)), np.int64),
+        automata=np.empty(len(view.sizes), np.int64),
         distance=np.empty(scratch, np.int64),
         via=np.empty(scratch, np.int64),
         choice=np.empty(tasks, np.int64),
@@ -143,10 +143,22 @@ def _read_generated(view: ProductView, kind: Integer, buffer: Successors, found:
         letter = np.int64(0)
         for d in range(digits.shape[0]):
             letter += letters[i, d, digits[d]]
-        code += view.jump[i, buffer.automata[i], letter]
+        jump = view.jump[i, buffer.automata[i], letter]
+        if jump < 0:
+            return found
+        _pay_toll(view, i, letter, buffer, found)
+        code += jump
     buffer.code[found] = code
     buffer.cost[found] = cost
     return found + 1
+
+
+@bare_kernel
+def _pay_toll(view: ProductView, i: Integer, letter: Integer, buffer: Successors, found: Integer) -> None:
+    """Write the violation cost of a rule that may be broken, for reading a class or letter."""
+    if view.pays and i < buffer.violation.shape[1]:
+        tasks = view.ends.shape[0]
+        buffer.violation[found, i] = 0 if i < tasks else view.tolls[i - tasks, buffer.automata[i], letter]
 
 
 @bare_kernel
@@ -207,20 +219,24 @@ def _read(view: ProductView, node: Integer, cost: Integer, buffer: Successors, f
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
     label, code = view.classes[node], np.int64(node)
     for i in range(buffer.automata.shape[0]):
-        code += view.jump[i, buffer.automata[i], label]
+        jump = view.jump[i, buffer.automata[i], label]
+        if jump < 0:
+            return found
+        _pay_toll(view, i, label, buffer, found)
+        code += jump
     buffer.code[found] = code
     buffer.cost[found] = cost
-    return _read_bought(view, node, cost, buffer, found) if view.relaxed else found + 1
+    return _read_bought(view, label, buffer, found) if view.relaxed else found + 1
 
 
 @bare_kernel
-def _read_bought(view: ProductView, node: Integer, cost: Integer, buffer: Successors, found: Integer) -> Integer:
+def _read_bought(view: ProductView, label: Integer, buffer: Successors, found: Integer) -> Integer:
     """Write, after the state of the free reading, those of all others, and return the new count."""
-    label = view.classes[node]
-    tasks = buffer.choice.shape[0]
+    tasks, first = buffer.choice.shape[0], found
+    rest = buffer.code[first]
     for i in range(tasks):
         buffer.choice[i] = 0
-        buffer.violation[found, i] = 0
+        rest -= view.jump[i, buffer.automata[i], label]
     while True:
         found += 1
         i = 0
@@ -233,7 +249,9 @@ def _read_bought(view: ProductView, node: Integer, cost: Integer, buffer: Succes
             i += 1
         if i == tasks:
             return found
-        code = np.int64(node)
+        code = rest
+        for i in range(tasks, buffer.violation.shape[1]):
+            buffer.violation[found, i] = buffer.violation[first, i]
         for i in range(tasks):
             q = buffer.automata[i]
             buffer.violation[found, i] = 0
@@ -244,4 +262,4 @@ def _read_bought(view: ProductView, node: Integer, cost: Integer, buffer: Succes
                 code += view.extra_jump[extra]
                 buffer.violation[found, i] = view.extra_price[extra]
         buffer.code[found] = code
-        buffer.cost[found] = cost
+        buffer.cost[found] = buffer.cost[first]

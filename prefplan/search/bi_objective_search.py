@@ -105,7 +105,8 @@ class BiObjectiveSearch(Search):
             return min(ahead, key=lambda plan: (plan[1], plan[0]), default=None)
         known, mus = self.states.known[self.labels.row[labels]], self.labels.mu[labels]
         view, costs = self.prepared.view, self.labels.cost[labels] >> self.product.shift
-        automata = known[:, COL.CODE, None] // view.strides % self.product.sizes
+        sizes = self.product.sizes
+        automata = known[:, COL.CODE, None] // view.strides[: len(sizes)] % sizes
         total = least_sum(tables, len(tables.weights) - 1, known[:, COL.CODE] % view.nodes, automata, costs, mus)
         if total is None:
             return None

@@ -143,7 +143,7 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance
         return END.ENTERED
     if spent >= growth.cost_limit:
         return END.TOO_LARGE
-    pays = view.relaxed or parent == NONE
+    pays = view.pays or parent == NONE
     mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], pays))
     if mu >= limits[0]:
         return END.ENTERED

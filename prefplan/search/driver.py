@@ -206,7 +206,7 @@ class Search(ABC):
     def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
         """Return product states (n,) on a path, and its costs up to each, as waypoints."""
         view = self.prepared.view
-        automata = (codes[:, None] // view.strides % self.product.sizes).tolist()
+        automata = (codes[:, None] // view.strides % view.sizes).tolist()
         nodes = (codes % view.nodes).tolist()
         return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
 

@@ -138,12 +138,12 @@ class EntryMap:
             if owner is objective:
                 value += entries[first + m] * units.mu
         first += len(self.maxima)
-        costs = [Fraction(0)] * measure.tasks
+        costs = [Fraction(0)] * len(self.problem.priced)
         for c, (cost, i) in enumerate(self.frozen):
             if cost == objective.cost:
                 costs[i] = entries[first + c] * units.cost
         first += len(self.frozen)
-        violations = [Fraction(0)] * measure.tasks
+        violations = [Fraction(0)] * len(self.problem.priced)
         for v, i in enumerate(self.paid):
             violations[i] = entries[first + v] * units.price
         return sum((formula.value(costs, violations) for formula in measure.formulas), value)
@@ -156,7 +156,7 @@ class EntryMap:
             order: of comparison.
             numbered: whether successors come with the number of an edge or action in place of a cost.
         """
-        sets, tasks = 2 ** len(self.problem.priced), len(self.problem.priced)
+        sets, priced = 2 ** len(self.problem.tasks), len(self.problem.priced)
         late = [(a, term) for a, o in enumerate(self.additive) for term in o.measure.tardiness]
         units = [self.additive[a].units for a, _ in late]
         maximum = [o.measure.maximum_table(o.units.factor)[k] for o, k in self.maxima]
@@ -172,7 +172,7 @@ class EntryMap:
             edge_costs=np.stack(columns) if numbered else np.zeros((1, 0), np.int64),
             of=np.array([o.cost for o in self.additive], np.int64),
             rate=_table([o.measure.rate_table(o.units.factor) for o in self.additive], sets),
-            violation=_table(violation, tasks),
+            violation=_table(violation, priced),
             late=_table([(a, term.task) for a, term in late], 2),
             late_slope=np.array(slopes, np.int64),
             late_offset=np.array([min(int(offset), PRODUCT_LIMIT) for offset in offsets], np.int64),
@@ -225,7 +225,7 @@ def follow(
     for m in range(maxima):
         at_least = entries.maximum[m, satisfied] * spent(view, key, entries.of_maximum[m])
         key[costs + additive + m] = max(key[costs + additive + m], at_least)
-    if view.relaxed or begins:
+    if view.pays or begins:
         for a in range(additive):
             for i in range(entries.violation.shape[1]):
                 key[costs + a] += entries.violation[a, i] * buffer.violation[k, i]

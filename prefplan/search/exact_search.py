@@ -22,7 +22,7 @@ from prefplan.limits import Limits, check_limits
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
 from prefplan.problem import Problem
-from prefplan.product.product_automaton import Product, Start
+from prefplan.product.product_automaton import BARRED, Product, Start
 from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
 
@@ -103,7 +103,7 @@ class ExactSearch:
                 return
             if any(_no_worse(goal, bound) for goal in reversed(front)) or self._superseded(label):
                 continue
-            if all(a in end for a, end in zip(label.automata, self._ends, strict=True)):
+            if all(a in end for a, end in zip(label.automata, self._ends, strict=False)):
                 front = [goal for goal in front if not _no_worse(bound, goal)] + [bound]
                 pending = {goal: at for goal, at in pending.items() if not _no_worse(bound, goal)} | {bound: label}
                 continue
@@ -149,10 +149,9 @@ class ExactSearch:
         self, automata: tuple[int, ...], spent: Counts, before: tuple[Counts | None, ...] | None
     ) -> tuple[Counts | None, ...]:
         """Return what had been spent when each task was satisfied, None for tasks that are not."""
-        before = before or (None,) * len(automata)
-        return tuple(
-            spent if c is None and q == end[0] else c for c, q, end in zip(before, automata, self._ends, strict=True)
-        )
+        before = before or (None,) * len(self._ends)
+        pairs = zip(before, automata, self._ends, strict=False)
+        return tuple(spent if c is None and q == end[0] else c for c, q, end in pairs)
 
     def _successors(self, label: _Label) -> Iterator[_Label]:
         p = self.product
@@ -165,21 +164,24 @@ class ExactSearch:
                 yield _Label(target, automata, spent, finished, paid, label.actions + 1, label, edge, label.start)
 
     def _readings(self, automata: tuple[int, ...], label: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Yield the automata's states after each way to read a label class, and the price of that for each task."""
-        p = self.product
+        """Yield the automata's states after each way to read a label class, and its violation costs (P,)."""
+        p, tasks = self.product, len(self._ends)
         readings: list[list[tuple[int, int]]] = []
-        for i, q in enumerate(automata):
+        for i, q in enumerate(automata[:tasks]):
             bought = slice(p.extra_first[i, q, label], p.extra_first[i, q, label + 1])
             dear = zip(p.extra_state[bought].tolist(), p.extra_price[bought].tolist(), strict=True)
             readings.append([(int(p.delta[i, q, label]), 0), *dear])
-        for reading in product(*readings):
-            yield tuple(q for q, _ in reading), tuple(price for _, price in reading)
+        rules = tuple(int(p.rule_delta[r, q, label]) for r, q in enumerate(automata[tasks:]))
+        tolls = tuple(int(p.tolls[r, automata[tasks + r], label]) for r in range(len(p.tolls)))
+        for reading in product(*readings) if BARRED not in rules else ():
+            yield (*(q for q, _ in reading), *rules), (*(price for _, price in reading), *tolls)
 
     def _values(self, label: _Label, objective: PreferenceObjective) -> tuple[list[Fraction], list[Fraction]]:
         """Return the task costs, in a preference's cost, and violation costs of a label in the user's units."""
         units, d = objective.units, objective.cost
         costs = [(label.spent if c is None else c)[d] * units.cost for c in label.finished]
-        return costs, [v * units.price for v in label.paid]
+        rules = [Fraction(0)] * (len(label.paid) - len(costs))
+        return [*costs, *rules], [v * units.price for v in label.paid]
 
     def _mu(self, label: _Label, objective: PreferenceObjective) -> Any:
         return objective.measure.value(*self._values(label, objective))
@@ -229,7 +231,8 @@ class ExactSearch:
 
     def _rest(self, label: _Label) -> list[float]:
         """Return the largest cost-to-go of a single task (equation 4), for every cost."""
-        cells = [label.state + self.product.problem.system.size * q for q in label.automata]
+        nodes = self.product.problem.system.size
+        cells = [label.state + nodes * q for q in label.automata[: len(self._ends)]]
         return [
             max(table.get(cell, math.inf) for table, cell in zip(tables, cells, strict=True))
             for tables in self._cost_to_go

@@ -52,7 +52,7 @@ class Growth(NamedTuple):
         maximum: (M, 2^N) int64, by satisfied set: mu is at least this times the cost so far.
         late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
             of mu: tardiness is max(0, slope * cost - offset).
-        violation: (N,) int64, units of mu for each unit of violation cost.
+        violation: (P,) int64, units of mu for each unit of violation cost.
         cost_limit: from this cost on a product with it might not fit 64 bits.
     """
 
@@ -145,7 +145,7 @@ def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer
 def mu_after(
     growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
 ) -> Integer:
-    """Return a label's mu after a step from cost `before` to `after` that pays violation costs (N,), if it pays any."""
+    """Return a label's mu after a step from cost `before` to `after` that pays violation costs (P,), if it pays any."""
     mu += added_mu(growth, satisfied, before, after)
     if pays:
         for i in range(growth.violation.shape[0]):

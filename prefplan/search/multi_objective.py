@@ -147,9 +147,9 @@ def _enter(
     estimate = after + known[COST_BOUND]
     for d in range(scratch.key.shape[0]):
         scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
-    pays = view.relaxed or parent == NONE
+    pays = view.pays or parent == NONE
     _grow(growth, key, satisfied, before, spent, buffer.violation[k], pays, scratch.key)
-    _fill_costs(key, scratch, spent, satisfied, known[COL.SATISFIED])
+    _fill_costs(key, scratch, view.ends.shape[0], spent, satisfied, known[COL.SATISFIED])
     mu, error = _value(key, programs, scratch, spent)
     if mu != mu:
         return END.TOO_LARGE
@@ -196,11 +196,11 @@ def _grow(
 
 
 @bare_kernel
-def _fill_costs(key: Key, scratch: Scratch, spent: Integer, satisfied: Integer, now: Integer) -> None:
+def _fill_costs(key: Key, scratch: Scratch, tasks: Integer, spent: Integer, satisfied: Integer, now: Integer) -> None:
     """Write all task costs and violation costs of a label; enter the costs of tasks satisfied now but not before."""
     first_violation = scratch.key.shape[0] - key.violations.shape[0]
     first_cost = first_violation - key.costs.shape[0]
-    for i in range(scratch.costs.shape[0]):
+    for i in range(tasks):
         scratch.costs[i] = spent
     for a in range(key.costs.shape[0]):
         i = key.costs[a]

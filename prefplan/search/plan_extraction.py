@@ -26,7 +26,7 @@ class Waypoint:
 
     Attributes:
         node: of the graph that was searched.
-        automata: (N,) states of the automata.
+        automata: (N + R,) states of the automata.
         cost: of the path up to here, as in `Product.costs`.
     """
 
@@ -130,16 +130,17 @@ def cheapest_path(
 
 def _resting_classes(product: Product, automata: tuple[int, ...]) -> np.ndarray:
     """Return the (C,) bool label classes whose free reading leaves all automata in these states."""
-    states = np.array(automata)
-    rests: np.ndarray = (product.delta[np.arange(len(states)), states] == states[:, None]).all(axis=0)
+    rests: np.ndarray = (product.transitions(automata) == np.array(automata)[:, None]).all(axis=0)
     return rests
 
 
 def _leads(product: Product, label: int, before: tuple[int, ...], after: tuple[int, ...]) -> bool:
     """Return whether some reading of a label class takes the automata from one combination to another."""
-    for i, (q, then) in enumerate(zip(before, after, strict=True)):
-        bought = slice(product.extra_first[i, q, label], product.extra_first[i, q, label + 1])
-        if product.delta[i, q, label] != then and then not in product.extra_state[bought]:
+    for i in np.flatnonzero(product.transitions(before)[:, label] != after):
+        if i >= len(product.automata):
+            return False
+        bought = slice(product.extra_first[i, before[i], label], product.extra_first[i, before[i], label + 1])
+        if after[i] not in product.extra_state[bought]:
             return False
     return True
 
@@ -203,16 +204,13 @@ def _plan(
 def _purchases(
     product: Product, labels: Sequence[frozenset[str]], automata: Sequence[tuple[int, ...]], start: Start
 ) -> list[Purchase]:
-    """Return the relaxations bought along a path, in order of steps."""
+    """Return the relaxations bought along a path and the rules broken, in order of steps."""
     problem, price = product.problem, product.units.price
     found: list[Purchase] = []
-    broken = problem.broken(labels)
-    for i, (name, dfa) in enumerate(zip(problem.priced, product.automata, strict=True)):
+    for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
         bought = start.bought[i]
-        if bought is None and i < len(problem.tasks):
+        if bought is None:
             found.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
-        elif bought is None and name in broken:
-            found.append(Purchase(name, broken[name], None, (dfa.skip or 0) * price, rule=True))
         for k, states in enumerate(automata if dfa.relaxations else automata[:1]):
             if k > 0:
                 readings = dfa.readings(automata[k - 1][i], labels[k])
@@ -220,6 +218,9 @@ def _purchases(
             for relaxation in bought or ():
                 assumed, _, count = dfa.relaxations[relaxation]
                 found.append(Purchase(name, k, assumed, count * price))
+    prices = {rule.name: rule.skip for rule in problem.rules}
+    broken = problem.broken(labels).items()
+    found += [Purchase(name, step, None, exact(prices[name] or 0), rule=True) for name, step in broken]
     return sorted(found, key=lambda purchase: purchase.step)
 
 

@@ -29,11 +29,14 @@ class VectorSearch(Search):
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu = max_mu
-        self._programs = compile_programs(measure.formulas, prepared.product.units, measure.tasks)
+        self._programs = compile_programs(measure.formulas, prepared.product.units, len(problem.priced))
         general = measure.contract == "general"
-        every = tuple(range(measure.tasks))
-        costs = every if general else sorted({i for formula in measure.formulas for i in formula.costs})
-        paid = every if general else sorted({i for formula in measure.formulas for i in formula.violations})
+        costs = range(measure.tasks) if general else sorted({i for formula in measure.formulas for i in formula.costs})
+        paid = (
+            range(len(problem.priced))
+            if general
+            else sorted({i for formula in measure.formulas for i in formula.violations})
+        )
         values = [k for k, f in enumerate(measure.formulas) if f.contract in ("additive", "convex")]
         by_value = len(values) == len(measure.formulas)
         named = {i for f in measure.formulas if f.contract == "componentwise" for i in f.costs}
@@ -53,7 +56,7 @@ class VectorSearch(Search):
         self._best = np.empty(2, dtype=np.float64)
         self._least: Fraction | float | None = None
         self._scratch = multi_objective.Scratch(
-            np.zeros(len(compare)), np.zeros(measure.tasks), np.zeros(measure.tasks)
+            np.zeros(len(compare)), np.zeros(len(problem.priced)), np.zeros(len(problem.priced))
         )
         super().__init__(prepared, max_cost, tolerance)
 

@@ -13,24 +13,61 @@ from judge.preferences import reference
 from judge.problems import GraphProblem
 from judge.rules import JudgedRule, front_with_rules
 
-from prefplan import PrefplanError, cheapest_plan, pareto_front
+from prefplan import GridModel, Order, PrefplanError, Rule, Sum, Task, WeightedSum, cheapest_plan, pareto_front
 from prefplan.claims import Claims
 from prefplan.claims import judge as judged
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.problem import Problem
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import from_dict, loads
 
+BAD_PREFIXES = (
+    "F x",
+    "!y U (x & !y)",
+    "F (x & X !y)",
+    "F (x & X (y | X y))",
+    "F (x & F (y & z))",
+    "F (x & X !y & X X !y)",
+)
+"""What breaks `G !x`, `!x W y`, `G (x -> X y)`, `G (x -> G[1,2] !y)`, `G (x -> G (y -> !z))`, `G (x -> F[1,2] y)`."""
 
-def drawn(seed: int) -> tuple[GraphProblem, list[JudgedRule], Mapping[str, Any]]:
-    """Return a random problem, one or two rules, and a preference over both."""
+
+BOUND = 16
+"""Largest total cost of the plans that are compared."""
+
+
+def drawn_rule(rng: random.Random, atoms: str, name: str, price: int | None) -> JudgedRule:
+    """Return a rule of a shape that people write, or of any."""
+    if rng.random() < 0.3:
+        return JudgedRule(name, judge.random_formula(rng, atoms, rng.choice((1, 2, 3))), price)
+    meant = dict(zip("xyz", rng.sample(atoms, 3), strict=True))
+    bad = "".join(meant.get(letter, letter) for letter in rng.choice(BAD_PREFIXES))
+    return JudgedRule(name, judge.parse(bad), price)
+
+
+def drawn(seed: int, most: int = 8) -> tuple[GraphProblem, list[JudgedRule], Mapping[str, Any]]:
+    """Return a random problem, some rules, of which at most two may be broken, and a preference over both.
+
+    Few of the rules are such that no plan keeps them.
+    """
     rng = random.Random(f"rules {seed}")
-    problem = judge.random_problem(seed, kind="weighted-sum", relaxed=rng.random() < 0.4)
-    prices = [rng.choice((None, None, 1, 2, 4)) for _ in range(rng.choice((1, 1, 2)))]
-    rules = [
-        JudgedRule(f"rule{k}", judge.random_formula(rng, "abc", rng.choice((1, 2, 3))), price)
-        for k, price in enumerate(prices)
-    ]
+    atoms = "abcde" if seed % 2 else "abc"
+    if seed % 2:
+        problem = judge.random_errands(seed, "weighted-sum")
+    else:
+        problem = judge.random_problem(seed, kind="weighted-sum", relaxed=rng.random() < 0.4)
+    rules = [drawn_rule(rng, atoms, f"rule{k}", rng.choice((1, 2, 4))) for k in range(rng.choice((0, 1, 1, 2)))]
+    number = rng.randint(max(len(rules), 1), most)
+    for _ in range(3 * number):
+        if len(rules) == number:
+            break
+        rule = drawn_rule(rng, atoms, f"rule{len(rules)}", None)
+        unkept = [each for each in (*rules, rule) if each.skip is None]
+        if rng.random() < 0.05 or front_with_rules(problem, unkept, lambda costs, paid: 0, max_cost=BOUND):
+            rules.append(rule)
+    rng.shuffle(rules)
     names = [*problem.names, *(rule.name for rule in rules if rule.skip is not None)]
     terms = [{"kind": "weighted-sum", "over": "violation", "weights": {n: rng.choice((0, 1, 2)) for n in names}}]
     kind = rng.choice(("order", "weighted-sum", "max", "none"))
@@ -42,7 +79,7 @@ def drawn(seed: int) -> tuple[GraphProblem, list[JudgedRule], Mapping[str, Any]]
 
 def solved(problem: GraphProblem, rules: list[JudgedRule], preference: Mapping[str, Any]) -> Problem:
     data = problem.scenario()
-    data["model"]["propositions"] = sorted(set("abc") - frozenset().union(*problem.labels.values()))
+    data["model"]["propositions"] = sorted(set("abcde") - frozenset().union(*problem.labels.values()))
     data["preference"] = preference
     data["rules"] = [
         {"name": rule.name, "formula": f"!({judge.to_text(rule.bad)})"}
@@ -54,12 +91,11 @@ def solved(problem: GraphProblem, rules: list[JudgedRule], preference: Mapping[s
 
 def test_fronts_under_rules_agree_with_exhaustive_search() -> None:
     found = broken = none = 0
-    for seed in range(100):
+    for seed in range(90):
         problem, rules, preference = drawn(seed)
-        bound = 12
-        ours = pareto_front(solved(problem, rules, preference), max_cost=bound)
+        ours = pareto_front(solved(problem, rules, preference), max_cost=BOUND)
         everything = [*problem.names, *(rule.name for rule in rules)]
-        theirs = front_with_rules(problem, rules, _reference(preference, problem.names, everything), max_cost=bound)
+        theirs = front_with_rules(problem, rules, _reference(preference, problem.names, everything), max_cost=BOUND)
         assert [(plan.cost, plan.preference) for plan in ours] == theirs, seed
         found += len(ours) > 1
         broken += any(purchase.rule for plan in ours for purchase in plan.relaxations)
@@ -174,6 +210,14 @@ def test_a_front_within_some_percent_pays_for_no_rule_that_is_kept() -> None:
         assert plan.violation_costs["kept"] == 0 and plan.violation_costs["broken"] == 3
 
 
+def test_a_rule_that_nothing_keeps_is_broken_at_the_start() -> None:
+    (cheap,) = pareto_front(hall(PAID.replace("G !carpet", "false")))
+    assert (cheap.cost, cheap.preference) == (2, 2)
+    assert [(purchase.task, purchase.step) for purchase in cheap.relaxations] == [("clean", 0)]
+    with pytest.raises(NoPlanError, match="every plan breaks the rule clean"):
+        cheapest_plan(hall(HALL.replace("G !carpet", "false") + '[preference]\nkind = "order"\n'))
+
+
 def test_an_obligation_that_is_pending_when_the_plan_ends_breaks_no_rule() -> None:
     later = PAID.replace("G !carpet", "G (desk -> X carpet)")
     (plan,) = pareto_front(hall(later))
@@ -256,6 +300,17 @@ kind = "order"
 order = ["two", "one"]
 """
 
+PRICED = """kind = "sum"
+[[preference.terms]]
+kind = "weighted-sum"
+over = "violation"
+weight = 1
+weights = { rule = 1 }
+[[preference.terms]]
+kind = "order"
+weight = 1
+order"""
+
 
 @pytest.mark.parametrize(
     "rule",
@@ -268,13 +323,35 @@ order = ["two", "one"]
         "G !b_p2",
     ],
 )
-def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str) -> None:
+@pytest.mark.parametrize("price", [None, 3, 30])
+def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str, price: int | None) -> None:
     text = BLOCKS.format(rule=rule)
+    if price is not None:
+        text = text.replace("[preference]", f"skip = {price}\n[preference]").replace('kind = "order"\norder', PRICED)
     listed = pareto_front(hall(text))
     scenario = loads(text)
     large = replace(scenario, model=replace(scenario.model, listed_states=0)).problem()
     generated = pareto_front(large)
     assert [(p.cost, p.preference) for p in generated] == [(p.cost, p.preference) for p in listed]
     assert generated.reason == listed.reason
+    assert isinstance(Reduction(large, generated=True).product, GeneratedProduct)
     for plan in generated:
-        assert not large.broken(Ledger.of_plan(large, plan).labels)
+        paid = {purchase.task: purchase.step for purchase in plan.relaxations}
+        assert large.broken(Ledger.of_plan(large, plan).labels) == paid
+
+
+def test_rules_multiply_no_task() -> None:
+    cells = [(7, 2), (1, 8), (4, 5), (9, 9), (2, 1), (6, 7), (3, 9), (8, 4), (0, 6)]
+    regions = {f"r{k}": [(*cell, *cell)] for k, cell in enumerate(cells)}
+    system = GridModel((10, 10), (0, 0), regions=regions).transition_system()
+    tasks = [Task(f"t{k}", f"F (r{k} & F r{k + 3} & F r{k + 6})") for k in range(3)]
+    apart = [Rule(f"apart{k}", f"G (r{k} -> G[1,6] !r{k + 1})") for k in range(6)]
+    order = [Rule(f"after{k}", f"!r{k} W r{(k + 4) % 9}", skip=k + 1) for k in range(8)]
+    weighed = WeightedSum({rule.name: 1 for rule in order}, over="violation")
+    problem = Problem(system, tasks, Sum(((Order(), 1), (weighed, 1))), rules=[*apart, *order])
+    assert [dfa.size for dfa in problem.weighted_automata] == [dfa.size for dfa in problem.automata]
+    front = pareto_front(problem)
+    assert front.complete and front.stats.states < 200_000
+    for plan in front:
+        paid = {purchase.task: purchase.step for purchase in plan.relaxations}
+        assert problem.broken(Ledger.of_plan(problem, plan).labels) == paid

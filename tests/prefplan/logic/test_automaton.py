@@ -15,7 +15,6 @@ from prefplan.errors import LimitError
 from prefplan.limits import Limits
 from prefplan.logic.dfa import automaton
 from prefplan.logic.formula import TRUE
-from prefplan.logic.monitor import watching
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 
 Label = frozenset[str]
@@ -65,7 +64,6 @@ def test_letters_are_never_listed() -> None:
     assert dfa.size == 2
     assert dfa.step(0, frozenset({"p59"})) == dfa.accepting
     assert WeightedAutomaton(dfa, (("p5", TRUE, 3), ("p1999", TRUE, 2))).readings(0, frozenset())[1].price == 2
-    assert watching(dfa, [[automaton("F p1")]], apart=frozenset({"p1"}))[0].size == 3
 
 
 def test_limits_hold_while_an_automaton_is_built() -> None:
