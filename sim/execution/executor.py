@@ -116,6 +116,8 @@ class Execution:
                 self.steps[-1] = replace(self.steps[-1], observed=seen, end=float(self.cell.data.time))
         except ObservationTimeoutError as error:
             self.reason, self.lost_sensor = str(error), True
+        if self.reason is not None and self.steps:
+            self.cell.log_event("mismatch", action=self.steps[-1].action, reason=self.reason)
         return self.reason is None
 
     def step(self, action: str, *, ahead: Sequence[str] = ()) -> bool:

@@ -118,6 +118,20 @@ def test_an_object_that_is_not_where_it_should_be_stops_the_run(
     assert rollout.events[-1].kind == "mismatch" and rollout.events[-1].detail["action"] == action
 
 
+@pytest.mark.parametrize("at_rest", [False, True])
+def test_what_moves_after_an_action_was_confirmed_is_a_mismatch_of_that_action(
+    scene: Scene, system: TransitionSystem, at_rest: bool
+) -> None:
+    """Else a certificate finds that the action failed, and no event that says so."""
+    run = Execution(scene, initial_state(scene), system=system)
+    assert run.step("transit top") and run.check_state(at_rest=at_rest)
+    assert run.cell.events == []
+    run.cell.data.joint("green").qpos[:3] = [0.65, -0.1, 0.0225]
+    assert not run.check_state(at_rest=at_rest)
+    (event,) = run.cell.events
+    assert event.kind == "mismatch" and event.detail == {"action": "transit top", "reason": run.reason}
+
+
 def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: TransitionSystem) -> None:
     run = Execution(scene, initial_state(scene), system=system)
     for action in COST_OPTIMAL[:3]:
