@@ -11,7 +11,7 @@ from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.action import Action, at
 from sim.evidence.log import Log, LoggedAction
-from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, RecordedWorld
+from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, NOISE_FACTOR, RecordedWorld
 from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
@@ -38,9 +38,6 @@ GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
 
 PLACEMENT_TOLERANCE_M = 0.001
 """Greatest difference of a recorded placement error from the frames', where observations have no noise."""
-
-NOISE_FACTOR = 4
-"""Further difference that is allowed, in standard deviations of the observation noise."""
 
 ROUNDING_S = 1e-6
 """Greatest rounding error of a time, s."""

@@ -167,7 +167,8 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
         world.show(world.frame_at(action.end))
         symbolic = world.action(action.action)
         effect = world.model.effect(symbolic) & own if symbolic else frozenset()
-        before, label = label, _observed(world) & own
+        said, told = frozenset(action.label) & own, said
+        before, label = label, _observed(world, said) & own
         if symbolic and symbolic.location in marks:
             obj, place = symbolic.obj, symbolic.location
             worked = world.worked(place, start=action.start, end=action.end)
@@ -177,18 +178,23 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
         earned = {(obj, mark) for obj, mark in earned if obj not in fallen}
         label = label | {marked(obj, mark) for obj, mark in earned}
         trace.append(label)
-        said, told = frozenset(action.label) & own, said
         unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed
         checks.append(_check_effect(k, action, label, None if unseen else said, effect))
     return trace, checks
 
 
-def _observed(world: RecordedWorld) -> frozenset[str]:
-    """Return the propositions, marks aside, that hold in the frame that is shown."""
+def _observed(world: RecordedWorld, said: Label | None = None) -> Label:
+    """Return the propositions, marks aside, that hold in the frame that is shown.
+
+    What an observation with noise may have shown or not is taken as it was `said`, if it was.
+    """
     held = world.held()
     names = set() if held is None else {holding(held)}
-    names |= {at(obj, place) for obj, place in world.resting(held).items()}
-    return frozenset(names)
+    shown, surely, maybe = (
+        {at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in (0, -1, 1)
+    )
+    doubtful = maybe - surely
+    return frozenset(names | (shown if said is None else surely | (said & doubtful)))
 
 
 def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:

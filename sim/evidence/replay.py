@@ -39,6 +39,12 @@ CONTACT_DISTANCE_M = 0.002
 UPRIGHT_TILT_RAD = np.radians(20)
 """Greatest tilt of an object that stands."""
 
+LEVEL_TILT_RAD = np.radians(2)
+"""Greatest tilt of an object that stands without doubt; one that is tilted more may be higher than the run expects."""
+
+NOISE_FACTOR = 4
+"""Greatest error of an observed coordinate in multiples of `RecordedWorld.noise`."""
+
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: about the weight of a default cube."""
 
@@ -161,14 +167,18 @@ class RecordedWorld:
         """Return the objects that are below the table top."""
         return {obj for obj in self._geoms if self._data.body(obj).xpos[2] <= 0}
 
-    def resting(self, held: str | None) -> dict[str, str]:
+    def resting(self, held: str | None, *, doubt: int = 0) -> dict[str, str]:
         """Return the location of every object that rests at one, except the held object.
 
         Where more objects rest than a location has slots, only the nearest to a slot count.
+
+        Args:
+            held: the object in the hand.
+            doubt: 1 for those that an observation with noise may show there, -1 for those that every one shows there.
         """
         elsewhere = {held, *self.fallen()}
         objects = [obj for obj in self._geoms if obj not in elsewhere]
-        found = {obj: place for obj in objects if (place := self._rests(obj)) is not None}
+        found = {obj: place for obj in objects if (place := self._rests(obj, doubt)) is not None}
         for location in self.model.locations:
             name = location.name
             there = [obj for obj, place in found.items() if place == name]
@@ -177,23 +187,30 @@ class RecordedWorld:
                 del found[obj]
         return found
 
-    def _rests(self, obj: str) -> str | None:
+    def _rests(self, obj: str, doubt: int) -> str | None:
         """Return the location at which an object rests, whatever its capacity, or None.
 
-        The object stands near a slot, on what stands there or on the bare table; for a location on others, on an object
-        that rests at one of those.
+        The object stands near a slot, on what stands there or on the bare table. It stands on an object that rests at
+        another location, for a location on others, and near the middle of the objects there.
         """
-        if not self._stands(obj):
+        if not self._stands(obj, LEVEL_TILT_RAD if doubt < 0 else UPRIGHT_TILT_RAD):
             return None
+        reach = AT_LOCATION_M + doubt * NOISE_FACTOR * self.noise
         distances = self._distances(obj)
-        for place in sorted(
-            (name for name, distance in distances.items() if distance < AT_LOCATION_M), key=distances.__getitem__
-        ):
+        for place in sorted(distances, key=distances.__getitem__):
+            if distances[place] > 2 * AT_LOCATION_M:
+                return None
             supports = self.model.location(place).on
             if supports:
-                if any(self._rests(below) in supports for below in self._carriers(obj)):
+                under = {self._rests(below, doubt): below for below in self._carriers(obj)}
+                where = [
+                    self._data.body(under[name]).xpos if name in under else self.scene.slots[name][0].position
+                    for name in supports
+                ]
+                off = np.mean(where, axis=0) - self._data.body(obj).xpos
+                if not under.keys().isdisjoint(supports) and np.hypot(*off[:2]) < reach:
                     return place
-            elif self._touch(self._geoms[obj], self._surfaces[place]):
+            elif distances[place] < reach and self._touch(self._geoms[obj], self._surfaces[place]):
                 return place
         return None
 
@@ -221,14 +238,17 @@ class RecordedWorld:
     def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
         return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
 
-    def _stands(self, obj: str) -> bool:
-        """Return whether an object stands upright; a box may stand on any face on which it has its upright height."""
+    def _stands(self, obj: str, tilt: float) -> bool:
+        """Return whether an object stands, tilted by less than an angle, rad.
+
+        A box may stand on any face on which it has its upright height.
+        """
         geom = self._geoms[obj][0]
         steep = np.abs(self._data.body(obj).xmat.reshape(3, 3)[2])
         upright = np.array([False, False, True])
         if self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and len(self._geoms[obj]) == 1:
             upright = np.isclose(self.mujoco.geom_size[geom], self.mujoco.geom_size[geom][2])
-        return bool(steep[upright].max() > np.cos(UPRIGHT_TILT_RAD))
+        return bool(steep[upright].max() > np.cos(tilt))
 
     def _distances(self, obj: str) -> dict[str, float]:
         """Return the horizontal distance of an object from the nearest slot of each location, m."""

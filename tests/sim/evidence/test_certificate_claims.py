@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from forged_logs import claiming, log_of_run, refutations, telling
 from scenario_texts import shipped
@@ -57,6 +58,22 @@ def test_without_its_relaxations_a_task_is_not_satisfied(relaxed_log: Log) -> No
     found = refutations(claiming(relaxed_log, relaxations=skip))
     assert found["completed"] == "not satisfied: serve"
     assert found["violation cost serve"] == "4 is claimed, but it is 0"
+
+
+@pytest.mark.usefixtures("claims_alone")
+@pytest.mark.parametrize(("degrees", "either"), [(0, False), (10, True), (30, False)])
+def test_whether_a_tilted_object_was_seen_to_stand_is_not_refuted(arch_log: Log, degrees: float, either: bool) -> None:
+    """The run goes by its height as the camera sees it, the certificate by what it touches."""
+    angle, half, first = np.radians(degrees), 0.0225, arch_log.about.joints["green"]
+    qpos = arch_log.qpos.copy()
+    qpos[:, first + 2] = half * (np.cos(angle) + np.sin(angle))
+    qpos[:, first + 3 : first + 7] = [np.cos(angle / 2), np.sin(angle / 2), 0, 0]
+    log, accepted = replace(arch_log, qpos=qpos), []
+    place = next(name for name in arch_log.about.actions[0].label if name.startswith("green_"))
+    for label in (arch_log.about.actions[0].label, tuple({*arch_log.about.actions[0].label} - {place})):
+        actions = (replace(log.about.actions[0], label=label), *log.about.actions[1:])
+        accepted.append(certify(telling(log, actions=actions)).check("action 1").holds)
+    assert all(accepted) if either else accepted == [degrees == 0, degrees != 0]
 
 
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
