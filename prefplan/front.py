@@ -103,6 +103,17 @@ class Stats:
     build_seconds: float = 0.0
     seconds: float = 0.0
 
+    def __add__(self, later: Stats) -> Stats:
+        """Return the work of two searches, one after the other; memory and states are those of the larger one."""
+        return Stats(
+            max(self.states, later.states),
+            self.expanded + later.expanded,
+            self.generated + later.generated,
+            max(self.bytes, later.bytes),
+            self.build_seconds + later.build_seconds,
+            self.seconds + later.seconds,
+        )
+
 
 @dataclass(frozen=True)
 class Front(Sequence[Plan]):
@@ -115,9 +126,7 @@ class Front(Sequence[Plan]):
         reason: why there is no plan; None if there is one, or if the reason is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
         complete_below: every point of lower cost has been found, and plans of higher cost may be dominated; None if the
-            search ran to its end, was within some percent, or proved nothing of the kind.
-        within: every point of the exact front has one here that exceeds it by at most this percentage in cost and in
-            mu; 0 for an exact front, None if the search was stopped before it proved any percentage.
+            search ran to its end, or proved nothing of the kind.
         resolution: the model's costs were rounded to multiples of this; None if they were not rounded.
         claimed: whether the user declared a preference's contract, which was tested on random costs but not proven.
         assumptions: sentences on what the front is exact for, if its costs were rounded or a contract was declared.
@@ -128,7 +137,6 @@ class Front(Sequence[Plan]):
     reason: Reason | None = None
     ended: str | None = None
     complete_below: Number | None = None
-    within: Number | None = None
     resolution: Number | None = None
     claimed: bool = False
     assumptions: tuple[str, ...] = ()
@@ -150,8 +158,7 @@ class Front(Sequence[Plan]):
         if self.ended is None:
             return None
         below = "" if not self.complete_below else f"; the front is complete below cost {self.complete_below}"
-        proven = "" if self.within is None else f"; every best trade-off is within {self.within} % of one of these"
-        return f"{stopped_by(self.ended)}{below}{proven}"
+        return f"{stopped_by(self.ended)}{below}"
 
     def over(self, objectives: Collection[str]) -> Front:
         """Return the front of some of the costs and preferences, given by name.
@@ -231,10 +238,6 @@ class Front(Sequence[Plan]):
             f"A task's column is its cost: the total {(self.objectives or PAIR)[0]} until it was satisfied. "
             f"{self.stats.seconds:.2f} s, {self.stats.expanded} labels expanded."
         ]
-        if self.complete and self.within:
-            notes.append(
-                f"Every best trade-off has a plan here whose cost and penalty are at most {self.within} % larger."
-            )
         return [*notes, *self.assumptions]
 
     @property

@@ -1,4 +1,4 @@
-"""Limits of time and memory, and the tolerance of approximate fronts."""
+"""Limits of time and memory."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ from concurrent.futures import TimeoutError as StillRunningError
 from contextlib import contextmanager
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
-from fractions import Fraction
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
-from prefplan.errors import LimitError, PrefplanError
-from prefplan.exact_costs import Number, exact
+from prefplan.errors import LimitError
 
 T = TypeVar("T")
 
@@ -27,12 +25,6 @@ CHECK_PERIOD_S = 0.05
 
 MEMORY_SHARE = 0.8
 """Share of the free memory that planning may use by default."""
-
-NO_INFLATION = 2**60
-"""Divisor larger than every bound of cost, so that the quotient is 0."""
-
-FIRST_ROUND, ROUND_FACTOR = 100, 10
-"""A front within some percent is preceded by coarser ones: their largest percentage, and the factor between two."""
 
 
 def available_memory() -> int:
@@ -164,49 +156,3 @@ def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
                     check_limits()
         finally:
             stop[0] = True
-
-
-@dataclass(frozen=True)
-class Percent:
-    """A tolerance: by how many percent a plan may be worse than one that it approximates."""
-
-    value: Fraction
-
-    def least(self, value: Any) -> Any:
-        """Return the smallest value that the given one exceeds by at most this percentage; for 0 % the given one."""
-        return Fraction(value) / self.factor if self.value else value
-
-    def least_cost(self, cost: int) -> int:
-        """Return the smallest whole cost that the given one exceeds by at most this percentage."""
-        return math.ceil(cost / self.factor)
-
-    @property
-    def factor(self) -> Fraction:
-        """How many times as large a value may be."""
-        return 1 + self.value / 100
-
-    @property
-    def inflation(self) -> int:
-        """The smallest whole divisor that leaves at most this percentage of a value."""
-        return math.ceil(100 / self.value) if self.value else NO_INFLATION
-
-    @property
-    def rounds(self) -> list[Percent]:
-        """Larger tolerances, in descending order, then this one."""
-        if not self.value:
-            return [self]
-        found = [self.value]
-        while found[-1] * ROUND_FACTOR <= FIRST_ROUND:
-            found.append(found[-1] * ROUND_FACTOR)
-        return [Percent(value) for value in reversed(found)]
-
-
-EXACT = Percent(Fraction(0))
-
-
-def percent(value: Number) -> Percent:
-    """Return a percentage, which must not be negative, as a tolerance."""
-    number = Fraction(exact(value, "within"))
-    if number < 0:
-        raise PrefplanError(f"within: {value} is negative; it is a percentage, 0 for the exact front")
-    return Percent(number)

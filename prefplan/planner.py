@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Unpack
 
-from prefplan.anytime.guided import CheapestSearch, begun, draft, prepare_draft
-from prefplan.anytime.narrowing import NarrowingSearch, proven_percent
 from prefplan.assumptions import assumptions
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, admits, exact, to_number
+from prefplan.exact_costs import Number, admits, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
-from prefplan.limits import EXACT, Limits, Percent, percent
+from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
@@ -26,31 +24,28 @@ from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.driver import Found, Search, in_units
 from prefplan.search.exact_search import ExactSearch, needs_exact_numbers
+from prefplan.search.incumbent import AnytimeSearch, CheapestSearch
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.objective_search import ObjectiveSearch
 from prefplan.search.vector_search import VectorSearch
 
-AnySearch = Search | ExactSearch | NarrowingSearch
+AnySearch = Search | AnytimeSearch | CheapestSearch | ExactSearch
 
 
-def pareto_front(
-    problem: ProblemLike, *, within: Number = 0, options: Options | None = None, **limits: Unpack[FrontLimits]
-) -> Front:
+def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
     """Return the Pareto front of all costs and preferences; empty, with a reason, if there is no plan.
 
     If a limit of time or memory ends the search, the front has the points found so far, and `ended` names the limit.
 
     Args:
         problem: the problem, or a scenario, or its name or path; see `problem_of`.
-        within: percentage; points may be left out if another plan's cost and mu exceed theirs by at most this. Ignored
-            for several costs or preferences.
         options: how to search; the front does not depend on it.
         **limits: `max_cost`, `at_most`, `max_seconds` and `max_memory`, see `FrontLimits`.
 
     Raises:
         PreferenceError: if a cost bound is needed.
     """
-    return Planner(problem, options=options).front(within=within, **limits)
+    return Planner(problem, options=options).front(**limits)
 
 
 def cheapest_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
@@ -110,51 +105,59 @@ class Planner:
         self.stats = Stats()
         self._options = options or Options()
         self._reduction = Reduction(self.problem, generated=self._options.generated)
-        self._cheapest: CheapestSearch | None = None
-        self._draft: list[Plan] = []
-        self._begun: BiObjectiveSearch | None = None
-        self._stopped: AnySearch | None = None
 
     @property
     def _product(self) -> Product:
         return self._reduction.product
 
-    def front(self, *, within: Number = 0, keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]) -> Front:
+    def front(
+        self, *, over: Collection[str] = (), keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]
+    ) -> Front:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
-            within: as in `pareto_front`.
+            over: the names of the objectives that count; none for all.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
+        if len(set(over)) == 1:
+            return self._front_of_one(*set(over), keep_on_interrupt=keep_on_interrupt, **wanted)
         limits, bounds = limits_of(self.problem, **wanted)
-        tolerance = percent(within)
-        if not self.problem.is_bi_objective:
-            # Approximation is not implemented for more objectives.
-            tolerance = EXACT
         require_bounds(self.problem, bounds)
         plans: list[Plan] = []
-        self._begun, self._stopped, self._draft = None, None, []
+        known: Plan | None = None
         reason: Reason | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for _, plan in self._search(limits, bounds, tolerance=tolerance):
-                plans.append(plan)
+            for goal, plan in self._search(limits, bounds):
+                if goal.least_cost is None:
+                    plans.append(plan)
+                else:
+                    known = plan
             if not plans and not limits.ended:
                 reason = self._why_not(limits, bounds)
-        if limits.ended:
-            plans += self._draft
-        if tolerance.value or self._draft:
-            plans = _undominated(plans)
+        if known is not None and not plans:
+            plans.append(known)
+        below = None if limits.ended is None else self._below(limits)
+        front = self._front_with(plans, reason=reason, ended=limits.ended, complete_below=below)
+        return front.over(over) if over else front
+
+    def _front_of_one(self, objective: str, **wanted: Any) -> Front:
+        """Return the front of one objective: its best plan."""
+        try:
+            return self._front_with([self.best(objective, **wanted)])
+        except NoPlanError as error:
+            return self._front_with([], reason=error.reason)
+        except UnfinishedError as error:
+            return self._front_with([error.best] if error.best else [], ended=error.ended)
+
+    def _front_with(self, plans: Sequence[Plan], **ending: Any) -> Front:
         return Front(
             tuple(plans),
-            reason,
-            ended=limits.ended,
-            complete_below=None if limits.ended is None or tolerance.value else self._below(limits),
-            within=to_number(tolerance.value) if limits.ended is None else self._proven(plans),
             resolution=self.problem.resolution,
             claimed=any(o.measure.claimed for o in self.problem.objectives),
             assumptions=assumptions(self.problem),
             stats=self.stats,
+            **ending,
         )
 
     def best(self, objective: str, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
@@ -190,29 +193,31 @@ class Planner:
         is_bounded = others[0] in bounds
         if is_bounded:
             require_bounds(self.problem, bounds)
-        self._cheapest = None
-        plan: Plan | None = None
+        known: tuple[Found, Plan] | None = None
         with _stopped_by(limits, interrupts=keep_on_interrupt):
             if self.problem.measure.contract == "general" and not is_bounded:
                 reason = infeasible(self._reduction, limits)
                 if reason is not None:
                     raise NoPlanError(reason)
-            plan = next((plan for _, plan in self._search(limits, bounds, single=True)), None)
-            if plan is None and not limits.ended:
+            for goal, plan in self._search(limits, bounds, single=True):
+                if goal.least_cost is None:
+                    return plan
+                known = goal, plan
+            if not limits.ended:
                 raise NoPlanError(self._why_not(limits, bounds))
-        if plan is not None:
-            return plan
-        known = self._cheapest
-        if known is None or known.incumbent is None:
-            raise UnfinishedError(limits.ended or "", complete_below=self._below(limits))
-        below = max(limits.complete_below, known.least_cost)
-        gap = 100 * (known.incumbent.cost - below) / below if below else None
-        raise UnfinishedError(
-            limits.ended or "",
-            complete_below=self._below(limits),
-            best=self._checked(known.incumbent, self._product),
-            within=None if gap is None else math.ceil(10 * max(gap, 0)) / 10,
-        )
+        raise self._unfinished(limits, known)
+
+    def _unfinished(self, limits: Limits, known: tuple[Found, Plan] | None) -> UnfinishedError:
+        """Return the error of a search for a cheapest plan that was stopped, given the best plan known by then."""
+        ended, below = limits.ended or "", self._below(limits)
+        if known is None:
+            return UnfinishedError(ended, complete_below=below)
+        goal, plan = known
+        proven = limits.complete_below if limits.complete_below < math.inf else 0
+        least = max(proven, goal.least_cost or 0)
+        gap = 100 * max(goal.cost - least, 0) / least if least else None
+        within = None if gap is None else math.ceil(10 * gap) / 10
+        return UnfinishedError(ended, complete_below=below, best=plan, within=within)
 
     def preferred(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least mu; see `preferred_plan` and `best`."""
@@ -247,16 +252,16 @@ class Planner:
         *,
         first: str | None = None,
         single: bool = False,
-        tolerance: Percent = EXACT,
     ) -> Iterator[tuple[Found, Plan]]:
         """Yield the goals of the front with their plans, and update `stats`.
+
+        While there is none, plans that need not be on the front may be yielded (`Found.least_cost`).
 
         Args:
             limits: of time and memory.
             bounds: inclusive, of objectives by name.
             first: of several objectives, the one whose least value is wanted; None for the front.
-            single: yield the first goal only.
-            tolerance: of a front of one cost and one preference.
+            single: only the first goal is wanted.
         """
         product, began, yielded = self._product, time.perf_counter(), set[Any]()
         for exact_numbers in (not self._options.compiled or needs_exact_numbers(self.problem), True):
@@ -267,18 +272,15 @@ class Planner:
                 elif len(self.problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
                     raise LimitError("memory")
                 elif self.problem.is_bi_objective:
-                    search = self._bi_objective_search(limits, bounds, single=single, tolerance=tolerance)
+                    search = self._bi_objective_search(limits, bounds, single=single)
                 else:
                     search = ObjectiveSearch(product, self._options, bounds=bounds, first=first, max_bytes=limits.bytes)
-                self._stopped = search
-                for found in search.goals(limits) if not limits.ended else ():
+                for found in search.goals(limits):
                     self._account(search, began)
-                    worth = found.cost if self.problem.is_bi_objective else found.objectives
-                    if tolerance.value or worth not in yielded:
+                    worth = found.least_cost, found.cost if self.problem.is_bi_objective else found.objectives
+                    if worth not in yielded:
                         yielded.add(worth)
                         yield found, self._checked(found, search.product)
-                        if single:
-                            return
                 self._account(search, began)
                 return
             except OverflowError:
@@ -287,39 +289,22 @@ class Planner:
                 # A number might not fit 64 bits: search again in Python's integers.
                 limits.ended = None
 
-    def _bi_objective_search(
-        self, limits: Limits, bounds: Mapping[str, Fraction], *, single: bool, tolerance: Percent
-    ) -> AnySearch:
+    def _bi_objective_search(self, limits: Limits, bounds: Mapping[str, Fraction], *, single: bool) -> AnySearch:
         """Return the compiled search for one cost and one preference that suits the preference's terms.
 
         Raises:
             OverflowError: a number might not fit 64 bits.
         """
-        measure, product, options = self.problem.measure, self._product, self._options
-        cost, preference = self.problem.objective_names
+        measure, (cost, preference) = self.problem.measure, self.problem.objective_names
         max_mu = bounds.get(preference)
         max_cost = math.floor(bounds[cost] / self.problem.units.cost) if cost in bounds else math.inf
-        if single and max_mu is None and measure.bi_objective:
-            self._cheapest = CheapestSearch(product, options, limits, max_cost)
-            return self._cheapest.search()
-        drafted = self._draft_front(limits, max_cost) if measure.bi_objective else []
-        prepared = Prepared(product, options, single=single, max_bytes=limits.bytes)
+        prepared = Prepared(self._product, self._options, single=single, max_bytes=limits.bytes)
         if not measure.bi_objective:
-            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, tolerance=tolerance)
-        if tolerance.value and max_mu is None:
-            return NarrowingSearch(prepared, tolerance, max_cost=max_cost, drafted=drafted)
-        return BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single, drafted=drafted)
-
-    def _draft_front(self, limits: Limits, max_cost: float) -> list[Found]:
-        """Return plans close to the front, found early; none for few tasks, where the front itself is found early."""
-        drafted = []
-        if len(self.problem.tasks) >= self._options.drafted_tasks:
-            light = prepare_draft(self._product, self._options, limits.bytes)
-            self._begun = begun(light)
-            for found in draft(light, max_cost):
-                drafted.append(found)
-                self._draft.append(self._checked(found, self._product))
-        return drafted
+            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost)
+        if single and max_mu is None:
+            return CheapestSearch(prepared, max_cost)
+        search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
+        return search if single else AnytimeSearch(search)
 
     def _checked(self, found: Found, searched: Product) -> Plan:
         """Return the plan of a goal, asserting that its costs and preferences in the model are those of the search."""
@@ -341,19 +326,6 @@ class Planner:
         if limits.complete_below == math.inf:
             return None
         return to_number(Fraction(limits.complete_below) * self.problem.units.cost)
-
-    def _proven(self, plans: Sequence[Plan]) -> Number | None:
-        """Return within what percentage of these plans the whole front is proven to be by a stopped search, or None."""
-        points = [(exact(plan.cost), exact(plan.preference)) for plan in plans]
-        proven = []
-        if self._begun is not None:
-            proven.append(proven_percent(self._begun, points))
-        if isinstance(self._stopped, NarrowingSearch):
-            proven.append(self._stopped.proven(points))
-        elif isinstance(self._stopped, BiObjectiveSearch | VectorSearch):
-            proven.append(proven_percent(self._stopped, points))
-        least = min((percentage for percentage in proven if percentage is not None), default=None)
-        return None if least is None else to_number(least)
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
@@ -388,12 +360,3 @@ def _stopped_by(limits: Limits, *, interrupts: bool) -> Iterator[None]:
         if not interrupts:
             raise
         limits.ended = "interrupt"
-
-
-def _undominated(plans: Sequence[Plan]) -> list[Plan]:
-    """Return the plans that no other dominates in (cost, mu), in order of cost; of equal ones the first."""
-    kept: list[Plan] = []
-    for plan in sorted(plans, key=lambda plan: (plan.cost, plan.preference)):
-        if not kept or plan.preference < kept[-1].preference:
-            kept.append(plan)
-    return kept

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from prefplan.anytime.guided import draft, prepare_draft
-from prefplan.heuristics.lagrangian import Weights
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.logic.tasks import Task
 from prefplan.models.transition_system import TransitionSystem
@@ -43,9 +40,7 @@ def warm_up() -> None:
     for options in (Options(), Options(contraction=False)):
         prepared = Prepared(product, options, single=False)
         rehash(BiObjectiveSearch(prepared).states, 0)
-    Prepared(product, Options(), single=False).weigh(Weights(1, 1, 1))
-    for _ in draft(prepare_draft(product, Options(), math.inf), math.inf):
-        pass
+    Prepared(product, Options(), single=False).weigh()
 
 
 if __name__ == "__main__":

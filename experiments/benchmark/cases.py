@@ -4,7 +4,6 @@ Times are CPU seconds of the search, its heuristics included, and mostly medians
 
 - `tasks`: instances like those of the paper's Table I, with many tasks.
 - `stopped`: the same, stopped after some seconds: the gap that is proven by then.
-- `within`: fronts within some percent.
 - `ablation`: the planner without one of its components at a time.
 - `large`, `measured`: manipulation models too large to enumerate, also with measured costs.
 - `roads`: fronts of two and of three costs on the roads of a made-up city.
@@ -75,13 +74,6 @@ def stopped(folder: Path, seeds: range) -> Iterator[Run]:
         yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), searches)
 
 
-def within(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield fronts within some percent."""
-    searches = {f"within {percent} %": partial(search, FRONT, within=percent) for percent in (0, 1, 5, 20, 50)}
-    for tasks in (8, 9, 10):
-        yield from _runs(f"{tasks} tasks", _of_size(tasks, seeds), searches)
-
-
 def ablation(folder: Path, seeds: range) -> Iterator[Run]:
     """Yield searches without one component of the planner."""
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
@@ -115,7 +107,6 @@ def roads(folder: Path, seeds: range) -> Iterator[Run]:
 GROUPS: dict[str, Group] = {
     "tasks": many_tasks,
     "stopped": stopped,
-    "within": within,
     "ablation": ablation,
     "large": partial(large, SIZES),
     "measured": partial(large, MEASURED),

@@ -73,15 +73,15 @@ def search(
     *,
     options: Options | None = None,
     max_seconds: float = math.inf,
-    within: float = 0,
 ) -> Record:
-    """Search for the plan of least cost or for the front, if `within` is not 0 for one within that percentage."""
+    """Search for the plan of least cost or for the front."""
     began, planner = time.process_time(), Planner(problem, options=options)
     found: Points | None
+    proven: float | None
     try:
         if kind == FRONT:
-            front = planner.front(within=within, max_seconds=max_seconds, max_memory=MAX_BYTES)
-            found, proven, ended = points(front) if front.complete else None, front.within, front.ended
+            front = planner.front(max_seconds=max_seconds, max_memory=MAX_BYTES)
+            found, proven, ended = points(front) if front.complete else None, 0 if front.complete else None, front.ended
         else:
             plan = planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES)
             found, proven, ended = [[float(plan.cost)]], 0, None

@@ -112,11 +112,6 @@ def named_number(text: str) -> tuple[str, Decimal]:
     return name, number(value)
 
 
-def percentage(text: str) -> Decimal:
-    """Return a number of percent >= 0, with or without its sign."""
-    return number(text.removesuffix("%").rstrip())
-
-
 def seconds(text: str) -> float:
     """Return a time >= 0, s."""
     return float(number(text))

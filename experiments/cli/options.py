@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ from experiments.cli.arguments import (
     megabytes,
     named_number,
     number,
-    percentage,
     picture_size,
     positive,
     seconds,
@@ -53,13 +51,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": named_number,
         "metavar": "NAME=VALUE",
         "help": "upper bound on a cost or a preference by its name, such as energy=40; may be repeated",
-    },
-    "--within": {
-        "type": percentage,
-        "default": Decimal(0),
-        "metavar": "P%",
-        "help": "leave out plans that others approximate: each best trade-off has a plan whose cost and penalty "
-        "are at most P %% larger (default: 0, the exact front)",
     },
     "--max-seconds": {"type": seconds, "metavar": "S", "help": "stop after this time with {found}"},
     "--max-memory": {

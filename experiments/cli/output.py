@@ -56,7 +56,7 @@ def print_json(value: dict[str, Any]) -> None:
 
 def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
     """Return a front as the documented JSON object."""
-    result = _heading(scenario) | {"complete": front.complete, "within": front.within}
+    result = _heading(scenario) | {"complete": front.complete}
     result["front"] = [plan_json(plan) for plan in front]
     if front.reason:
         result["reason"] = asdict(front.reason)

@@ -35,7 +35,7 @@ def wishes(front: Front) -> dict[str, Any]:
 
     Values are compared by their ranks among those that occur, since JavaScript's floats could not tell all apart.
     """
-    exact = front.complete and not front.within
+    exact = front.complete
     values = {name: sorted({plan.objectives[name] for plan in front}) for name in front.objectives}
     places = {name: {value: place for place, value in enumerate(found)} for name, found in values.items()}
     return {

@@ -7,6 +7,9 @@ grow by no more than B until then, the cost-to-go is at least (h - b B) / a: the
 its enumeration (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
 constrained shortest-path problems", Networks 2008). On a front, mu must end below that of the last plan found.
 
+One pair of weights serves a whole front: a unit of cost weighs about as much as the growth of mu that comes with it, so
+that plans all along the front have nearly the same sum.
+
 h is tabulated for all tasks together, as `dag_sweep` does for a few: only for automata that are acyclic up to
 self-loops, and over least costs between nodes that ignore the labels passed, which is a relaxation. Entries are kept
 only for automaton states that reading a node's label leads to, since a search reaches a node by reading its label.
@@ -28,8 +31,11 @@ from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 LARGEST = 30_000
 """Largest entry of a table, in its units: twice as much fits 16 bits."""
 
-MOST_TABLES = 2
-"""The second serves the part of a front for which the first is weak; a third saves no more time than it takes."""
+SHARE = Fraction(1, 2)
+"""Weight of a unit of cost, in terms of the mean growth of mu that comes with it."""
+
+LARGEST_WEIGHT = 8
+"""The smaller weight and the ratio of both are whole or fractions of numbers up to this, so that sums stay small."""
 
 
 class Weights(NamedTuple):
@@ -41,13 +47,13 @@ class Weights(NamedTuple):
 
 
 class Lagrangian(NamedTuple):
-    """T tables over S nodes and N tasks of at most Q automaton states.
+    """A table over S nodes and N tasks of at most Q automaton states.
 
     Attributes:
-        weights: (T, 3) int64, the `Weights` of each.
+        weights: (3,) int64, the `Weights`; (0,) if there is no table.
         first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where
             a place is -1.
-        table: (MOST_TABLES, E) uint16, sums in units, cut off at LARGEST.
+        table: (E,) uint16, sums in units, cut off at LARGEST.
     """
 
     weights: np.ndarray
@@ -57,9 +63,9 @@ class Lagrangian(NamedTuple):
 
 
 def no_lagrangian() -> Lagrangian:
-    """Return no tables: the bound 0."""
-    weights, first, place = (np.zeros(shape, dtype=np.int64) for shape in ((0, 3), 0, (0, 0, 0)))
-    return Lagrangian(weights, first, place, np.zeros((MOST_TABLES, 0), dtype=np.uint16))
+    """Return no table: the bound 0."""
+    weights, first, place = (np.zeros(shape, dtype=np.int64) for shape in (0, 0, (0, 0, 0)))
+    return Lagrangian(weights, first, place, np.zeros(0, dtype=np.uint16))
 
 
 def entries_of(stages: Stages) -> int:
@@ -67,8 +73,8 @@ def entries_of(stages: Stages) -> int:
     return sum(math.prod(map(len, node)) for node in _entered(stages) if node)
 
 
-def without_tables(stages: Stages) -> Lagrangian:
-    """Return the layout of the entries, and memory for them, but no tables yet."""
+def _layout(stages: Stages) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return `first` and `place` as in `Lagrangian`, and the number of entries."""
     nodes, (tasks, most, _) = len(stages.classes), stages.delta.shape
     first, place = np.zeros(nodes, dtype=np.int64), np.full((nodes, tasks, most), -1, dtype=np.int64)
     entries = 0
@@ -78,8 +84,7 @@ def without_tables(stages: Stages) -> Lagrangian:
             place[v, i, states] = stride * np.arange(len(states))
             stride *= len(states)
         entries += stride if kept else 0
-    table = np.empty((MOST_TABLES, entries), dtype=np.uint16)
-    return Lagrangian(np.zeros((0, 3), dtype=np.int64), first, place, table)
+    return first, place, entries
 
 
 def _entered(stages: Stages) -> list[list[np.ndarray]]:
@@ -100,36 +105,37 @@ def _entered(stages: Stages) -> list[list[np.ndarray]]:
     return found
 
 
-def weights_along(begin: tuple[int, int], end: tuple[int, int]) -> Weights | None:
-    """Return weights that give two plans (cost, mu) about the same sum; None unless the second is dearer and better.
+def weights_for(rates: np.ndarray, cost: int) -> Weights | None:
+    """Return weights that give the plans of a front about the same sum; None if mu does not grow with the cost.
 
-    These are best for the points between them on a front, as in the search for its supported points (Y. P. Aneja and
-    K. P. K. Nair, "Bicriteria transportation problem", Management Science 1979).
+    Args:
+        rates: (2^N,) int64, how much mu grows for each unit of cost while a set of tasks is satisfied.
+        cost: about what a plan costs, in units.
     """
-    dearer, better = end[0] - begin[0], begin[1] - end[1]
-    if dearer <= 0 or better <= 0:
+    mean = Fraction(int(rates.sum()), len(rates))
+    if not mean:
         return None
-    # Weights are small whole numbers, unless one unit is much larger than the other.
-    ratio = Fraction(better, dearer)
-    close = ratio.limit_denominator(8) if ratio >= 1 else 1 / (1 / ratio).limit_denominator(8)
-    total = close.numerator * end[0] + close.denominator * max(begin[1], 1)
+    ratio = SHARE * mean
+    close = ratio.limit_denominator(LARGEST_WEIGHT) if ratio >= 1 else 1 / (1 / ratio).limit_denominator(LARGEST_WEIGHT)
+    total = math.ceil((close.numerator + close.denominator * mean) * cost)
     return Weights(close.numerator, close.denominator, total // LARGEST + 1) if total < INFINITE else None
 
 
-def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
-    """Return the tables with one more.
+def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
+    """Return the table for a pair of weights.
 
     Args:
-        known: the tables so far.
         stages: the product.
-        rates: (2^N,) int64, how much mu grows for each unit of cost while a set of tasks is satisfied.
+        rates: as for `weights_for`.
         shift: number of low bits of costs to leave out.
-        weights: of the new table.
+        weights: of cost and of mu.
 
     Raises:
         LimitError: a limit was reached.
     """
-    check_limits(known.table[0].nbytes)
+    first, places, entries = _layout(stages)
+    check_limits(2 * entries)
+    table = np.empty(entries, dtype=np.uint16)
     nodes = len(stages.classes)
     different, kind = np.unique(rates, return_inverse=True)
     least = all_pairs_costs(stages.near, np.ones(nodes, dtype=bool)) >> shift
@@ -140,22 +146,21 @@ def with_table(known: Lagrangian, stages: Stages, rates: np.ndarray, shift: int,
         steps[r, :, :nodes] = np.minimum(np.minimum(least, most) * factor // weights.unit, LARGEST).T
         steps[r, :, :nodes][least.T > most] = LARGEST
     after = stages.delta[:, :, stages.classes]
-    place = known.place.transpose(1, 2, 0)
+    place = places.transpose(1, 2, 0)
     sweep = LagrangianSweep(
         order=stages.order,
         sizes=stages.sizes,
         ends=stages.ends,
         active=_bits(after != np.arange(after.shape[1])[None, :, None]),
         kept=_bits(place >= 0),
-        first=known.first,
+        first=first,
         here=place.copy(),
         onward=np.take_along_axis(place, after.astype(np.int64), axis=1),
         steps=steps,
         kind=kind.reshape(-1).astype(np.int64),
     )
-    table = known.table[len(known.weights)]
     run_within_limits(lambda stop: fill(sweep, table, stop))
-    return known._replace(weights=np.concatenate([known.weights, np.array([weights], dtype=np.int64)]))
+    return Lagrangian(np.array(weights, dtype=np.int64), first, places, table)
 
 
 def _bits(sets: np.ndarray) -> np.ndarray:
@@ -253,41 +258,18 @@ def _least_sums(
                 costs[u] = cost if cost < costs[u] else costs[u]
 
 
-def least_sum(
-    tables: Lagrangian, t: int, nodes: np.ndarray, automata: np.ndarray, costs: np.ndarray, mus: np.ndarray
-) -> int | None:
-    """Return the least weighted sum, by table t, of plans that continue some paths; None if it has entries for none.
-
-    Args:
-        tables: the tables.
-        t: which of them.
-        nodes: (n,) int64, where the paths end.
-        automata: (n, N) int64, the automaton states there.
-        costs: (n,) int64, of the paths, without low bits.
-        mus: (n,) int64, of the paths.
-    """
-    place = tables.place[nodes[:, None], np.arange(automata.shape[1]), automata]
-    has = (place >= 0).all(axis=1)
-    ahead = tables.table[t, (tables.first[nodes] + place.sum(axis=1))[has]].astype(np.int64) * tables.weights[t, 2]
-    sums = ahead + tables.weights[t, 0] * costs[has] + tables.weights[t, 1] * mus[has]
-    return int(sums.min()) if len(sums) else None
-
-
 @bare_kernel
-def lagrangian_bound(tables: Lagrangian, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
+def lagrangian_bound(known: Lagrangian, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
     """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
-    bound = np.int64(0)
-    if tables.weights.shape[0] == 0:
-        return bound
-    entry = tables.first[node]
+    if known.weights.shape[0] == 0:
+        return np.int64(0)
+    entry = known.first[node]
     for i in range(automata.shape[0]):
-        place = tables.place[node, i, automata[i]]
+        place = known.place[node, i, automata[i]]
         if place < 0:
-            return bound
+            return np.int64(0)
         entry += place
-    for t in range(tables.weights.shape[0]):
-        total = np.int64(tables.table[t, entry]) * tables.weights[t, 2]
-        if growth < total // tables.weights[t, 1]:
-            excess = total - tables.weights[t, 1] * growth
-            bound = max(bound, (excess + tables.weights[t, 0] - 1) // tables.weights[t, 0])
-    return bound
+    total = np.int64(known.table[entry]) * known.weights[2]
+    if growth >= total // known.weights[1]:
+        return np.int64(0)
+    return (total - known.weights[1] * growth + known.weights[0] - 1) // known.weights[0]

@@ -11,17 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.errors import LimitError
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.lagrangian import (
-    MOST_TABLES,
-    Lagrangian,
-    Weights,
-    entries_of,
-    no_lagrangian,
-    with_table,
-    without_tables,
-)
+from prefplan.heuristics.lagrangian import Lagrangian, entries_of, lagrangian_table, no_lagrangian, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks, no_landmarks
 from prefplan.heuristics.pattern_database import (
     Patterns,
@@ -49,11 +42,17 @@ set of tasks, in units of the time to fill an entry with stages, about 20 ns. Wi
 third of that unit; but a label takes four times as long as these say, because of landmarks."""
 
 COMBINATION = 2
-"""A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in the same units:
-these tables save nine labels in ten or more, so that it pays to fill them early."""
+"""A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in these units."""
 
-SHARED = 0.4
-"""About what share of the sum of the single tasks' costs all tasks together cost."""
+DEEPENING_EFFORT = 1.0
+"""How long a search must have taken before larger tables are filled for it, in terms of the time that this takes."""
+
+LAGRANGIAN_EFFORT = 0.1
+"""How long a search must have taken before a Lagrangian table is filled for it, in terms of the time that this takes.
+The table saves nine labels in ten or more, so that it pays to fill it early."""
+
+LANDMARK_EXPANSIONS = 300
+"""Labels that a search for a single plan expands before landmarks are looked for, which takes as long as these."""
 
 ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
@@ -68,40 +67,27 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
-        landmarks: whether to bound the cost-to-go by landmarks, too.
+        landmarks: whether to bound the cost-to-go by landmarks, too, once a search for a single plan is long.
+        lagrangian: whether to bound cost and mu together, once a search for a front is long.
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states whose labels change no automaton, where at most 64 others remain.
         sweep: whether to fill tables in topological order, where automata allow it.
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
-        guided_tasks: tasks from which on some plan is looked for before the cheapest.
-        drafted_tasks: tasks from which on a draft is made of a front.
-        beam_widths: of the beams that look for some plan: they take 0.1 s for 12 tasks, and their plans are within 5 %
-            of the best.
-        first_expanded: labels that the exact search expands before the first wider beam: about as much work.
-        table_effort: how long a search must have taken before more tables are filled for it, in terms of the time that
-            this takes.
         apart_entries: entries of a projection's table, by an upper bound, up to which no locations are alike where
             costs are measured.
-        pops: labels popped between two checks of the limits, which then take a few tens of milliseconds; None to
-            choose.
     """
 
     heuristic: int | None = None
     landmarks: bool = True
+    lagrangian: bool = True
     preference_bound: bool = True
     contraction: bool = True
     sweep: bool = True
     generated: bool = True
     compiled: bool = True
-    guided_tasks: int = 9
-    drafted_tasks: int = 8
-    beam_widths: tuple[int, ...] = (1, 10, 100)
-    first_expanded: int = 20_000
-    table_effort: float = 1
     apart_entries: int = 400_000
-    pops: int | None = None
 
 
 class Bounds(NamedTuple):
@@ -148,6 +134,8 @@ class Prepared:
 
     _backward: Backward | None = None
     _deeper: Sequence[list[tuple[int, ...]]] = ()
+    _weighed = False
+    _awaits_landmarks = False
 
     def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
@@ -184,9 +172,9 @@ class Prepared:
         sets, *self._deeper = levels_of_sets(backward, wanted, single=single, max_entries=most)
         known = patterns(backward, sets)
         # Costs-to-go of all tasks together are exact.
-        useful = self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets)
-        marks = landmarks(self.product, self.view, self.graph.start) if useful else no_landmarks()
-        self.bounds = self.bounds._replace(patterns=known, landmarks=marks, blocks=self._growths(backward, known))
+        exact = any(len(members) == len(self.product.sizes) for members in sets)
+        self._awaits_landmarks = self.options.landmarks and single and not exact
+        self.bounds = self.bounds._replace(patterns=known, blocks=self._growths(backward, known))
 
     def _project(self, product: GeneratedProduct) -> None:
         """Set the bounds of a model whose states are generated."""
@@ -207,24 +195,26 @@ class Prepared:
         The larger the weight, the sooner best-first search has a plan, and the dearer the plan may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
-        return self._with(weight, no_landmarks(), no_blocks(len(self.product.sizes)))
-
-    def for_beams(self) -> Prepared:
-        """Return the same with estimates of the remaining cost and growth of mu, infinite in dead ends."""
-        marks = self.bounds.landmarks
-        return self._with(0 if len(marks.price) else SHARED, marks, self.bounds.blocks)
-
-    def _with(self, weight: float, marks: Landmarks, growths: Blocks) -> Prepared:
         known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
+        guided._deeper, guided._awaits_landmarks = (), False
         guided.bounds = no_bounds(len(self.product.sizes))._replace(
-            landmarks=marks, added=scaled(known, weight), blocks=growths, projections=self.bounds.projections
+            added=scaled(known, weight), projections=self.bounds.projections
         )
         return guided
 
+    def tables_wait(self, *, cost_only: bool) -> float:
+        """Return after how many expansions more tables are worth filling; infinite if there are to be none.
+
+        Args:
+            cost_only: for a search for the cheapest plan (`deepen`), else for one for a front (`weigh`).
+        """
+        return self._deepening if cost_only else self._weighing
+
     @property
-    def deepening_expansions(self) -> float:
-        """Expansions that take as long as filling the tables of larger sets; infinite if these are not to be filled."""
+    def _deepening(self) -> float:
+        if self._awaits_landmarks:
+            return LANDMARK_EXPANSIONS
         if self._backward is None or not self._deeper:
             return math.inf
         staged = self._backward.stages is not None
@@ -232,7 +222,19 @@ class Prepared:
         entries = count_entries(self._backward, self._deeper[0])
         if entries > min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries):
             return math.inf
-        return self.options.table_effort * entries * each / self._expansion
+        return DEEPENING_EFFORT * entries * each / self._expansion
+
+    @property
+    def _weighing(self) -> float:
+        stages = self._backward.stages if self._backward else None
+        wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
+        if stages is None or not wanted or self._weighed:
+            return math.inf
+        combinations = math.prod(self.product.sizes.tolist())
+        most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
+        if combinations > most or entries_of(stages) > most:
+            return math.inf
+        return LAGRANGIAN_EFFORT * combinations * COMBINATION / self._expansion
 
     @property
     def _expansion(self) -> float:
@@ -240,32 +242,38 @@ class Prepared:
         return EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base)
 
     def deepen(self) -> None:
-        """Fill tables of larger sets."""
+        """Look for landmarks; the next time, fill tables of larger sets in place of the others."""
+        if self._awaits_landmarks:
+            self._awaits_landmarks = False
+            self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.view, self.graph.start))
+            return
         assert self._backward is not None
         sets, *self._deeper = self._deeper
         self.bounds = self.bounds._replace(patterns=patterns(self._backward, sets))
 
-    @property
-    def lagrangian_expansions(self) -> float:
-        """Expansions after which one more Lagrangian table is worth filling; infinite if there is to be none."""
-        stages = self._backward.stages if self._backward else None
-        wanted = self.product.problem.measure.bi_objective and self.product.rates.any()
-        if stages is None or not wanted or len(self.bounds.lagrangian.weights) == MOST_TABLES:
-            return math.inf
-        combinations = math.prod(self.product.sizes.tolist())
-        most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
-        if combinations > most or entries_of(stages) > most:
-            return math.inf
-        return self.options.table_effort * combinations * COMBINATION / self._expansion
-
-    def weigh(self, weights: Weights) -> None:
-        """Fill one more Lagrangian table; see `lagrangian.with_table`."""
+    def weigh(self) -> None:
+        """Fill the Lagrangian table, unless memory does not suffice: the search may fit into it without."""
         assert self._backward is not None and self._backward.stages is not None
-        stages, known = self._backward.stages, self.bounds.lagrangian
-        if not len(known.weights):
-            known = without_tables(stages)
-        known = with_table(known, stages, self.product.rates, self.view.shift, weights)
-        self.bounds = self.bounds._replace(lagrangian=known)
+        self._weighed = True
+        weights = weights_for(self.product.rates, self._likely_cost)
+        if weights is None:
+            return
+        try:
+            table = lagrangian_table(self._backward.stages, self.product.rates, self.view.shift, weights)
+        except LimitError as error:
+            if error.ended != "memory":
+                raise
+        else:
+            self.bounds = self.bounds._replace(lagrangian=table)
+
+    @property
+    def _likely_cost(self) -> int:
+        """About what a plan costs, in units: the largest cost of finishing some tasks, and as much for all others."""
+        known, tasks = self.bounds.patterns, len(self.product.sizes)
+        automata = np.array(self.product.decode(self.product.starts[0].code)[1])
+        entries = known.base + self.graph.start + (known.sets.strides * automata[known.sets.tasks]).sum(axis=1)
+        largest = int(known.table[entries].max(initial=1)) >> self.view.shift
+        return largest * max(1, tasks - known.sets.tasks.shape[1] + 1)
 
 
 def require_64_bits(product: Product, view: ProductView, costs: Sequence[np.ndarray]) -> None:

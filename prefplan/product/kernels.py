@@ -49,7 +49,7 @@ def _compiled(function: F, **options: Any) -> F:
     return cast(F, dispatcher)
 
 
-KERNEL_FOLDERS = ("product", "heuristics", "search", "anytime")
+KERNEL_FOLDERS = ("product", "heuristics", "search")
 """Folders of `prefplan` that hold all kernels and the constants that these use."""
 
 

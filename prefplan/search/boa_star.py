@@ -17,7 +17,7 @@ import numpy as np
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, raise_bound
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel
-from prefplan.product.product_view import ProductView, decode
+from prefplan.product.product_view import decode
 from prefplan.search.labels import (
     AT,
     COL,
@@ -49,39 +49,24 @@ class Labels(NamedTuple):
     sibling: np.ndarray
 
 
-class Tolerance(NamedTuple):
-    """What a front within some percent leaves out.
-
-    Attributes:
-        inflation: bounds h of the cost-to-go become h + h / inflation (weighted A*).
-        cost: (K,) int64, in labels' units, and mu: (K,) int64: known plan k approximates goals with at least this cost
-            and mu.
-    """
-
-    inflation: int
-    cost: np.ndarray
-    mu: np.ndarray
-
-
 DOMINATED = INFINITE
 """Stands for the mu of a label that another label of its product state dominates."""
 
 
 @bare_kernel
-def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, pops: Integer) -> Integer:
+def run(memory: Memory, labels: Labels, cost_only: bool, pops: Integer) -> Integer:
     """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
 
     Args:
         memory: of the search. Its limits: mu must stay below the first, and cost must not exceed the second.
         labels: of the search.
         cost_only: whether labels are compared by cost alone (A*).
-        tolerance: what may be left out.
         pops: most labels to pop from the open list.
     """
     counters = memory.counters
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(memory, labels, cost_only, tolerance)
+            end = _enter(memory, labels, cost_only)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -90,7 +75,7 @@ def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, p
         if pops == 0:
             return END.PAUSED
         pops -= 1
-        label = _take(memory, labels, tolerance)
+        label = _take(memory, labels)
         if label == NONE:
             continue
         if memory.states.known[labels.row[label], COL.SATISFIED] < 0:
@@ -100,7 +85,7 @@ def run(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance, p
 
 
 @bare_kernel
-def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
+def _take(memory: Memory, labels: Labels) -> Integer:
     """Pop a label and return it; NONE if it is pruned, or put back with a larger bound."""
     view, bounds, limits, buffer = memory.product, memory.bounds, memory.limits, memory.buffer
     label = pop(memory)
@@ -116,18 +101,16 @@ def _take(memory: Memory, labels: Labels, tolerance: Tolerance) -> Integer:
         node = decode(view, known[COL.CODE], buffer.choice)
         within = lagrangian_bound(bounds.lagrangian, node, buffer.choice, limits[0] - 1 - mu)
         rest = max(rest, within << view.shift)
-    if _is_covered(tolerance, cost + rest, mu + known[COL.GROWTH_BOUND]):
-        return NONE
-    estimate = cost + _inflated(view, tolerance, rest)
+    estimate = cost + rest
     if estimate <= lowest:
         return label
-    if rest < INFINITE and cost + rest <= limits[1]:
+    if rest < INFINITE and estimate <= limits[1]:
         push(memory, label, estimate)
     return NONE
 
 
 @bare_kernel
-def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance) -> Integer:
+def _enter(memory: Memory, labels: Labels, cost_only: bool) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
     counters, buffer = memory.counters, memory.buffer
@@ -154,11 +137,9 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance
     if row == PRUNED or states.known[row, COL.GROWTH_BOUND] >= slack or states.known[row, COST_BOUND] > most:
         return END.ENTERED
     known = states.known[row]
-    if _is_covered(tolerance, after + known[COST_BOUND], mu + known[COL.GROWTH_BOUND]):
-        return END.ENTERED
     if _dominated(labels, known[COL.HEAD], after, mu, cost_only):
         return END.ENTERED
-    estimate = max(after + _inflated(view, tolerance, known[COST_BOUND]), counters[AT.LOWEST])
+    estimate = max(after + known[COST_BOUND], counters[AT.LOWEST])
     if estimate >= INFINITE or mu >= INFINITE:
         return END.TOO_LARGE
     label = counters[AT.LABELS]
@@ -169,21 +150,6 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool, tolerance: Tolerance
     labels.sibling[label], known[COL.HEAD] = _undominated(labels, known[COL.HEAD], after, mu), label
     counters[AT.LABELS] += 1
     return END.ENTERED
-
-
-@bare_kernel
-def _inflated(view: ProductView, tolerance: Tolerance, bound: Integer) -> Integer:
-    """Return an inflated bound of the cost-to-go; the count of actions in it stays the same."""
-    return bound + ((bound >> view.shift) // tolerance.inflation << view.shift)
-
-
-@bare_kernel
-def _is_covered(tolerance: Tolerance, cost: Integer, mu: Integer) -> bool:
-    """Return whether a known plan approximates all goals within these lower bounds of cost and mu."""
-    for k in range(tolerance.cost.shape[0]):
-        if cost >= tolerance.cost[k] and mu >= tolerance.mu[k]:
-            return True
-    return False
 
 
 @bare_kernel

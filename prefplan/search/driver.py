@@ -14,7 +14,7 @@ import numpy as np
 
 from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import Limits, Percent
+from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import UNBOUNDED
@@ -28,18 +28,21 @@ ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
 @dataclass(frozen=True)
 class Found:
-    """A non-dominated goal.
+    """A goal.
 
     Attributes:
         cost: total cost, units.
         label_mu: mu of the goal's label, in units; None where that is only a bound.
         objectives: exact values in the user's units, where there are several costs or preferences.
+        least_cost: for a plan that need not be a point of the front, a lower bound of the cost of every plan, units;
+            None for a point of the front.
     """
 
     cost: int
     label_mu: int | None
     _extract: Callable[[], tuple[Plan, Any]]
     objectives: tuple[Any, ...] | None = None
+    least_cost: float | None = None
 
     @cached_property
     def _extracted(self) -> tuple[Plan, Any]:
@@ -66,17 +69,16 @@ class Search(ABC):
 
     Attributes:
         by_cost: whether goals are found in order of the first cost.
-        pops: labels popped between two checks of the limits, unless `Options` say so.
+        pops: labels popped between two checks of the limits, which then take a few tens of milliseconds.
     """
 
     labels: Any
     by_cost = True
     pops = 10_000
 
-    def __init__(self, prepared: Prepared, max_cost: float, tolerance: Percent) -> None:
+    def __init__(self, prepared: Prepared, max_cost: float) -> None:
         """Make the first labels; `max_cost` is an inclusive bound in units."""
-        self.prepared, self.tolerance = prepared, tolerance
-        self.product = prepared.product
+        self.prepared, self.product = prepared, prepared.product
         self.growth = growth_of(self.product)
         self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
@@ -133,7 +135,7 @@ class Search(ABC):
         """
         pending, rank = list[Found](), 0
         while pending or self.counters[AT.EXPANDED] < most_expanded:
-            end = self._run(self.prepared.options.pops or self.pops)
+            end = self._run(int(max(1, min(self.pops, most_expanded - self.counters[AT.EXPANDED]))))
             self._require_measured()
             lowest = int(self.counters[AT.LOWEST]) >> (self.product.shift if self.by_cost else 0)
             limits.complete_below = lowest if self.by_cost else 0
@@ -179,8 +181,11 @@ class Search(ABC):
 
     def _found(self, label: int) -> Found:
         labels = self._labels_to(label)
-        codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels]
-        return self.found_along(codes, costs, first=labels[0], mu=self._exact_mu(label))
+        codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels].tolist()
+        path = self.waypoints(codes, costs)
+        start, graph = self._start_of(labels[0], path[0]), self.prepared.graph
+        mu = self._exact_mu(label)
+        return Found(costs[-1] >> self.product.shift, mu, lambda: extract(self.product, graph, path, start))
 
     def _labels_to(self, label: int) -> list[int]:
         """Return the labels on the path to one, that of the start first."""
@@ -189,19 +194,6 @@ class Search(ABC):
             labels.append(label)
             label = int(self.labels.parent[label])
         return labels[::-1]
-
-    def found_along(self, codes: np.ndarray, costs: np.ndarray, *, first: int = NONE, mu: int | None = None) -> Found:
-        """Return the goal to which a path leads.
-
-        Args:
-            codes: (n,) product states on the path.
-            costs: (n,) of the path up to each.
-            first: label of the start, if there is one.
-            mu: of the goal, in units; None if not known.
-        """
-        path = self.waypoints(codes, costs.tolist())
-        start, graph = self._start_of(first, path[0]), self.prepared.graph
-        return Found(int(costs[-1]) >> self.product.shift, mu, lambda: extract(self.product, graph, path, start))
 
     def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
         """Return product states (n,) on a path, and its costs up to each, as waypoints."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.limits import Percent
 from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.formula_programs import compile_programs
 from prefplan.product.product_automaton import Start
@@ -24,7 +23,7 @@ class VectorSearch(Search):
 
     pops = 2_000
 
-    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float, tolerance: Percent) -> None:
+    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float) -> None:
         """Make the search ready; arguments are those of `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure
@@ -58,7 +57,7 @@ class VectorSearch(Search):
         self._scratch = multi_objective.Scratch(
             np.zeros(len(compare)), np.zeros(len(problem.priced)), np.zeros(len(problem.priced))
         )
-        super().__init__(prepared, max_cost, tolerance)
+        super().__init__(prepared, max_cost)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""
@@ -87,17 +86,12 @@ class VectorSearch(Search):
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
 
-    def left_out(self, cost: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """Return (n,) whether labels with these bounds of cost (n,) and mu (n,) are pruned."""
-        out: np.ndarray = (mu >= self._best[0]) | (mu > self._best[1])
-        return out
-
     def _accept(self, goal: Found) -> bool:
         mu = goal.mu
         if (self._least is not None and mu >= self._least) or (self._max_mu is not None and mu > self._max_mu):
             return False
-        self._least = self.tolerance.least(mu)
-        self._best[0] = float_above(in_units(self.product, Fraction(self._least)))
+        self._least = mu
+        self._best[0] = float_above(in_units(self.product, Fraction(mu)))
         return True
 
     def _start_of(self, label: int, at: Waypoint) -> Start:

@@ -23,7 +23,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "prefplan front example",
         "prefplan front example --max-cost 8 --json",
         "prefplan front case_study_1 --max-seconds 10",
-        "prefplan front case_study_1 --within 5%",
         "prefplan front case_study_1 --plot front.pdf",
         "prefplan front rover --objective time --objective energy",
     )
@@ -36,7 +35,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="NAME",
         help="a cost or a preference by its name; given once or more, the front is that of these alone (default: all)",
     )
-    add_options(parser, "--within", *LIMITS, found="the front so far")
+    add_options(parser, *LIMITS, found="the front so far")
 
 
 def front(options: argparse.Namespace) -> int:
@@ -57,11 +56,7 @@ def front(options: argparse.Namespace) -> int:
         if options.max_preference is not None:
             name = problem.preferences[0].name
             bounds[name] = min(options.max_preference, bounds.get(name, options.max_preference))
-        result = Planner(problem).front(
-            within=options.within, max_cost=options.max_cost, at_most=bounds, keep_on_interrupt=True
-        )
-    if wanted:
-        result = result.over(wanted)
+        result = Planner(problem).front(over=wanted, max_cost=options.max_cost, at_most=bounds, keep_on_interrupt=True)
     if options.json:
         output.print_json(output.front_json(scenario, result))
     elif result:

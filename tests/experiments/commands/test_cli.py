@@ -65,7 +65,6 @@ def test_only_files_that_are_scenarios_are_suggested_for_one_that_does_not_exist
         (["front", "example", "--max-cost", "-1"], "'-1' is not a number >= 0"),
         (["front", "example", "--max-cost", "cheap"], "'cheap' is not a number >= 0"),
         (["front", "example", "--max-cost", "nan"], "'nan' is not a number >= 0"),
-        (["front", "example", "--within=-5%"], "--within: '-5' is not a number >= 0"),
         (["plan", "example", "--max-preference"], "--max-preference"),
     ],
 )

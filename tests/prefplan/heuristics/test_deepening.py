@@ -18,9 +18,6 @@ from prefplan.scenario.decode import from_dict
 ALL_SETS = [[*combinations(range(3), k)] for k in (1, 2, 3)]
 GROUPS = [joined_groups(3, groups) for groups in (3, 2)]
 
-AT_ONCE = Options(table_effort=0, pops=1)
-"""Tables are filled as soon as may be."""
-
 
 @pytest.mark.parametrize(("levels", "sizes"), [(ALL_SETS, {2, 3}), (GROUPS, {3})])
 def test_tables_deepened_in_mid_search_lose_nothing(
@@ -34,12 +31,13 @@ def test_tables_deepened_in_mid_search_lose_nothing(
         deepened.append(self.bounds.patterns.sets.tasks.shape[1])
 
     monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
+    monkeypatch.setattr(preprocessing, "DEEPENING_EFFORT", 0)
     monkeypatch.setattr(preprocessing, "levels_of_sets", lambda backward, wanted, *, single, max_entries: levels)
     for seed in range(60):
         problem = judge.random_problem(seed, tasks=3)
         least = cheapest_cost(problem)
         if least is not None:
-            plan = cheapest_plan(from_dict(problem.scenario()).problem(), options=AT_ONCE)
+            plan = cheapest_plan(from_dict(problem.scenario()).problem(), options=Options(landmarks=False))
             assert (plan.cost, plan.preference) == exact_front(problem, max_cost=least)[0], seed
             assert misjudged(problem, plan) is None, seed
     assert set(deepened) == sizes

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -28,10 +29,11 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
-from prefplan.anytime.guided import CheapestSearch
 from prefplan.errors import LimitError
 from prefplan.limits import Limits, run_within_limits
+from prefplan.search import incumbent
 from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.driver import Found
 
 
 def errands(number: int) -> Problem:
@@ -150,15 +152,22 @@ def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given_as_th
 def test_some_plan_is_known_early_and_how_far_it_may_be_from_the_best(
     tasks: int, ended: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Stopped after three turns of the exact search, with the plans that weighted A* has found between them."""
     problem = errands(tasks)
     exact = cheapest_plan(problem).cost if tasks == 9 else None
+    goals, turns, slow = BiObjectiveSearch.goals, [], Options(heuristic=1, landmarks=False)
 
-    def stopped(self: CheapestSearch, alone: BiObjectiveSearch) -> None:
-        raise LimitError("time") if ended == "time" else KeyboardInterrupt
+    def stopped(self: BiObjectiveSearch, limits: Limits, *, most_expanded: float = math.inf) -> Iterator[Found]:
+        if not len(self.prepared.bounds.added.base):
+            turns.append(None)
+            if len(turns) == 4:
+                raise LimitError("time") if ended == "time" else KeyboardInterrupt
+        return goals(self, limits, most_expanded=most_expanded)
 
-    monkeypatch.setattr(CheapestSearch, "_cheapest", stopped)
+    monkeypatch.setattr(BiObjectiveSearch, "goals", stopped)
+    monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 8000 if tasks == 9 else 20_000)
     with pytest.raises(UnfinishedError, match="this one costs at most .* % more than the cheapest") as caught:
-        Planner(problem).cheapest(keep_on_interrupt=True)
+        Planner(problem, options=slow if tasks == 9 else None).cheapest(keep_on_interrupt=True)
     best, within = caught.value.best, caught.value.within
     assert best is not None and within is not None and within < 60
     assert ("interrupted: " in str(caught.value)) == (caught.value.ended == "interrupt") == (ended == "interrupt")
