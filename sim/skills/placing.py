@@ -13,10 +13,7 @@ from sim.perception.grounding import middle_of_supports, resting
 from sim.perception.sensors import ObjectPose, Poses, Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
-from sim.world.places import Slot
-
-OBJECT_GAP_M = 0.005
-"""Least gap between objects that rest side by side."""
+from sim.world.places import OBJECT_GAP_M, Slot
 
 MAX_OVERHANG_M = 0.005
 """Greatest distance of an object from the middle of its supports, by which it is put nearer to its slot's centre."""

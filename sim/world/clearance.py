@@ -11,9 +11,9 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.robots.gripper import Gripper
-from sim.world.fixtures import Block, blocks_of, check_carried, check_free
+from sim.world.fixtures import MAX_CONTACT_M, Block, blocks_of, check_carried, check_free
 from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
-from sim.world.places import FLOOR, Station
+from sim.world.places import FLOOR, OBJECT_GAP_M, Station
 
 
 def collisions(stations: Sequence[Station]) -> Iterator[str]:
@@ -30,8 +30,8 @@ def collisions(stations: Sequence[Station]) -> Iterator[str]:
 
 
 def overlapping(station: Station, other: Station) -> bool:
-    """Return whether the objects, walls or plates of two locations overlap."""
-    return _level(station, other) and overlap(covered(station), covered(other))
+    """Return whether the objects, walls or plates of two locations overlap or leave no gap for putting objects down."""
+    return _level(station, other) and overlap(_claimed(station), _claimed(other))
 
 
 def _level(station: Station, other: Station) -> bool:
@@ -58,7 +58,7 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
 
 def _least_distance(station: Station, other: Station) -> float:
     """Return the distance along the line between two stations at which they no longer touch, m, to the millimetre."""
-    moved, fixed = covered(station), covered(other)
+    moved, fixed = _claimed(station), _claimed(other)
     apart = station.outline.centre - other.outline.centre
     distance = float(np.hypot(*apart))
     direction = apart / distance if distance else np.array([1.0, 0.0])
@@ -91,6 +91,11 @@ def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
     """Return the outline of the open fingers at each slot of a station."""
     half = np.array([station.size.opening / 2 + gripper.finger_depth_m, gripper.finger_half_width_m])
     return [Rectangle(slot.position[:2], half, slot.yaw) for slot in station.slots]
+
+
+def _claimed(station: Station) -> Rectangle:
+    """Return the area that a station covers, with half of the gap to other objects."""
+    return covered(station).grown(OBJECT_GAP_M / 2 - MAX_CONTACT_M)
 
 
 def covered(station: Station) -> Rectangle:

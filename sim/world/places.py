@@ -17,6 +17,9 @@ AT_RADIUS_M = 0.045
 ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
 
+OBJECT_GAP_M = 0.005
+"""Least gap between objects that rest side by side, m: nearer to another, no object is put down."""
+
 START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
 """Greatest random offset of objects at the start from their slots, along x and along y, m, and greatest turn."""
 

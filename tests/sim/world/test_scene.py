@@ -85,7 +85,7 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
         ([Location("near", at=(0.3199, 0.0))], r"near: 0\.31 m .* too near: at least 0\.32 m"),
         ([Location("back", at=(-0.5, 0.05))], r"back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"box\.kind: .*did you mean 'bin'\?"),
-        ([A, Location("b", at=(0.5, 0.04))], r"b: 0\.040 m from 'a', 0\.5 cm too close: .* at least 0\.045 m"),
+        ([A, Location("b", at=(0.5, 0.04))], r"b: 0\.040 m from 'a', 1\.0 cm too close: .* at least 0\.050 m"),
         ([A, Location("b", at=(0.55, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
         ([replace(A, capacity=2), Location("b", on=("a",))], r"b\.on: 'a' has room for 2"),
         ([A, Location("b", on=("a",), capacity=2)], r"b\.capacity: .* 1, not 2"),
@@ -103,6 +103,14 @@ def test_places_that_cannot_work_are_refused_by_name(
 def test_only_what_overlaps_is_refused(layout_of: Callable[..., TableLayout]) -> None:
     """Whether the fingers have space in such a grid depends on what is where: that is not a fault of the layout."""
     layout_of(*(Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)))
+
+
+def test_two_objects_never_fit_where_the_layout_leaves_less_than_the_gap_between_them(
+    layout_of: Callable[..., TableLayout],
+) -> None:
+    layout_of(A, Location("b", at=(0.5, 0.05)))
+    with pytest.raises(SimulationError, match=r"0\.047 m from 'a', 0\.3 cm too close"):
+        layout_of(A, Location("b", at=(0.5, 0.047)))
 
 
 def test_long_objects_side_by_side_are_turned_such_that_they_fit() -> None:
