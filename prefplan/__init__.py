@@ -56,7 +56,11 @@ else:
         try:
             return globals()[name]
         except KeyError:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, globals().get("__all__", ()), n=1)
+            meant = f" (did you mean {near[0]!r}?)" if near else ""
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}") from None
 
     def __dir__():
         """Return all names, including the public ones that are not loaded yet."""

@@ -79,6 +79,8 @@ def told(value: object) -> str:
     """Return what a wrong value is, for a message: itself if it is short, and its type."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
+    if value is None:
+        return "None"
     shown = repr(value)
     kind = type(value).__name__
     return f"{shown} ({kind})" if len(shown) <= LONGEST_SHOWN else f"a {kind}"

@@ -281,7 +281,10 @@ class Front(Sequence[Plan]):
 
     def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
         """Return a plan by its number, or several."""
-        return self.plans[index]
+        try:
+            return self.plans[index]
+        except IndexError:
+            raise IndexError(f"plan {index}: the front has {len(self)}, counted from 0") from None
 
 
 def _row(tag: str, cells: Iterable[object]) -> str:

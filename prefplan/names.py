@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import Annotated, Any
 
 from prefplan.errors import ModelError
+from prefplan.forms import Form
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """A name that a formula may contain."""
+
+Names = Annotated[frozenset[str], Form('a list of names, such as ["shelf"]', 'names, such as {"shelf"}')]
+"""Further propositions that formulas may use."""
 
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W", "M", "not", "and", "or"})
 """Words with another meaning in a formula."""

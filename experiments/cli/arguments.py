@@ -19,10 +19,10 @@ Commands = argparse._SubParsersAction
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports a wrong call in one sentence, followed by the usage of the command."""
+    """A parser that reports a wrong call in one sentence, and names the call that shows the usage."""
 
     def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """Parse arguments; end with status 2 at an unknown one, with the usage of its command."""
+        """Parse arguments; end with status 2 at an unknown one."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             wrong = unknown[0].partition("=")[0]
@@ -37,9 +37,9 @@ class Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"unknown value {value!r} {choices(value, map(str, action.choices))}")
 
     def error(self, message: str) -> NoReturn:
-        """End with status 2, and show the usage of the command."""
+        """End with status 2, and say what shows the usage."""
         told = message.removeprefix("argument ")
-        self.exit(BAD_INPUT, f"{self.prog}: {told}\n{self.format_usage()}More: `{self.prog} --help`\n")
+        self.exit(BAD_INPUT, f"{self.prog}: {told}\nUsage: `{self.prog} --help`\n")
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
@@ -93,14 +93,14 @@ class Bound(argparse.Action):
         setattr(namespace, self.dest, {**(getattr(namespace, self.dest) or {}), name: value})
 
 
-def number(text: str) -> Decimal:
-    """Return a number >= 0 as an exact decimal."""
+def number(text: str, *, unit: str = "") -> Decimal:
+    """Return a number >= 0 as an exact decimal; messages name its unit."""
     try:
         value = Decimal(text)
     except InvalidOperation:
         value = Decimal("nan")
     if not value.is_finite() or value < 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number >= 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number{unit and f' of {unit}'} >= 0")
     return value
 
 
@@ -114,21 +114,25 @@ def named_number(text: str) -> tuple[str, Decimal]:
 
 def seconds(text: str) -> float:
     """Return a time >= 0, s."""
-    return float(number(text))
+    return float(number(text, unit="seconds"))
 
 
 def megabytes(text: str) -> float:
     """Return an amount of memory given in MiB, in bytes."""
-    return float(number(text)) * 2**20
+    return float(number(text, unit="MiB")) * 2**20
+
+
+PLANS = {"cost": "cost", "preference": "preference", "cheapest": "cost", "preferred": "preference"}
+"""What a plan may be called, and its name."""
 
 
 def which_plan(text: str) -> str | int:
     """Return the name of a plan of the front: `cost`, `preference` or its index."""
-    if text in ("cost", "preference"):
-        return text
+    if text in PLANS:
+        return PLANS[text]
     if _is_integer(text):
         return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is neither cost nor preference nor a plan's number, counted from 0")
+    raise argparse.ArgumentTypeError(f"{text!r} is no plan: a number from 0, or one of {', '.join(PLANS)}")
 
 
 def whole(text: str, *, least: int = 0) -> int:

@@ -62,7 +62,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": which_plan,
         "default": "cost",
         "metavar": "cost|preference|INDEX",
-        "help": "which plan of the front: the cheapest, the preferred, or by its number from 0 (default: cost)",
+        "help": "which plan of the front: the cheapest, the preferred (these words do as well), or by its "
+        "number from 0 (default: cost)",
     },
     "--fault": {
         "action": "append",

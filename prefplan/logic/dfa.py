@@ -115,7 +115,7 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
         FormulaError: if the text is not a co-safe formula, or its automaton would be too large.
     """
     text = text or str(formula)
-    tree = parse(formula) if isinstance(formula, str) else formula
+    tree = formula if isinstance(formula, Formula) else parse(formula)
     diagrams = Diagrams()
     transitions, goal = _progress(tree, text, diagrams)
     satisfied = set() if goal is None else _unavoidable(transitions, goal)

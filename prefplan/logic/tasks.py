@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed, told
 from prefplan.exact_costs import Number, exact
+from prefplan.forms import Form, check_fields
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, is_temporal
 from prefplan.logic.normal_form import parse, parse_rule
 from prefplan.names import check_names
+
+Text = Annotated[str, Form('text, such as "F p"')]
 
 
 @dataclass(frozen=True)
@@ -47,8 +50,11 @@ class Task:
     """
 
     name: str
-    formula: str
-    relax: tuple[Relaxation, ...] = ()
+    formula: Text
+    relax: Annotated[
+        tuple[Relaxation, ...],
+        Form('a list such as [{ assume = "p", when = "q", cost = 1 }]', 'a tuple such as (Relaxation("p", "q", 1),)'),
+    ] = ()
     skip: Number | None = None
     known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
 
@@ -74,7 +80,7 @@ class Rule:
     """
 
     name: str
-    formula: str
+    formula: Text
     skip: Number | None = None
     known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
 
@@ -133,8 +139,7 @@ def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named]
     for i, one in enumerate(found):
         if not isinstance(one, kind):
             raise PrefplanError(f"{key}[{i}]: must be a {kind.__name__}, such as {example}, not {told(one)}")
-        if not isinstance(one.formula, str):
-            raise PrefplanError(f'{key}[{i}].formula: must be text, such as "F p", not {told(one.formula)}')
+        check_fields(one, PrefplanError, f"{key}[{i}].")
     return found
 
 

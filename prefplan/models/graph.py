@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError, check_known
 from prefplan.exact_costs import Number
+from prefplan.forms import Form, check_fields
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.names import Names
 
 
 @dataclass(frozen=True)
@@ -48,13 +50,19 @@ class GraphModel:
     kind: ClassVar[str] = "graph"
 
     start: str
-    transitions: tuple[Transition, ...]
-    labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    propositions: frozenset[str] = frozenset()
+    transitions: Annotated[
+        tuple[Transition, ...],
+        Form('a list such as [{ from = "a", to = "b", cost = 1 }]', 'a tuple such as (Transition("a", "b", cost=1),)'),
+    ]
+    labels: Mapping[str, Annotated[Sequence[str], Form('a list of propositions, such as ["shelf"]')]] = field(
+        default_factory=dict
+    )
+    propositions: Names = frozenset()
     resolution: Number | None = None
 
     def __post_init__(self) -> None:
         """Check that every state named exists, and every transition is well formed."""
+        check_fields(self, ModelError)
         states = dict.fromkeys(name for edge in self.transitions for name in (edge.source, edge.target))
         if self.transitions:
             check_known("start", "state", self.start, states)

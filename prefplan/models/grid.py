@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
+from prefplan.forms import Form, check_fields
 from prefplan.limits import available_memory
 from prefplan.models.generated import OnDemand
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.names import check_names
+from prefplan.names import Names, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 
@@ -24,6 +25,11 @@ BYTES_A_CELL = 300
 
 GridBox = tuple[int, int, int, int]
 """x0 y0 x1 y1, corners inclusive."""
+
+Boxes = Annotated[
+    Sequence[GridBox],
+    Form("[x0, y0, x1, y1] in whole cells, or a list of such boxes", "a list of boxes [(x0, y0, x1, y1), ...]"),
+]
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,7 @@ class Terrain:
         cost: cost of a move into one of them, >= 0.
     """
 
-    boxes: Sequence[GridBox]
+    boxes: Boxes
     cost: Cost
 
 
@@ -59,16 +65,17 @@ class GridModel:
 
     kind: ClassVar[str] = "grid"
 
-    size: tuple[int, int]
-    start: tuple[int, int]
+    size: Annotated[tuple[int, int], Form("[width, height] in cells", "(width, height) in cells")]
+    start: Annotated[tuple[int, int], Form("[x, y], the cell where the robot starts", "(x, y), a cell")]
     cost: Cost = 1
-    regions: Mapping[str, Sequence[GridBox]] = field(default_factory=dict)
-    obstacles: Mapping[str, Sequence[GridBox]] = field(default_factory=dict)
-    propositions: frozenset[str] = frozenset()
+    regions: Mapping[str, Boxes] = field(default_factory=dict)
+    obstacles: Mapping[str, Boxes] = field(default_factory=dict)
+    propositions: Names = frozenset()
     terrain: Mapping[str, Terrain] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that everything lies on the grid."""
+        check_fields(self, ModelError)
         width, height = self.size
         if width < 1 or height < 1:
             raise ModelError(f"size: must be at least 1 x 1, not {width} x {height}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -11,7 +11,7 @@ import networkx as nx
 import numpy as np
 
 from prefplan.drawing.cell_map import CellMap
-from prefplan.errors import ModelError
+from prefplan.errors import ModelError, choices, told
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
 from prefplan.names import check_names
 
@@ -221,7 +221,12 @@ class TransitionSystem:
         edges: dict[tuple[int, int], int] = {}
         costs: list[Number] = []
         values: dict[Number, Fraction] = {}
-        for source, action, target, cost in transitions:
+        for i, transition in enumerate(transitions):
+            try:
+                source, action, target, cost = transition
+            except (TypeError, ValueError):
+                what = f"must be (source, action, target, cost), not {told(transition)}"
+                raise ModelError(f"transitions[{i}]: {what}") from None
             s, t = (index.setdefault(state, len(index)) for state in (source, target))
             a = action_index.setdefault(action, len(action_index))
             if (s, a) in edges:
@@ -321,7 +326,7 @@ class TransitionSystem:
         if not graph.is_directed():
             raise ModelError("the graph is undirected; `to_directed` turns each of its edges into two")
         if start not in graph:
-            raise ModelError(f"start {start!r} is not a node of the graph")
+            raise ModelError(f"start {start!r} is not a node of the graph {choices(str(start), map(str, graph))}")
         for source, target, data in graph.edges(data=True):
             if "weight" in data and "cost" not in data:
                 raise ModelError(f"edge {source!r} to {target!r}: has a 'weight' but no 'cost'; name it 'cost'")
@@ -356,7 +361,7 @@ class TransitionSystem:
         return graph
 
 
-def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) -> dict[Hashable, frozenset[str]]:
+def _labels(labels: Mapping[Any, Iterable[str]], states: Collection[Hashable]) -> dict[Hashable, frozenset[str]]:
     """Return the propositions of each state that has a label.
 
     Raises:
@@ -364,7 +369,7 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Container[Hashable]) ->
     """
     for state, names in labels.items():
         if state not in states:
-            raise ModelError(f"label on unknown state {state!r}")
+            raise ModelError(f"label on unknown state {state!r} {choices(str(state), map(str, states))}")
         if isinstance(names, str):
             raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
     return {state: frozenset(names) for state, names in labels.items()}

@@ -175,11 +175,16 @@ def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where
         value = formula.value(*vector)
         number = float(value)
     except Exception as error:
-        raise PreferenceError(f"{where}: fails at {text_of_costs(vector, tasks)}: {error}") from None
+        raise PreferenceError(
+            f"{where}: fails at {text_of_costs(vector, tasks)}: {error} (it gets two arrays, costs and violations, "
+            "in the order of the tasks, and returns a number)"
+        ) from None
     if number != number or abs(number) > LARGEST:
         raise PreferenceError(f"{where}: is {number:g} at {text_of_costs(vector, tasks)}")
     if number < 0:
-        raise PreferenceError(f"{where}: must not be negative, but is {number:g} at {text_of_costs(vector, tasks)}")
+        raise PreferenceError(
+            f"{where}: must not be negative, but is {number:g} at {text_of_costs(vector, tasks)}; write max(0, ...)"
+        )
     return value
 
 

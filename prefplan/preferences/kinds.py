@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
+from prefplan.forms import Form
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.decomposition import decompose
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
@@ -27,6 +28,8 @@ from prefplan.preferences.terms import (
 )
 
 OVER = ("cost", "violation")
+
+WEIGHTS = Form("weights by task, such as { TASK = 2 }", 'weights by task, such as {"TASK": 2}')
 
 
 class Preference(Protocol):
@@ -57,7 +60,10 @@ class Order:
             count.
     """
 
-    order: tuple[str | tuple[str, ...], ...] | None = None
+    order: Annotated[
+        tuple[str | tuple[str, ...], ...] | None,
+        Form('a list of tasks, such as ["TASK1", "TASK2"], or of groups of tasks', 'a list such as ["TASK1", "TASK2"]'),
+    ] = None
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
@@ -85,7 +91,7 @@ class WeightedSum:
         over: `cost` or `violation`.
     """
 
-    weights: Mapping[str, Number]
+    weights: Annotated[Mapping[str, Number], WEIGHTS]
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
@@ -103,7 +109,7 @@ class Max:
         over: `cost` or `violation`.
     """
 
-    weights: Mapping[str, Number] | None = None
+    weights: Annotated[Mapping[str, Number] | None, WEIGHTS] = None
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
@@ -132,7 +138,9 @@ class Deadline:
         over: `cost` or `violation`.
     """
 
-    deadlines: Mapping[str, Due]
+    deadlines: Mapping[
+        str, Annotated[Due, Form("a table such as { by = 20, weight = 1 }", "a deadline such as Due(by=20, weight=1)")]
+    ]
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
@@ -164,7 +172,7 @@ class Expression:
         over: `cost` or `violation`.
     """
 
-    expression: str
+    expression: Annotated[str, Form('text, such as "TASK1 + 2 * TASK2"')]
     contract: str | None = None
     over: str = "cost"
 
@@ -195,7 +203,7 @@ class Function:
         contract: as in `Expression`; it is tested on random costs.
     """
 
-    function: Callable[[Any, Any], float]
+    function: Annotated[Callable[[Any, Any], float], Form("", "a function of (costs, violations)")]
     contract: str = "general"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
@@ -215,7 +223,10 @@ class Sum:
         parts: preferences and their weights >= 0.
     """
 
-    parts: tuple[tuple[Preference, Number], ...]
+    parts: Annotated[
+        tuple[tuple[Preference, Number], ...],
+        Form("", "pairs of a preference and its weight, such as [(Order(), 1), (Max(), 2)]"),
+    ]
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the terms of all parts."""

@@ -18,7 +18,7 @@ max(m, w_i (g + ...)), which does not decrease in (g, m).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -27,6 +27,7 @@ import numpy as np
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, told
 from prefplan.exact_costs import Units, common_unit
+from prefplan.forms import check_fields
 from prefplan.names import check_names
 from prefplan.preferences.expression import divides, scaled
 from prefplan.preferences.kinds import Preference
@@ -74,11 +75,13 @@ def preferences_of(given: Preference | Sequence[NamedPreference]) -> tuple[Named
     for i, one in enumerate(given):
         if not isinstance(one, NamedPreference):
             raise PreferenceError(
-                f"preference[{i}]: must be a NamedPreference, not {told(one)}; a preference alone needs no list, "
-                f"{EXAMPLES}"
+                f"preference[{i}]: must be like NamedPreference('NAME', Order()), not {told(one)}; a preference alone "
+                f" needs no list, {EXAMPLES}"
             )
         if isinstance(one.preference, type) or not hasattr(one.preference, "terms"):
             raise PreferenceError(f"{one.key}: must be a preference, {EXAMPLES}, not {told(one.preference)}")
+        if is_dataclass(one.preference):
+            check_fields(one.preference, PreferenceError, f"{one.key}.")
     return tuple(given)
 
 

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from prefplan.errors import ModelError, PrefplanError, ScenarioError, prefixed, told
 from prefplan.exact_costs import Number
+from prefplan.forms import Form
 from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_file import GraphFileModel
@@ -153,7 +154,7 @@ def from_dict(
             known = model.known_propositions
         preferences = _preferences(file)
         if not preferences and len(model.cost_names) == 1:
-            raise ScenarioError("preference: missing")
+            raise ScenarioError('preference: missing; write [preference] and below it, for example, kind = "order"')
     tasks = tuple(replace(task, known=known) for task in file.tasks)
     rules = tuple(replace(rule, known=known) for rule in file.rules)
     first = preferences[0].preference if preferences else WeightedSum({})
@@ -164,10 +165,10 @@ def from_dict(
 @dataclass(frozen=True)
 class _File:
     model: Any
-    tasks: tuple[Task, ...]
+    tasks: Annotated[tuple[Task, ...], Form("tables: write [[tasks]] above each")]
     preference: Any = None
-    preferences: tuple[Any, ...] = ()
-    rules: tuple[Rule, ...] = ()
+    preferences: Annotated[tuple[Any, ...], Form("tables: write [[preferences]] above each")] = ()
+    rules: Annotated[tuple[Rule, ...], Form("tables: write [[rules]] above each")] = ()
 
 
 def _model(table: Any, folder: Path) -> Model:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 import tomllib
 from decimal import Decimal
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from prefplan.errors import ScenarioError, choices
+from prefplan.errors import ScenarioError, choices, told
 
 FOLDER = Path(str(files("prefplan"))).parent / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
@@ -32,6 +34,8 @@ def path_of(scenario: str | Path) -> Path:
     """
     if isinstance(scenario, Path):
         return scenario
+    if not isinstance(scenario, str):
+        raise ScenarioError(f"a scenario is loaded by its name or path, not {told(scenario)}")
     if scenario in names():
         return FOLDER / f"{scenario}.toml"
     path, named = Path(scenario), Path(f"{scenario}.toml")
@@ -60,8 +64,11 @@ def text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        ships = f" (one of this name ships: {path.stem!r})" if path.stem in names() else ""
-        raise ScenarioError(f"{path}: no such file{ships}") from None
+        near = difflib.get_close_matches(path.name, [file.name for file in path.parent.glob("*.toml")], n=1)
+        other = f" (did you mean {str(path.with_name(near[0]))!r}?)" if near else ""
+        if path.stem in names():
+            other = f" (one of this name ships: {path.stem!r})"
+        raise ScenarioError(f"{path}: no such file{other}") from None
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError as error:
@@ -77,9 +84,22 @@ def contents(text: str, path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from None
+        raise ScenarioError(f"{path}: not TOML: {_explained(str(error), text)}") from None
     except RecursionError:
         raise ScenarioError(f"{path}: lists or tables are nested too deep") from None
     except ValueError as error:
         # Python refuses to parse integers of thousands of digits.
         raise ScenarioError(f"{path}: a number is too long: {str(error).partition(';')[0]}") from None
+
+
+def _explained(message: str, text: str) -> str:
+    """Return what a TOML parser says, with the line of the text, and what is probably wrong with it."""
+    single = re.search(r"^\[(tasks|rules|preferences)\]", text, re.MULTILINE)
+    if single and message.startswith("Cannot"):
+        message += f"; write [[{single[1]}]] above each of its tables"
+    elif message.startswith("Invalid value"):
+        message += '; text is written in "quotes"'
+    place = re.search(r"\(at line (\d+), column (\d+)\)", message)
+    if place is None:
+        return message
+    return f"{message}\n    {text.splitlines()[int(place[1]) - 1]}\n    {' ' * (int(place[2]) - 1)}^"

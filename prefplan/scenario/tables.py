@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import numbers
 import types
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from decimal import Decimal
-from functools import cache
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 from prefplan.errors import ScenarioError, check_known, choices
 from prefplan.exact_costs import Number
+from prefplan.forms import Form, types_of
 
 T = TypeVar("T")
+
+LONGEST_SHOWN = 60
+"""Most characters of a wrong value in a message."""
 
 NOUNS: dict[Any, str] = {str: "a string", int: "an integer", bool: "true or false", list: "a list", Mapping: "a table"}
 
@@ -36,21 +39,27 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
         ScenarioError: a key is unknown or missing, or a value has the wrong type; the message begins with the key.
     """
     keys = _keys(kind)
-    for key in _typed(Mapping, table, where):
+    if not isinstance(table, Mapping):
+        raise ScenarioError(f"{where}: must be a table {choices('', (*keys, *also))}, not {_shown(table)}")
+    for key in table:
         if key not in (*keys, *also):
             raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
-    types_of = _types(kind)  # type: ignore[arg-type]  # classes can be hashed
+    kinds = types_of(cast(Hashable, kind))
     for key, field in keys.items():
         if key in table:
-            given[field.name] = decode(types_of[field.name], table[key], key_path(where, key))
+            given[field.name] = decode(kinds[field.name], table[key], key_path(where, key))
         elif field.default is field.default_factory is MISSING:
-            raise ScenarioError(f"{key_path(where, key)}: missing")
+            form = getattr(kinds[field.name], "__metadata__", ())
+            wanted = f"; expected {form[0].file}" if form else ""
+            raise ScenarioError(f"{key_path(where, key)}: missing{wanted}")
     return kind(**given)
 
 
 def chosen(kinds: Mapping[str, T], table: Any, where: str) -> T:
     """Return the one of `kinds` that the key `kind` of a table names; arguments and errors as in `decode_table`."""
-    if "kind" not in _typed(Mapping, table, where):
+    if not isinstance(table, Mapping):
+        raise ScenarioError(f"{where}: must be a table with a kind {choices('', kinds)}, not {_shown(table)}")
+    if "kind" not in table:
         raise ScenarioError(f"{where}.kind: missing {choices('', kinds)}")
     kind = table["kind"]
     check_known(f"{where}.kind", "kind", kind, list(kinds), ScenarioError)
@@ -62,6 +71,8 @@ def decode(kind: Any, value: Any, where: str) -> Any:
     origin, parts = get_origin(kind), get_args(kind)
     if kind is Any:
         return value
+    if origin is Annotated:
+        return _decode_form(parts[0], value, where, parts[1])
     if isinstance(kind, type) and is_dataclass(kind):
         return decode_table(kind, value, where)
     if origin in (Union, types.UnionType):
@@ -84,10 +95,15 @@ def _is_named(kind: Any) -> bool:
     return is_dataclass(kind) and any(field.name == "name" and field.metadata for field in fields(kind))
 
 
-@cache
-def _types(kind: Any) -> dict[str, Any]:
-    """Return the types of a dataclass's fields, by name; evaluating them takes longer than decoding a table."""
-    return get_type_hints(kind)
+def _decode_form(kind: Any, value: Any, where: str, form: Form) -> Any:
+    """Return a value of a type; an error in the value itself, not in a key of it, says how the value is written."""
+    try:
+        return decode(kind, value, where)
+    except ScenarioError as error:
+        place = str(error).removeprefix(where).partition(":")[0]
+        if "." in place:
+            raise
+        raise ScenarioError(f"{where}: must be {form.file}, not {_shown(value)}") from None
 
 
 def _keys(kind: Any) -> dict[str, Field[Any]]:
@@ -133,14 +149,22 @@ def _decode_each(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, .
 
 def _number(value: Any, where: str) -> Any:
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
-        raise ScenarioError(f"{where}: must be a number, not {value!r}")
+        raise ScenarioError(f"{where}: must be a number, not {_shown(value)}")
     return value
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        shown = value if isinstance(value, Decimal) else repr(value)
-        is_single_table = kind is list and isinstance(value, Mapping) and "." not in where
-        wanted = f"tables, each under [[{where}]]" if is_single_table else NOUNS[kind]
-        raise ScenarioError(f"{where}: must be {wanted}, not {shown}")
+        raise ScenarioError(f"{where}: must be {NOUNS[kind]}, not {_shown(value)}")
     return value
+
+
+def _shown(value: Any) -> str:
+    """Return a value for a message, its decimals as they are written."""
+    if isinstance(value, list):
+        text = f"[{', '.join(map(_shown, value))}]"
+    elif isinstance(value, Mapping):
+        text = f"{{ {', '.join(f'{key} = {_shown(entry)}' for key, entry in value.items())} }}"
+    else:
+        text = str(value) if isinstance(value, Decimal) else repr(value)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from decimal import Decimal
 from fractions import Fraction
-from typing import TypedDict
+from numbers import Real
+from typing import Any, TypedDict, Unpack
 
-from prefplan.errors import PreferenceError, PrefplanError, check_known, choices
+from prefplan.errors import PreferenceError, PrefplanError, check_known, choices, told
 from prefplan.exact_costs import Number, inclusive
 from prefplan.limits import MEMORY_SHARE, Limits, available_memory
 from prefplan.problem import Problem
@@ -39,23 +41,21 @@ class PlanLimits(FrontLimits, total=False):
     max_preference: Number | None
 
 
-def limits_of(
-    problem: Problem,
-    *,
-    max_cost: Number | None = None,
-    max_preference: Number | None = None,
-    at_most: Mapping[str, Number] | None = None,
-    max_seconds: float | None = None,
-    max_memory: float | None = None,
-) -> tuple[Limits, dict[str, Fraction]]:
+def limits_of(problem: Problem, **wanted: Unpack[PlanLimits]) -> tuple[Limits, dict[str, Fraction]]:
     """Return the limits of time and memory, and the largest values that are within the bounds, by objective.
 
     Raises:
-        PrefplanError: a bound is not a number, or its name is not that of an objective.
+        PrefplanError: a limit is unknown or not a number, or the name of a bound is not that of an objective.
     """
+    for key in wanted:
+        if key not in PlanLimits.__annotations__:
+            raise PrefplanError(f"{key}: no limit of a search {choices(key, PlanLimits.__annotations__)}")
+    max_preference, at_most = wanted.get("max_preference"), wanted.get("at_most") or {}
+    if not isinstance(at_most, Mapping):
+        raise PrefplanError(f"at_most: must be bounds by name, such as {{'cost': 40}}, not {told(at_most)}")
     names = problem.objective_names
     keys = dict(zip(names, ("max_cost", "max_preference"), strict=True)) if problem.is_bi_objective else {}
-    given = [(names[0], max_cost), *(at_most or {}).items()]
+    given = [(names[0], wanted.get("max_cost")), *at_most.items()]
     if max_preference is not None:
         if not problem.preferences:
             raise PrefplanError(f"max_preference: there is no preference {choices('', names)}")
@@ -66,8 +66,19 @@ def limits_of(
         if bound is not None:
             largest = inclusive(bound, keys.get(name, name))
             bounds[name] = min(largest, bounds.get(name, largest))
-    memory = MEMORY_SHARE * available_memory() if max_memory is None else max_memory
-    return Limits(math.inf if max_seconds is None else max_seconds, memory), bounds
+    seconds, memory = _limit(wanted, "max_seconds"), _limit(wanted, "max_memory")
+    free = MEMORY_SHARE * available_memory() if memory is None else memory
+    return Limits(math.inf if seconds is None else seconds, free), bounds
+
+
+def _limit(wanted: Mapping[str, Any], key: str) -> float | None:
+    """Return a limit of time or memory."""
+    value = wanted.get(key)
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (Real, Decimal)) or not float(value) >= 0:
+        raise PrefplanError(f"{key}: must be a number >= 0, not {told(value)}")
+    return float(value)
 
 
 def require_bounds(problem: Problem, bounds: Collection[str]) -> None:
@@ -79,9 +90,9 @@ def require_bounds(problem: Problem, bounds: Collection[str]) -> None:
         if problem.is_bi_objective:
             raise PreferenceError(
                 "preference: its contract is 'general', so that its front may be infinite; "
-                "a bound on the total cost is needed (--max-cost)"
+                "a bound on the total cost is needed (--max-cost C, in Python max_cost=C)"
             )
         raise PreferenceError(
             f"{o.name}: its contract is 'general', so that the front may be infinite; "
-            f"a bound on the cost that it counts in is needed (--at-most {of}=VALUE)"
+            f"a bound on the cost that it counts in is needed (--at-most {of}=VALUE, in Python at_most)"
         )

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 from prefplan.errors import ModelError, check_known
+from prefplan.forms import Form, check_fields
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.state import ManipulationState
@@ -19,7 +21,7 @@ from prefplan.models.manipulation.surroundings import (
     check_robot,
     with_height,
 )
-from prefplan.names import check_names
+from prefplan.names import Names, check_names
 
 
 @dataclass(frozen=True)
@@ -40,9 +42,11 @@ class Location:
     """
 
     name: str = field(metadata={"key": None})
-    at: tuple[float, ...] | None = None
+    at: Annotated[
+        tuple[float, ...] | None, Form("[x, y] or [x, y, height] in metres", "(x, y) or (x, y, height) in metres")
+    ] = None
     site: str | None = None
-    on: tuple[str, ...] = ()
+    on: Annotated[tuple[str, ...], Form('a list of locations, such as ["left", "right"]')] = ()
     capacity: int = 1
     marks: str | None = None
     kind: str | None = None
@@ -107,9 +111,17 @@ class Description:
 
     start: str
     costs: ActionCosts
-    locations: tuple[Location, ...]
-    objects: tuple[Object, ...]
-    propositions: frozenset[str] = field(default_factory=frozenset)
+    locations: Annotated[
+        tuple[Location, ...],
+        Form(
+            "tables by name, such as spot = { at = [0.5, 0.1] }", 'a tuple such as (Location("spot", at=(0.5, 0.1)),)'
+        ),
+    ]
+    objects: Annotated[
+        tuple[Object, ...],
+        Form('tables by name, such as cup = { start = "spot" }', 'a tuple such as (Object("cup", start="spot"),)'),
+    ]
+    propositions: Names = field(default_factory=frozenset)
     fixtures: tuple[Fixture, ...] = ()
     robot: str | RobotSetup = RobotSetup()
     scene: str | None = None
@@ -118,6 +130,7 @@ class Description:
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
+        check_fields(self, ModelError)
         _check_locations(self.locations)
         _check_objects(self)
         _check_propositions(self)
@@ -175,6 +188,7 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
     check_names(names, where="locations")
     for place in locations:
         where = f"locations.{place.name}"
+        check_fields(place, ModelError, f"{where}.")
         if names.count(place.name) > 1:
             raise ModelError(f"{where}: defined twice")
         if place.site is not None:

@@ -121,7 +121,7 @@ def with_height(at: tuple[float, ...]) -> Point:
 def check_point(at: tuple[float, ...], where: str) -> None:
     """Raise `ModelError` unless a point has two or three finite coordinates; the message begins with its key."""
     if len(at) not in (2, 3):
-        raise ModelError(f"{where}: must be [x, y] or [x, y, height], not {list(at)}")
+        raise ModelError(f"{where}: must be [x, y] or [x, y, height] in metres, not {list(at)}")
     if not all(map(math.isfinite, at)):
         raise ModelError(f"{where}: must be finite numbers, not {list(at)}")
 

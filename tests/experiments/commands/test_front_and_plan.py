@@ -271,7 +271,9 @@ GENERAL = 'kind = "expression"\nexpression = "pay * buy"\ncontract = "general"'
 def test_a_general_preference_asks_for_a_bound_and_takes_it(run: Run, detour: Path) -> None:
     detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
     for call in (["front"], ["plan", "--objective", "preference"]):
-        assert_is_error(run(*call, "detour.toml"), "a bound on the total cost is needed (--max-cost)")
+        assert_is_error(
+            run(*call, "detour.toml"), "a bound on the total cost is needed (--max-cost C, in Python max_cost=C)"
+        )
         assert run(*call, "detour.toml", "--max-cost", "5").status == 0
 
 

@@ -135,7 +135,9 @@ def test_a_general_contract_needs_a_bound_on_cost() -> None:
     problem = build(Expression("abs(phi1 - phi2) * phi3"))
     assert problem.measure.contract == "general"
     for choose in (pareto_front, preferred_plan, lambda p: cheapest_plan(p, max_preference=3)):
-        with pytest.raises(PreferenceError, match=r"^preference: its contract is 'general'.*\(--max-cost\)$"):
+        with pytest.raises(
+            PreferenceError, match=r"^preference: its contract is 'general'.*\(--max-cost C, in Python max_cost=C\)$"
+        ):
             choose(problem)
     assert [plan.cost for plan in pareto_front(problem, max_cost=10)] == [3.25]
     assert cheapest_plan(problem).cost == 3.25, "the cheapest plan of all needs no bound"

@@ -27,7 +27,7 @@ def test_a_python_function_is_a_preference(contract: str) -> None:
         (lambda costs, violations: costs[7], r"fails at \(phi1=.*\): index 7 is out of bounds"),
         (lambda costs, violations: None, r"fails at \(phi1=.*\): float\(\) argument must be"),
         (lambda costs: costs[0], r"fails at \(phi1=.*\): .* takes 1 positional argument but 2 were given"),
-        (3, r"fails at \(phi1=.*\): 'int' object is not callable"),
+        (3, r"must be a function of \(costs, violations\), not 3 \(int\)"),
     ],
 )
 def test_a_function_that_is_no_preference_is_refused(function: Any, message: str) -> None:

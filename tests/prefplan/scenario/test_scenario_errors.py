@@ -66,19 +66,19 @@ TASKS = GRID[GRID.index("[[tasks]]") : GRID.index("[preference]")]
 
 
 @pytest.mark.parametrize(
-    ("text", "old", "key"),
+    ("text", "old", "key", "expected"),
     [
-        (GRID, "size = [4, 3]\n", "model.size"),
-        (GRID, 'name = "bake"\n', "tasks[1].name"),
-        (GRID, TASKS, "tasks"),
-        (GRID, GRID[: GRID.index("[[tasks]]")], "model"),
-        (GRAPH, 'from = "s1", ', "model.transitions[1].from"),
-        (TABLE, 'start = "left", ', "model.objects.blue.start"),
-        (TABLE, "by = 20, ", "preference.deadlines.phi1.by"),
+        (GRID, "size = [4, 3]\n", "model.size", "; expected [width, height] in cells"),
+        (GRID, 'name = "bake"\n', "tasks[1].name", ""),
+        (GRID, TASKS, "tasks", "; expected tables: write [[tasks]] above each"),
+        (GRID, GRID[: GRID.index("[[tasks]]")], "model", ""),
+        (GRAPH, 'from = "s1", ', "model.transitions[1].from", ""),
+        (TABLE, 'start = "left", ', "model.objects.blue.start", ""),
+        (TABLE, "by = 20, ", "preference.deadlines.phi1.by", ""),
     ],
 )
-def test_a_missing_key_is_named(file: Path, text: str, old: str, key: str) -> None:
-    assert error_of(file, with_change(text, old, "")) == f"{key}: missing"
+def test_a_missing_key_is_named(file: Path, text: str, old: str, key: str, expected: str) -> None:
+    assert error_of(file, with_change(text, old, "")) == f"{key}: missing{expected}"
 
 
 def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> None:
@@ -91,19 +91,49 @@ def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> N
     [
         (GRID, "cost = 1", 'cost = "one"', "model.cost: must be a number, not 'one'"),
         (GRID, "cost = 1", "cost = true", "model.cost: must be a number, not True"),
-        (GRID, "size = [4, 3]", "size = 4", "model.size: must be a list, not 4"),
-        (GRID, "start = [0, 0]", "start = [0]", "model.start: must have 2 entries, not 1"),
-        (GRID, "start = [0, 0]", "start = [0.5, 0]", "model.start[0]: must be an integer, not 0.5"),
-        (GRID, "[2, 0, 3, 1]", '"all"', "model.regions.cheese: must be a list, not 'all'"),
+        (GRID, "size = [4, 3]", "size = 4", "model.size: must be [width, height] in cells, not 4"),
+        (
+            GRID,
+            "start = [0, 0]",
+            "start = [0]",
+            "model.start: must be [x, y], the cell where the robot starts, not [0]",
+        ),
+        (
+            GRID,
+            "start = [0, 0]",
+            "start = [0.5, 0]",
+            "model.start: must be [x, y], the cell where the robot starts, not [0.5, 0]",
+        ),
+        (
+            GRID,
+            "[2, 0, 3, 1]",
+            '"all"',
+            "model.regions.cheese: must be [x0, y0, x1, y1] in whole cells, or a list of such boxes, not 'all'",
+        ),
         (GRID, 'name = "bake"', "name = 3", "tasks[1].name: must be a string, not 3"),
-        (GRID, TASKS, "[tasks]\nname = 3\n", "tasks: must be tables, each under [[tasks]], not {'name': 3}"),
-        (GRAPH, 's2 = ["plant"]', 's2 = "plant"', "model.labels.s2: must be a list, not 'plant'"),
+        (GRID, TASKS, "[tasks]\nname = 3\n", "tasks: must be tables: write [[tasks]] above each, not { name = 3 }"),
+        (
+            GRAPH,
+            's2 = ["plant"]',
+            's2 = "plant"',
+            "model.labels.s2: must be a list of propositions, such as [\"shelf\"], not 'plant'",
+        ),
         (GRAPH, 'formula = "F plant"', RELAX, "tasks[0].relax[0].cost: must be a number, not '1'"),
         (TABLE, "release = 1", 'release = "x"', "model.costs.release: must be a number, not 'x'"),
         (TABLE, "capacity = 2", "capacity = 1.5", "model.locations.bin.capacity: must be an integer, not 1.5"),
         (TABLE, "fixed = false", "fixed = 0", "model.objects.pink.fixed: must be true or false, not 0"),
-        (TABLE, "[0.50, 0.03]", "[0.50]", "model.locations.left.at: must be [x, y] or [x, y, height], not [0.5]"),
-        (TABLE, "[0.50, 0.03]", '[0.50, "0"]', "model.locations.left.at[1]: must be a number, not '0'"),
+        (
+            TABLE,
+            "[0.50, 0.03]",
+            "[0.50]",
+            "model.locations.left.at: must be [x, y] or [x, y, height] in metres, not [0.5]",
+        ),
+        (
+            TABLE,
+            "[0.50, 0.03]",
+            '[0.50, "0"]',
+            "model.locations.left.at: must be [x, y] or [x, y, height] in metres, not [0.50, '0']",
+        ),
         (
             GRID,
             "F cheese",
@@ -120,7 +150,12 @@ def test_a_missing_kind_of_preference_comes_with_the_valid_ones(file: Path) -> N
         (GRID, 'name = "bake"', 'name = "eat"', "tasks[1].name: 'eat' is used twice"),
         (GRID, "cost = 1", "cost = -1", "model.cost: negative cost -1"),
         (GRID, '["bake", "eat"]', "[]", "preference.order: must name at least one task (valid: eat, bake)"),
-        (GRAPH, WEIGHED, 'kind = "expression"', "preference.expression: missing"),
+        (
+            GRAPH,
+            WEIGHED,
+            'kind = "expression"',
+            'preference.expression: missing; expected text, such as "TASK1 + 2 * TASK2"',
+        ),
         (TABLE, ", release = 1", "", "model.costs: no cost for 'release'"),
     ],
 )
