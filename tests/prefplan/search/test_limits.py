@@ -121,7 +121,7 @@ def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, mo
 @pytest.mark.parametrize("plan", [pareto_front, cheapest_plan, preferred_plan])
 def test_a_limit_that_does_not_exist_is_refused(plan: Callable[..., object]) -> None:
     system = TransitionSystem.from_transitions([("a", "go", "b", 1)], start="a", labels={"b": ["there"]})
-    with pytest.raises(TypeError, match="max_csot"):
+    with pytest.raises(PrefplanError, match=r"did you mean .max_cost"):
         plan(Problem(system, [Task("t", "F there")], Order()), max_csot=3)
 
 
