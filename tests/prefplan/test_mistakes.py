@@ -242,10 +242,6 @@ MISTAKES = [
         "max_seconds: must be a number >= 0, not '3' (str)",
     ),
     (
-        "pareto_front(problem(), within=-5)",
-        "within: -5 is negative; it is a percentage, 0 for the exact front",
-    ),
-    (
         'pareto_front(problem(), at_most=["cost", 3])',
         "at_most: must be bounds by name, such as {'cost': 40}, not ['cost', 3] (list)",
     ),

@@ -247,7 +247,6 @@ IN_OPTIONS = [
     ("front tidy.toml --max-cost ten", "prefplan front: --max-cost: 'ten' is not a number >= 0"),
     ("front tidy.toml --max-seconds 1m", "prefplan front: --max-seconds: '1m' is not a number of seconds >= 0"),
     ("front tidy.toml --max-memory 4GB", "prefplan front: --max-memory: '4GB' is not a number of MiB >= 0"),
-    ("front tidy.toml --within 5pct", "prefplan front: --within: '5pct' is not a number of percent >= 0"),
     ("front tidy.toml --at-most energy", "prefplan front: --at-most: 'energy' is not NAME=VALUE, such as energy=40"),
     ("front tidy.toml --at-most enrgy=3", "prefplan: --at-most: unknown objective 'enrgy' (valid: cost, preference)"),
     ("front tidy.toml --objective costs", "prefplan: --objective: unknown objective 'costs' (did you mean 'cost'?)"),

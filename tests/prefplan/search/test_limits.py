@@ -29,7 +29,7 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
-from prefplan.errors import LimitError
+from prefplan.errors import LimitError, PrefplanError
 from prefplan.limits import Limits, run_within_limits
 from prefplan.search import incumbent
 from prefplan.search.bi_objective_search import BiObjectiveSearch
