@@ -56,7 +56,9 @@ class Remedies:
             remedies.append((partial(self._raised, refused, roof), f"{self._name(roof)} above too low for the hand"))
         if roof is not None or not blocked:
             below = f" below {self._name(roof)}" if roof is not None and blocked else ""
-            remedies.append((partial(self._nearer, refused), f"out of reach{below}"))
+            near = self._distance(refused) < self._scene.robot.nearest_m
+            words = "too near to the robot's base" if near else "out of reach"
+            remedies.append((partial(self._nearer, refused, -1 if near else 1), f"{words}{below}"))
         reason, most = None, MOST_CM
         for helps, words in remedies if blocked else reversed(remedies):
             if change := self._least(refused, helps, most):
@@ -104,10 +106,17 @@ class Remedies:
         """Return whether the rehearsal would succeed with the location moved so far in a (3,) direction."""
         return self._moved(refused, millimetres / 1000 * away / max(float(np.linalg.norm(away)), 1e-9))
 
-    def _nearer(self, refused: Rehearsal, centimetres: int) -> bool:
-        """Return whether the rehearsal would succeed with the location and its supports so much nearer to the base."""
+    def _distance(self, refused: Rehearsal) -> float:
+        """Return the distance of the location from the robot's base, m."""
+        return self._scene.robot.polar(self._scene.slots[refused.location][0].position)[0]
+
+    def _nearer(self, refused: Rehearsal, sign: int, centimetres: int) -> bool:
+        """Return whether the rehearsal would succeed with the location and its supports so much nearer to the base.
+
+        With a negative sign, they are farther away.
+        """
         offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
-        return self._moved(refused, centimetres / 100 * offset / np.linalg.norm(offset))
+        return self._moved(refused, sign * centimetres / 100 * offset / np.linalg.norm(offset))
 
     def _moved(self, refused: Rehearsal, shift: np.ndarray) -> bool:
         """Return whether the rehearsal would succeed with the location and its supports moved by (3,) m."""

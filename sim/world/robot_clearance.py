@@ -39,16 +39,11 @@ def _configuration(arm: Arm, slot: Slot, height: float) -> np.ndarray:
     """Return a configuration with the tool at a height, m, over a slot, from straight above if that is possible.
 
     Raises:
-        SimulationError: the slot is too near to the base, behind it, or out of reach with any tilt of the hand.
+        SimulationError: the slot is behind the base, or out of reach with any tilt of the hand.
     """
     robot = arm.robot
     distance, bearing = robot.polar(slot.position)
-    near = distance < robot.nearest_m
-    # Rounding to the nearest could show a distance that is slightly too small as sufficient.
-    shown = np.floor(100 * distance) / 100 if near else distance
-    where = f"locations.{slot.location}: {shown:.2f} m from the robot's base"
-    if near:
-        raise SimulationError(f"{where}, too near: at least {robot.nearest_m:.2f} m")
+    where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
     if abs(bearing) > robot.max_bearing_rad:
         raise SimulationError(f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way")
     q = reach(arm, slot, height)
@@ -56,6 +51,10 @@ def _configuration(arm: Arm, slot: Slot, height: float) -> np.ndarray:
         q = _reach_tilted(arm, slot, height)
     if q is not None:
         return q
+    if distance < robot.nearest_m:
+        raise SimulationError(
+            f"{where}, too near for its hand in any tilt; it reaches any place {robot.nearest_m:.2f} m away"
+        )
     farthest = _farthest(arm, slot, height)
     above = slot.position[2] - robot.position[2]
     level = f"{abs(above):.2f} m {'above' if above > 0 else 'below'} its base"

@@ -50,6 +50,22 @@ def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> Non
     assert check_cup((0.83 - short - 0.01, 0.0), POST) == PlaceCheck("cup", "here")
 
 
+@pytest.mark.parametrize("distance", [0.105, 0.28, 0.31])
+def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: float) -> None:
+    places = (Location("near", at=(distance, 0.0)), Location("far", at=(0.5, 0.2)))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
+    assert ArmCheck(scene).check("cube", "near") == PlaceCheck("cube", "near")
+
+
+def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -> None:
+    def check_cube(distance: float) -> PlaceCheck:
+        places, cube = (Location("near", at=(distance, 0.0)),), (Object("cube", "near"),)
+        return ArmCheck(build_scene(ManipulationModel("home", COSTS, places, cube), meshes=False)).check("cube", "near")
+
+    short = missing(check_cube(0.2), r"too near to the robot's base by (\d+) cm")
+    assert check_cube(0.2 + short + 0.005) == PlaceCheck("cube", "near")
+
+
 def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> None:
     def shelf(board: float) -> Fixture:
         size = (0.24, 0.5, board + 0.2)

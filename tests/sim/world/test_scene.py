@@ -81,8 +81,6 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
     ("locations", "message"),
     [
         ([Location("far", at=(1.2, 0.0))], r"far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
-        ([Location("near", at=(0.105, 0.0))], r"near: 0\.10 m .* too near"),
-        ([Location("near", at=(0.3199, 0.0))], r"near: 0\.31 m .* too near: at least 0\.32 m"),
         ([Location("back", at=(-0.5, 0.05))], r"back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"box\.kind: .*did you mean 'bin'\?"),
         ([A, Location("b", at=(0.5, 0.04))], r"b: 0\.040 m from 'a', 1\.0 cm too close: .* at least 0\.050 m"),
