@@ -26,9 +26,9 @@ class Panel {
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
     this.view = make("article", { class: `panel view ${side}${shown.length ? "" : " bare"}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index}` },
       title,
+      make("p", { class: "headline" }, first.headline),
       make("div", { class: "watch" }, ...shown, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.videoNote(plan)),
-      timeline.element,
-      make("p", { class: "headline" }, first.headline));
+      timeline.element);
     this.element = make("article", { class: `panel more ${side}`, "data-plan": plan.index, "aria-label": `Plan ${plan.index} in detail` },
       make("h3", {}, make("span", { class: "badge" }, String(plan.index)), ` Plan ${plan.index}`),
       make("div", { class: "why" }, this.details(first, true),

@@ -42,6 +42,11 @@ function taskWords(account) {
   return account.satisfied === null ? "not done" : null;
 }
 
+function holds(bar) {
+  const words = bar.firstElementChild;
+  return words.scrollWidth <= bar.clientWidth && words.scrollHeight <= bar.clientHeight;
+}
+
 class Timeline {
   // `most`: cost at the right end; `part`: cost at the first difference of two compared plans, or null.
   constructor(plan, tasks, { most, part, seek }) {
@@ -73,16 +78,23 @@ class Timeline {
     const kinds = KINDS.filter((kind) => actions.some((action) => action.startsWith(`${kind} `)));
     const chips = kinds.flatMap((kind) => [make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}   `]);
     const paid = Object.values(accounts).some((account) => account.bought.length);
-    return make("p", { class: "small legend" }, ...chips, `○ a task's automaton changes its state · ✓ the task is done${paid ? " · $ it is relaxed" : ""}`);
+    return make("p", { class: "small legend" }, ...chips, `○ task advances · ✓ done${paid ? " · $ relaxed" : ""}`);
   }
 
-  // Show the words of an action where its bar has space for them.
+  // Label each bar with as much as it has space for: the action, or what it acts on, along the bar or upright.
   fit() {
-    const fits = this.bars.map((bar) => {
-      const words = bar.firstElementChild;
-      return words.scrollWidth <= words.clientWidth && words.offsetHeight <= bar.clientHeight;
-    });
-    this.bars.forEach((bar, k) => bar.classList.toggle("narrow", !fits[k]));
+    const { actions } = this.plan.ledger;
+    const labels = actions.map((action) => [action, action.split(" ")[1] || action]);
+    let left = this.bars.map((_, k) => k);
+    for (const [which, upright] of [[0, false], [1, false], [0, true], [1, true]]) {
+      for (const k of left) {
+        this.bars[k].classList.remove("narrow");
+        this.bars[k].classList.toggle("upright", upright);
+        this.bars[k].firstElementChild.textContent = labels[k][which];
+      }
+      left = left.filter((k) => !holds(this.bars[k]));
+    }
+    for (const k of left) this.bars[k].classList.add("narrow");
   }
 
   at(cost) {

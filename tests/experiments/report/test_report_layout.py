@@ -156,6 +156,29 @@ def test_nothing_is_cut_covered_faint_without_a_name_or_out_of_reach(
     assert page.complaints() == []
 
 
+PICTURES = """for (const view of document.querySelectorAll('.view')) {
+  view.classList.remove("bare");
+  view.querySelector(".watch .small").replaceWith();
+  view.querySelector(".watch").prepend(document.createElement("video"));
+}"""
+"""Shows videos, as of plans that are carried out."""
+
+
+@pytest.mark.parametrize(("name", "last"), [("case_study_1", ".map"), ("case_study_3", ".timeline")])
+def test_a_laptop_shows_why_a_plan_costs_more_and_its_picture_above_the_player(
+    name: str, last: str, make: Make, chrome: webdriver.Chrome
+) -> None:
+    page = Page(chrome, make(name), still=True)
+    page.wait(lambda: page.all("#chart path[data-plan]"))
+    if last == ".timeline":
+        chrome.execute_script(PICTURES)
+        page.wait(lambda: not page.all(".bar.narrow"))
+    player = page.one("#transport").rect["y"]
+    for part in (".headline", last):
+        seen = page.all(f"#views {part}")
+        assert len(seen) == 2 and all(one.rect["y"] + one.rect["height"] <= player for one in seen), part
+
+
 FAULTS = [
     ("layout", ".headline", "style", "margin-top: -3rem", "lies on"),
     ("layout", "h1", "style", "white-space: nowrap; width: 2rem; overflow: hidden", "is cut"),
