@@ -117,6 +117,12 @@ class LiveRun(threading.Thread):
             # A thread has no caller to raise to: the session checks this attribute.
             self.failure = failure
 
+    @property
+    def pulled(self) -> str | None:
+        """The object that the user pulls."""
+        pulled = self._pulled
+        return pulled[0] if pulled else None
+
     def allow(self, time: float) -> None:
         """Let the simulation continue at least to a time, s."""
         with self._changed:

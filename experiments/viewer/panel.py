@@ -9,7 +9,7 @@ from typing import Any
 import viser
 
 from experiments.cli.browser import template
-from experiments.viewer.live_run import Status
+from experiments.viewer.live_run import LiveRun, Status
 from experiments.viewer.playback import Playback
 from prefplan.plan import Plan, worth
 from prefplan.problem import Task
@@ -101,7 +101,7 @@ class Panel:
                 state=state,
                 heading=f"Plan {index}" if len(shown) > 1 else "",
                 colour=colour,
-                waiting=[fault.kind for fault in run.waiting],
+                waiting=announced(run, playing=playback.playing),
             )
             for run, index, colour in zip(playback.runs, shown, COLOURS.values(), strict=False)
         ]
@@ -109,9 +109,10 @@ class Panel:
 
     def _add_playback(self, actions: Actions) -> None:
         gui, playback = self._gui, self._playback
-        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY)
-        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
-        more = gui.add_button_group("", ("Step", "Restart"), hint="one action, then pause; once more from the start")
+        self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="continue the simulation")
+        pause = "stop the simulation for a while"
+        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False, hint=pause)
+        more = gui.add_button_group("", ("Step", "Restart"), hint="Step: play one action. Restart: from the start.")
         speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="simulated seconds per second")
         self._time = gui.add_slider("Time", min=0.0, max=0.01, step=0.01, initial_value=0.0, hint="simulated seconds")
         self._play.on_click(lambda event: playback.play())
@@ -125,20 +126,21 @@ class Panel:
         self._figure = gui.add_html("")
         self._rows = [self._add_row(i, plan, actions) for i, plan in enumerate(self._plans)]
         labels = [ALONE, *(plan_label(i, plan) for i, plan in enumerate(self._plans))]
-        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="two arms in step")
+        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="a second arm that carries out another plan")
         other.on_update(lambda event: actions.beside(labels.index(other.value) - 1 if other.value != ALONE else None))
 
     def _add_row(self, index: int, plan: Plan, actions: Actions) -> viser.GuiButtonHandle:
-        row = self._gui.add_button(plan_label(index, plan), color="gray")
+        hint = "carry out this plan from the start"
+        row = self._gui.add_button(plan_label(index, plan), color="gray", hint=hint)
         row.on_click(lambda event: actions.choose(index))
         return row
 
     def _add_meddling(self, objects: Sequence[str], actions: Actions) -> None:
         gui = self._gui
         gui.add_html(HINT)
-        obj = gui.add_dropdown("Object", tuple(objects), initial_value=objects[0])
-        to_object = gui.add_button_group("It", tuple(TO_OBJECT))
-        to_arm = gui.add_button_group("The arm", tuple(TO_ARM))
+        obj = gui.add_dropdown("Object", tuple(objects), initial_value=objects[0], hint="what the next row disturbs")
+        to_object = gui.add_button_group("It", tuple(TO_OBJECT), hint="disturb the object")
+        to_arm = gui.add_button_group("The arm", tuple(TO_ARM), hint="disturb the arm or its camera")
         to_object.on_click(lambda event: actions.meddle(TO_OBJECT[to_object.value], obj.value, 0.0))
         to_arm.on_click(lambda event: actions.meddle(TO_ARM[to_arm.value], "", BLIND_S))
 
@@ -153,6 +155,15 @@ def _set(handle: Any, **properties: Any) -> None:
     for name, value in properties.items():
         if getattr(handle, name) != value:
             setattr(handle, name, value)
+
+
+def announced(run: LiveRun, *, playing: bool) -> list[str]:
+    """Return a line for each thing that the user did and that has no effect yet."""
+    when = "the run continues" if playing else "you press Play"
+    lines = [f"{fault.kind} {fault.target}".strip() + f": happens when {when}" for fault in [*run.waiting]]
+    if run.pulled and not playing:
+        lines.append(f"pull {run.pulled}: an object moves only while the plan plays")
+    return lines
 
 
 def plan_label(index: int, plan: Plan) -> str:
@@ -187,8 +198,8 @@ def status_html(
 ) -> str:
     """Return the status of a run as HTML.
 
-    `state` is `playing` or `paused`; once the run has ended, the reason is shown instead. `waiting` are the kinds of
-    faults that happen as soon as the run continues.
+    `state` is `playing` or `paused`; once the run has ended, the reason is shown instead. `waiting` are lines on what
+    the user did that has no effect yet.
     """
     return template(__package__, "panel.html").render(
         tasks=tasks,

@@ -90,6 +90,14 @@ class Session:
         self._panel = Panel(server, show.title, self.playback, plans=show.plans, objects=objects, actions=actions)
         self._changing = threading.RLock()
         self._begin((show.chosen,), playing=False)
+        self._opened = False
+        server.on_client_connect(lambda client: self.open())
+
+    def open(self) -> None:
+        """Play when the page is opened for the first time."""
+        if not self._opened:
+            self._opened = True
+            self.playback.play()
 
     def choose(self, index: int) -> None:
         """Carry out a plan of the front from the start; on the left, if there are two."""

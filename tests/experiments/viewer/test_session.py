@@ -16,6 +16,7 @@ import viser
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.runs.carry_out import begin
+from experiments.viewer.panel import announced
 from experiments.viewer.session import Session, Show
 from experiments.viewer.viewpoint import Viewpoint
 from prefplan import pareto_front
@@ -78,6 +79,21 @@ def cup_at(session: Session, side: int = 0) -> np.ndarray:
     return stage._data.body("cup").xpos + stage.offset
 
 
+def test_a_page_plays_from_its_start_when_it_is_first_opened(session: Session) -> None:
+    assert session.playback.time == 0.0 and not session.playback.playing
+    session.open()
+    assert session.playback.playing
+    session.playback.pause()
+    session.open()
+    assert not session.playback.playing, "a second browser changes nothing"
+
+
+def test_every_control_has_a_tooltip(session: Session) -> None:
+    handles = session._server.gui._gui_input_handle_from_uuid.values()
+    assert len(handles) >= 10
+    assert [handle.label for handle in handles if not handle.hint] == []
+
+
 def test_a_plan_is_carried_out_when_it_is_chosen_and_another_beside_it_in_step(session: Session) -> None:
     first = session.playback.runs
     play(session, lambda: bool(first[0].frames))
@@ -110,6 +126,12 @@ def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Se
     session.meddle("knock", "cup")
     (run,) = session.playback.runs
     assert [fault.kind for fault in run.waiting] == ["slip", "knock"] and not news(session)
+    session.advance(0.0)
+    assert "knock cup: happens when you press Play" in session._panel._text.content
+    run.pull("cup", np.zeros(3))
+    assert announced(run, playing=False)[2:] == ["pull cup: an object moves only while the plan plays"]
+    assert len(announced(run, playing=True)) == 2
+    run.let_go()
     session.playback.play()
     play(session, lambda: session.playback.ended)
     told = news(session)

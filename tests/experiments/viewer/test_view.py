@@ -106,8 +106,10 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
             until(lambda place=place: browser.find_elements(By.XPATH, place))  # type: ignore[misc]
             browser.execute_script("arguments[0].click()", browser.find_element(By.XPATH, place))
 
-    until(lambda: text(".count").startswith("0 of 4 actions done"))
-    assert text(".current") == "transit desk"
+    until(lambda: text(".state") == "playing")
+    click("Pause")
+    click("Restart")
+    until(lambda: text(".count").startswith("0 of 4 actions done") and text(".current") == "transit desk")
     assert browser.title == "cup - prefplan"
     icon = browser.find_element(By.CSS_SELECTOR, "link[rel=icon]").get_attribute("href") or ""
     assert icon.startswith("data:image/svg+xml;base64,")

@@ -159,13 +159,13 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     tasks = (Task("a", "F (holding_cup & !cup_tray)"), Task("b", "F x"))
     costs = Entry(3, {"a": 3, "b": 2}, {"a": 0, "b": 0}, frozenset({"b"}), 0)
     status = Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",))
-    html = status_html(tasks, status, 1.25, state="playing", waiting=["knock"])
+    html = status_html(tasks, status, 1.25, state="playing", waiting=["knock <cup>: soon"])
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
     assert "1 of 2 actions done, 1.2 s" in html and "playing" in html
     assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
     assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
-    assert "knock: happens when the run continues" in html
+    assert "knock &lt;cup&gt;: soon" in html
     narrow = status_html(tasks, status, 1.25, state="playing", heading="Plan 1", colour="#228be6")
     assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
 
