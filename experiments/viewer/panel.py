@@ -126,7 +126,7 @@ class Panel:
         self._figure = gui.add_html("")
         self._rows = [self._add_row(i, plan, actions) for i, plan in enumerate(self._plans)]
         labels = [ALONE, *(plan_label(i, plan) for i, plan in enumerate(self._plans))]
-        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="a second arm that carries out another plan")
+        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="another plan, by a second arm")
         other.on_update(lambda event: actions.beside(labels.index(other.value) - 1 if other.value != ALONE else None))
 
     def _add_row(self, index: int, plan: Plan, actions: Actions) -> viser.GuiButtonHandle:
