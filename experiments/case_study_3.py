@@ -37,7 +37,7 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
     console = Console(highlight=False)
     scenario = scenarios.find(SCENARIO)
     front = pareto_front(scenario.problem())
-    output.show_front(console, scenario, front)
+    output.show_front(console, scenario, front, lambda i: f"`prefplan plan {SCENARIO} --plan {i}` prints all")
     console.print()
     study = Study(TITLE, ABOUT)
     compare_plans(study, scenario, front)
@@ -75,7 +75,10 @@ def perform(
 ) -> tuple[Outcome, Recording | None]:
     """Carry a plan out and write its video and recording to `path` plus an ending; if interrupted, write neither."""
     outcome = carry_out(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
-    return outcome, None if outcome.interrupted else keep(scenario, scene, plan, outcome, path)
+    if outcome.interrupted:
+        return outcome, None
+    tell("checking", 0, 0, "the log")
+    return outcome, keep(scenario, scene, plan, outcome, path)
 
 
 if __name__ == "__main__":

@@ -164,7 +164,7 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
         for name, index in FIGURE_5.items():
             plan = front[index]
             values = f"cost {number(plan.cost)}, mu {number(plan.preference)}"
-            study.texts.append(f"{name}: {values}: {condense(plan.actions)}")
+            study.texts.append(f"{name}: {values}: {condense([*map(plan.display.action, plan.actions)])}")
         if not simulate:
             return
 

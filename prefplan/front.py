@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, overload
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     # Loaded only when a front is drawn or converted to a table.
     from matplotlib.axes import Axes
     from pandas import DataFrame
+
+
+MOST_ACTIONS = 30
+"""Most entries of a plan, each an action or a run of equal ones, that the text of a front shows: a few lines."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +233,7 @@ class Front(Sequence[Plan]):
         """The heads of a table with a row for each plan, and then its rows."""
         heads = ["penalty" if name == PAIR[1] else name for name in self.objectives or PAIR]
         rows = [[str(i), *map(number, (*point_of(p), *p.task_costs.values()))] for i, p in enumerate(self)]
-        return [["#", *heads, *self._tasks], *rows]
+        return [["#", *heads, *(self.plans[0].display.task(name) for name in self._tasks)], *rows]
 
     @property
     def notes(self) -> list[str]:
@@ -240,11 +244,16 @@ class Front(Sequence[Plan]):
         ]
         return [*notes, *self.assumptions]
 
-    @property
-    def listing(self) -> list[str]:
-        """A heading for each plan, and below it the plan's actions."""
+    def listing(self, whole: Callable[[int], str]) -> list[str]:
+        """Return a heading for each plan, and below it the plan's first actions.
+
+        Args:
+            whole: returns how to see all actions of the plan with a number.
+        """
         counts = [f"{len(plan.actions)} action{'s' * (len(plan.actions) != 1)}" for plan in self]
-        return [f"Plan {i} ({counts[i]})\n{plan.steps}" for i, plan in enumerate(self)]
+        return [
+            f"Plan {i} ({counts[i]})\n{plan.listing(most=MOST_ACTIONS, whole=whole(i))}" for i, plan in enumerate(self)
+        ]
 
     @property
     def missing(self) -> str | None:
@@ -257,7 +266,7 @@ class Front(Sequence[Plan]):
 
     def __str__(self) -> str:
         """Return the front as `prefplan front` prints it: a table, and the actions of each plan."""
-        blocks = self.listing
+        blocks = self.listing(lambda i: f"`print(front[{i}])` prints all")
         if blocks:
             blocks.insert(0, "\n".join([self.title, in_columns(self.table), *self.notes]))
         return "\n\n".join([*blocks, *([self.missing] if self.missing else [])])

@@ -9,11 +9,12 @@ from fractions import Fraction
 from itertools import accumulate
 from typing import cast
 
+from prefplan.display_names import DisplayNames
 from prefplan.drawing.cell_map import CellMap, map_picture
 from prefplan.drawing.timeline import timeline
 from prefplan.drawing.trail import Cell
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.text import condense, number
+from prefplan.text import number, numbered
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""
@@ -39,12 +40,16 @@ class Purchase:
 
     def __str__(self) -> str:
         """Return what is relaxed, when and for what price."""
+        return self.words(self.task)
+
+    def words(self, task: str) -> str:
+        """Return the same with what is shown for the task or rule in place of its name."""
         when = f"after action {self.step}" if self.step else "at the start"
         if self.rule:
-            return f"the rule {self.task} is broken {when}, for {number(self.cost)}"
+            return f"the rule {task} is broken {when}, for {number(self.cost)}"
         if self.assume is None:
-            return f"{self.task} is skipped, for {number(self.cost)}"
-        return f"{self.task} assumes {self.assume} {when}, for {number(self.cost)}"
+            return f"{task} is skipped, for {number(self.cost)}"
+        return f"{task} assumes {self.assume} {when}, for {number(self.cost)}"
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,7 @@ class Plan:
         preferences: every mu by name; the first is `preference`.
         action_costs: (K,) first cost of each action.
         map: of the grid on which it moves; None for other models.
+        display: what people are shown in place of names.
     """
 
     cost: Number
@@ -76,6 +82,7 @@ class Plan:
     preferences: dict[str, Number] = field(default_factory=dict)
     action_costs: tuple[Number, ...] = field(default=(), compare=False)
     map: CellMap | None = field(default=None, repr=False, compare=False)
+    display: DisplayNames = field(default=DisplayNames(), repr=False, compare=False)
 
     @property
     def objectives(self) -> dict[str, Number]:
@@ -84,15 +91,29 @@ class Plan:
 
     @property
     def steps(self) -> str:
-        """The actions on one line, and an indented line for every relaxation that the plan uses."""
-        return "\n".join([condense(self.actions) or "(nothing to do)", *(f"  {bought}" for bought in self.relaxations)])
+        """The numbered actions, and an indented line for every relaxation that the plan uses."""
+        return self.listing()
+
+    def listing(self, *, most: int | None = None, whole: str = "") -> str:
+        """Return `steps`, with at most some of the actions; arguments as in `prefplan.text.numbered`."""
+        actions = numbered(list(map(self.display.action, self.actions)), most=most, whole=whole)
+        relaxed = [f"  {bought.words(self.display.task(bought.task))}" for bought in self.relaxations]
+        return "\n".join([actions or "(nothing to do)", *relaxed])
 
     def _repr_svg_(self) -> str:
         """Return the plan as SVG for notebooks: on the map of its grid, or else as a timeline along its cost."""
         costs = self.action_costs or (to_number(exact(self.cost) / max(1, len(self.actions))),) * len(self.actions)
-        satisfied = {name: None if name in self._skipped else cost for name, cost in self.task_costs.items()}
+        satisfied = {
+            self.display.task(name): None if name in self._skipped else cost for name, cost in self.task_costs.items()
+        }
         if self.map is None:
-            return timeline(self.actions, costs, satisfied, title=worth(self), cost=next(iter(self.objectives)))
+            return timeline(
+                [*map(self.display.action, self.actions)],
+                costs,
+                satisfied,
+                title=worth(self),
+                cost=next(iter(self.objectives)),
+            )
         spent = [*accumulate(map(exact, costs), initial=Fraction(0))]
         done = {name: bisect_left(spent, exact(cost)) for name, cost in satisfied.items() if cost is not None}
         return map_picture(self.map, cast(Sequence[Cell], self.states), done, title=worth(self))
@@ -108,7 +129,7 @@ class Plan:
         lines = [worth(self)]
         for name, cost in self.task_costs.items():
             what = "not satisfied" if name in self._skipped else f"satisfied at {counted} {number(cost)}"
-            lines.append(f"  {name} {what}")
+            lines.append(f"  {self.display.task(name)} {what}")
         return "\n".join([*lines, self.steps])
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 
+from prefplan.display_names import DisplayNames, labels_of
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, first_accepted, is_idempotent
@@ -48,6 +49,7 @@ class Problem:
         measure: terms of the first preference for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
+        display: what people are shown in place of names.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -63,6 +65,7 @@ class Problem:
     measure: Measure = field(repr=False, compare=False)
     automata: tuple[Automaton, ...] = field(repr=False, compare=False)
     monitors: tuple[Automaton, ...] = field(repr=False, compare=False)
+    display: DisplayNames = field(repr=False, compare=False)
 
     def __init__(
         self,
@@ -97,6 +100,8 @@ class Problem:
         last = len(self.tasks)
         monitors = [rule_monitor(rule, f"rules[{i}]", taken[: last + i]) for i, rule in enumerate(self.rules)]
         self.__dict__.update(automata=tuple(automata), monitors=tuple(monitors))
+        labels = labels_of("task", [(f"tasks[{i}]", task.name, task.label) for i, task in enumerate(self.tasks)])
+        self.__dict__["display"] = replace(system.display, tasks=labels)
         check_objective_names(named, self.cost_names)
         self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.tasks), (), len(self._breakable))
         self._check_claims()

@@ -215,6 +215,7 @@ class _Continuation(GeneratedSystem):
             unit=common_unit([ahead.unit, *spent]),
             propositions=known,
             resolution=ahead.resolution,
+            display=ahead.display,
             past=past,
             ahead=ahead,
             present=present,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -99,18 +100,18 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def show_front(console: Console, scenario: Scenario, front: Front) -> None:
-    """Print a front as a table, and the plans below it."""
+def show_front(console: Console, scenario: Scenario, front: Front, whole: Callable[[int], str]) -> None:
+    """Print a front as a table, and the plans below it; `whole` as in `Front.listing`."""
     heads, *rows = front.table
     table = Table(title=f"{escape(scenario.name)}: {front.title}", title_justify="left")
     for i, head in enumerate(heads):
-        table.add_column(head, justify="right", style="bold" if 0 < i <= len(front.objectives) else None)
+        table.add_column(escape(head), justify="right", style="bold" if 0 < i <= len(front.objectives) else None)
     for row in rows:
         table.add_row(*row)
     console.print(table)
     for note in front.notes:
         console.print(note, style="dim")
-    for block in front.listing:
+    for block in front.listing(whole):
         console.print(Text(f"\n{block}"))
 
 

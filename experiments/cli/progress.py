@@ -6,10 +6,29 @@ from collections.abc import Callable
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    Task,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
 
 Tell = Callable[[str, int, int, str], None]
 """Reports progress: the stage, how many of its parts are done, of how many (0: unknown), and the next part."""
+
+
+class _TimeLeft(TimeRemainingColumn):
+    """The time left of a stage under way, where it can be estimated."""
+
+    def render(self, task: Task) -> Text:
+        """Return the time in words."""
+        if task.finished or task.time_remaining is None:
+            return Text("")
+        return super().render(task).append(" left")
 
 
 class Bars:
@@ -19,10 +38,11 @@ class Bars:
         """Begin without bars; if `quiet`, none is ever drawn."""
         console = Console(stderr=True)
         self._progress = Progress(
-            TextColumn("{task.description:>10}"),
+            TextColumn("{task.description:>12}"),
             BarColumn(),
             TextColumn("{task.fields[count]}"),
             TimeElapsedColumn(),
+            _TimeLeft(),
             TextColumn("{task.fields[what]}"),
             console=console,
             transient=True,

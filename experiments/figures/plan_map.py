@@ -203,5 +203,5 @@ class PlanMap(ABC):
         found: dict[int, list[str]] = defaultdict(list)
         for task, step in Ledger.of_plan(self.problem, plan).satisfied.items():
             if step is not None:
-                found[step].append(task)
+                found[step].append(self.problem.display.task(task))
         return dict(found)

@@ -60,7 +60,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "upwards": len(problem.cost_names) if problem.preferences else 1,
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
-            _task(task, named[task.name], automaton.dead)
+            _task(task, problem.display.task(task.name), named[task.name], automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
         "rules": [_rule(rule) for rule in problem.rules],
@@ -159,7 +159,7 @@ def _explanation(explanation: Explanation, against: int | None) -> dict[str, Any
 
 def _ledger(ledger: Ledger) -> dict[str, Any]:
     return {
-        "actions": list(ledger.actions),
+        "actions": [*map(ledger.problem.display.action, ledger.actions)],
         "costs": [number(to_number(cost)) for cost in ledger.costs],
         "spent": [to_number(cost) for cost in ledger.spent],
         "tasks": {
@@ -227,7 +227,7 @@ def _rule(rule: Rule) -> dict[str, str]:
     }
 
 
-def _task(task: Task, title: str, dead: int | None) -> dict[str, Any]:
+def _task(task: Task, shown: str, title: str, dead: int | None) -> dict[str, Any]:
     offers = []
     for one in task.relax:
         where = "anywhere" if one.when == "true" else f"where {one.when} holds"
@@ -236,6 +236,7 @@ def _task(task: Task, title: str, dead: int | None) -> dict[str, Any]:
         offers.append(f"it may be skipped, for {number(task.skip)}")
     return {
         "name": task.name,
+        "shown": shown,
         "title": title,
         "formula": " ".join(task.formula.split()),
         "words": words_of(task.tree),

@@ -47,7 +47,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
     if adding:
         words = [f"{name[share.task]}, preferred {share.preferred}, adds {number(share.adds)}" for share in adding]
         details.append(f"Its penalty of {number(plan.preference)}: {'; '.join(words)}.")
-    details += [f"{bought}." for bought in plan.relaxations]
+    details += [f"{bought.words(plan.display.task(bought.task))}." for bought in plan.relaxations]
     order = cheapest.ledger.order
     if len(order) > 1:
         details.append(f"Order of the tasks: {', '.join(name[task] for task in order)}.")
@@ -68,7 +68,7 @@ def explain(scenario: Scenario, plan: NamedPlan, other: NamedPlan) -> Explanatio
         f"Its penalty is {number(plan.plan.preference)} instead of {number(other.plan.preference)}.",
         *_times(plan, other, name),
         *_actions(scenario.model, plan.ledger, other.ledger),
-        *(f"{bought}." for bought in plan.plan.relaxations),
+        *(f"{bought.words(plan.plan.display.task(bought.task))}." for bought in plan.plan.relaxations),
     ]
     return headline, details
 
@@ -112,7 +112,8 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
             return f"it takes {listed([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
     alike = common(mine, theirs)
     if alike < len(mine):
-        return f"it does {mine[alike]}" + (f" instead of {theirs[alike]}" if alike < len(theirs) else "")
+        show = plan.problem.display.action
+        return f"it does {show(mine[alike])}" + (f" instead of {show(theirs[alike])}" if alike < len(theirs) else "")
     return ""
 
 
@@ -205,14 +206,16 @@ def _actions(model: Model, plan: Ledger, other: Ledger) -> list[str]:
     found, aside = [], []
     for which, one, another in (("this", plan, other), ("the other", other, plan)):
         if extra := Counter(one.actions) - Counter(another.actions):
-            found.append(f"Only in {which} plan: {condense(sorted(extra.elements(), key=one.actions.index))}.")
+            taken = sorted(extra.elements(), key=one.actions.index)
+            found.append(f"Only in {which} plan: {condense([*map(plan.problem.display.action, taken)])}.")
         if parked := set_aside(model, one, another):
             aside.append(f"For a while, in {which} plan: {_parked(parked, model)}.")
     return (found or ["Both take the same actions, in another order."]) + aside
 
 
 def _parked(parked: Sequence[Parking], model: Model) -> str:
-    return listed([f"{parking.obj} is put aside {at_words(parking.place, model)}" for parking in parked])
+    show = model.display.obj if isinstance(model, ManipulationModel) else str
+    return listed([f"{show(parking.obj)} is put aside {at_words(parking.place, model)}" for parking in parked])
 
 
 def _minus(one: Number, other: Number) -> Number:

@@ -114,7 +114,7 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
 def _preferences(scenario: Scenario) -> list[str]:
     """Return each preference in words; several also with their names and the costs that they count in."""
     problem = scenario.problem()
-    words = [in_words(named.preference, problem.names) for named in problem.preferences]
+    words = [in_words(named.preference, problem.names, problem.display) for named in problem.preferences]
     if problem.is_bi_objective:
         return words
     about = zip(problem.objectives, words, strict=True)

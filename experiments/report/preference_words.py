@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from prefplan.display_names import DisplayNames
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.plan import Plan
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
@@ -36,17 +37,17 @@ def ordinal(place: int) -> str:
     return ORDINALS[place] if place < len(ORDINALS) else f"{place + 1}th"
 
 
-def in_words(preference: Preference, tasks: Sequence[str]) -> str:
-    """Return what a penalty means, as a sentence or two."""
+def in_words(preference: Preference, tasks: Sequence[str], display: DisplayNames) -> str:
+    """Return what a penalty over tasks means, as a sentence or two."""
     paid = getattr(preference, "over", "cost") == "violation"
     amount = "violation cost" if paid else "cost"
     match preference:
         case Order(order):
             steps = [
-                entry if isinstance(entry, str) else listed(entry) + " in any order" * (len(entry) > 1)
+                listed([*map(display.task, _flat([entry]))]) + " in any order" * (len(_flat([entry])) > 1)
                 for entry in order or tasks
             ]
-            others = [name for name in tasks if name not in _flat(order or tasks)]
+            others = [display.task(name) for name in tasks if name not in _flat(order or tasks)]
             also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
                 f"Preferred order of the tasks: {', '.join(steps)}{also}. The penalty adds up how late each task is. "
@@ -55,17 +56,21 @@ def in_words(preference: Preference, tasks: Sequence[str]) -> str:
             )
         case WeightedSum(weights):
             why = "What is paid to relax tasks counts" if paid else "Early tasks are preferred"
-            return f"{why}: the penalty is the sum of the tasks' {amount}s, {_weighted(weights)}."
+            return f"{why}: the penalty is the sum of the tasks' {amount}s, {_weighted(weights, display)}."
         case Max(weights):
-            named = f", each weighted: {_weighted(weights)}" if weights else ""
+            named = f", each weighted: {_weighted(weights, display)}" if weights else ""
             return f"The worst task counts: the penalty is the largest {amount} of a task{named}."
         case Deadline(deadlines):
-            limits = "; ".join(f"{name}, {_limit(due.by, due.weight, paid)}" for name, due in deadlines.items())
+            limits = "; ".join(
+                f"{display.task(name)}, {_limit(due.by, due.weight, paid)}" for name, due in deadlines.items()
+            )
             return f"The penalty adds up by how much the tasks' {amount}s exceed their limits: {limits}."
         case Expression(expression):
             return f"The penalty is {expression}, where a task's name stands for its {amount}."
         case Sum(parts):
-            words = [f"({i}){_times(weight)} {in_words(part, tasks)}" for i, (part, weight) in enumerate(parts, 1)]
+            words = [
+                f"({i}){_times(weight)} {in_words(part, tasks, display)}" for i, (part, weight) in enumerate(parts, 1)
+            ]
             return f"The penalty is the sum of {len(parts)} parts. {' '.join(words)}"
     return "The penalty is a function of the tasks' costs."
 
@@ -130,8 +135,8 @@ def _limit(by: Number, weight: Number, paid: bool) -> str:
     return f"{'for at most' if paid else 'by'} {number(by)}{_times(weight)}"
 
 
-def _weighted(weights: Mapping[str, Number]) -> str:
-    pairs = {name: exact(weight) for name, weight in weights.items() if exact(weight) != 0}
+def _weighted(weights: Mapping[str, Number], display: DisplayNames) -> str:
+    pairs = {display.task(name): exact(weight) for name, weight in weights.items() if exact(weight) != 0}
     return " + ".join(name if w == 1 else f"{number(to_number(w))} × {name}" for name, w in pairs.items())
 
 

@@ -116,7 +116,12 @@ def _record(
     file = path.with_suffix(".mp4") if video else None
     # The page itself shows what captions would.
     outcome = carry_out(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
-    return None if outcome.interrupted else keep(scenario, scene, plan, outcome, path, **look)
+    if outcome.interrupted:
+        return None
+    tell("checking", 0, 0, "the log")
+    found = keep(scenario, scene, plan, outcome, path, **look)
+    tell("checking", 1, 1, "")
+    return found
 
 
 def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:

@@ -24,10 +24,11 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
     The first action of a new plan says so, and so does an action that is tried again.
     """
     rollout, plan = outcome.rollout, outcome.plan
-    wanted = {task.name: goal_words(task, model) for task in outcome.ledger.problem.tasks}
+    problem = outcome.ledger.problem
+    display, wanted = problem.display, {task.name: goal_words(task, model) for task in problem.tasks}
     before = [-math.inf, *(step.start for step in rollout.steps)]
     shown = [
-        (step.start, step.end, _news(rollout, since, step.start) + step.action)
+        (step.start, step.end, _news(rollout, since, step.start) + display.action(step.action))
         for since, step in zip(before, rollout.steps, strict=False)
     ]
     shown.append((rollout.sim_seconds, rollout.sim_seconds, "done" if rollout.completed else "stopped"))
@@ -39,8 +40,9 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
             float(entry.cost),
             float(plan.cost),
             tuple(
-                TaskStatus(task, words, "satisfied" if task in entry.satisfied else "open")
+                TaskStatus(shown, words.removeprefix(f"{shown}: "), "satisfied" if task in entry.satisfied else "open")
                 for task, words in wanted.items()
+                for shown in [display.task(task)]
             ),
             float(entry.preference),
             float(plan.preference),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TypedDict, Unpack
 
@@ -114,7 +113,11 @@ def carry_out(
         **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
     """
     problem = scenario.problem()
-    loop = begin(problem, scene, plan, tell=partial(tell, "executing"), **conditions)
+
+    def acting(done: int, total: int, action: str) -> None:
+        tell("carrying out", done, total, problem.display.action(action))
+
+    loop = begin(problem, scene, plan, tell=acting, **conditions)
     # After a mismatch the model may have more locations; the video shows those of the first model.
     scene, interrupted = loop.run.scene, False
     try:

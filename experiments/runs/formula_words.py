@@ -15,14 +15,19 @@ from prefplan.scenario.decode import Model, Scenario
 def titles(scenario: Scenario) -> dict[str, str]:
     """Return the title of each task and rule.
 
-    A task's title is its name, followed by its object if it is about a single object and no other task is about that.
+    A task's title is its label. Without one, it is its name, followed by its object if it is about a single object and
+    no other task is about that.
     """
     subjects = {task.name: _subject(task, scenario.model) for task in scenario.tasks}
     count = Counter(subjects.values())
-    return {
-        name: f"{name} ({subject})" if subject not in (None, name) and count[subject] == 1 else name
+    titled = {
+        name: f"{name} ({_shown(subject, scenario.model)})"
         for name, subject in subjects.items()
-    } | {rule.name: f"the rule {rule.name}" for rule in scenario.rules}
+        if subject not in (None, name) and count[subject] == 1
+    }
+    return {task.name: task.label or titled.get(task.name, task.name) for task in scenario.tasks} | {
+        rule.name: f"the rule {rule.name}" for rule in scenario.rules
+    }
 
 
 def _subject(task: Task, model: Model) -> str | None:
@@ -32,6 +37,11 @@ def _subject(task: Task, model: Model) -> str | None:
     goals = _goals(task.tree)
     found = [obj.name for obj in model.objects if goals & {name for name, _ in model.propositions_of(obj.name)}]
     return found[0] if len(found) == 1 else None
+
+
+def _shown(obj: str | None, model: Model) -> str:
+    """Return what is shown for an object."""
+    return model.display.obj(obj) if obj and isinstance(model, ManipulationModel) else ""
 
 
 def _goals(formula: Formula) -> set[str]:
@@ -61,18 +71,19 @@ def goal_words(task: Task, model: Model) -> str:
     phrases: dict[str, str] = {}
     if isinstance(model, ManipulationModel):
         for obj in model.objects:
-            about = "" if subject else f"{obj.name} "
+            about = "" if subject else f"{model.display.obj(obj.name)} "
             phrases[holding(obj.name)] = f"{about}in the hand"
             phrases |= {at(obj.name, place.name): about + at_words(place.name, model) for place in model.locations}
             phrases |= {marked(obj.name, mark): about + mark for mark in model.marks}
     words = _goal_words(formula, phrases)
-    return words_of(formula) if words is None else f"{subject}: {words}" if subject else words
+    return words_of(formula) if words is None else f"{_shown(subject, model)}: {words}" if subject else words
 
 
 def at_words(place: str, model: Model) -> str:
     """Return `in` or `on` and the location."""
-    inside = isinstance(model, ManipulationModel) and model.location(place).kind == "bin"
-    return f"{'in' if inside else 'on'} {place}"
+    if not isinstance(model, ManipulationModel):
+        return f"on {place}"
+    return f"{'in' if model.location(place).kind == 'bin' else 'on'} {model.display.location(place)}"
 
 
 def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from rich.console import Console
 
 from experiments.cli.output import plan_json
 from experiments.runs.certificates import in_a_line
+from prefplan.display_names import DisplayNames
 from prefplan.exact_costs import Number
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
@@ -147,13 +148,14 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         console.print(f"{scenario.name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
     for line in _surprises(outcome):
-        console.print(f"  {line}")
+        console.print(f"  {line}", markup=False)
     for name, cost in outcome.task_costs.items():
+        shown = plan.display.task(name)
         if name in outcome.ledger.final.satisfied:
-            console.print(f"  {name} satisfied at cost {number(cost)}")
+            console.print(f"  {shown} satisfied at cost {number(cost)}", markup=False)
         else:
             lost = ", and no longer possible" if name in outcome.pursuit.violated else ""
-            console.print(f"  {name} not satisfied{lost}")
+            console.print(f"  {shown} not satisfied{lost}", markup=False)
     console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
         unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
@@ -171,24 +173,35 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 def _surprises(outcome: Outcome) -> list[str]:
     """Return a line for every fault and every event to show."""
-    lines = news_of(event for event in outcome.rollout.events if event.kind != "ended")
+    lines = news_of((event for event in outcome.rollout.events if event.kind != "ended"), outcome.plan.display)
     if outcome.faults:
         lines.append(f"seed of the faults {outcome.seed or 0}")
     return lines
 
 
-def news_of(events: Iterable[Event]) -> list[str]:
+def news_of(events: Iterable[Event], display: DisplayNames) -> list[str]:
     """Return a line for each event of a kind in `NEWS`."""
-    return [f"{event.time:6.1f} s  {_in_words(event)}" for event in events if event.kind in NEWS]
+    return [f"{event.time:6.1f} s  {_in_words(event, display)}" for event in events if event.kind in NEWS]
 
 
-def _in_words(event: Event) -> str:
+def _in_words(event: Event, display: DisplayNames) -> str:
     detail = dict(event.detail)
+    if "object" in detail:
+        detail["object"] = display.obj(detail["object"])
     if event.kind == "replan":
         detail |= {key: number(detail[key]) for key in ("cost", "preference")}
-        detail["plan"] = condense(detail["plan"]) or "nothing is left to do"
-        detail["plan"] += "".join(f"; {name} is violated as it is written" for name in detail.get("violated", ()))
+        detail["plan"] = condense([*map(display.action, detail["plan"])]) or "nothing is left to do"
+        detail["plan"] += "".join(
+            f"; {display.task(name)} is violated as it is written" for name in detail.get("violated", ())
+        )
+        detail["plan"] += "".join(_spot(name, spot, display) for name, spot in detail.get("spots", {}).items())
     return NEWS[event.kind].format(**detail)
+
+
+def _spot(name: str, spot: Mapping[str, Any], display: DisplayNames) -> str:
+    """Return what a temporary location is, in a line of its own."""
+    x, y = spot["at"]
+    return f"\n    {name}: where {display.obj(spot['object'])} lies, off every location, at x {x:.3f}, y {y:.3f} m"
 
 
 def no_outcome_json() -> dict[str, Any]:

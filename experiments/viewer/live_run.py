@@ -199,5 +199,5 @@ class LiveRun(threading.Thread):
     def _note(self, loop: ClosedLoop, *, ended: str | None = None) -> None:
         run, plan = loop.run, loop.plan
         costs = ledger_of(self.problem, plan, run.steps).final
-        news = tuple(news_of(run.cell.events))
+        news = tuple(news_of(run.cell.events, self.problem.display))
         self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,10 +62,10 @@ class Panel:
         playback: Playback,
         *,
         plans: Sequence[Plan],
-        objects: Sequence[str],
+        objects: Mapping[str, str],
         actions: Actions,
     ) -> None:
-        """Add the controls to the page."""
+        """Add the controls to the page; `objects` are the names of the objects by what is shown for them."""
         self._playback, self._plans = playback, plans
         gui = self._gui = server.gui
         # Sharing would publish the page through another server.
@@ -135,13 +135,15 @@ class Panel:
         row.on_click(lambda event: actions.choose(index))
         return row
 
-    def _add_meddling(self, objects: Sequence[str], actions: Actions) -> None:
+    def _add_meddling(self, objects: Mapping[str, str], actions: Actions) -> None:
         gui = self._gui
         gui.add_html(HINT)
-        obj = gui.add_dropdown("Object", tuple(objects), initial_value=objects[0], hint="what the next row disturbs")
+        obj = gui.add_dropdown(
+            "Object", tuple(objects), initial_value=next(iter(objects)), hint="what the next row disturbs"
+        )
         to_object = gui.add_button_group("It", tuple(TO_OBJECT), hint="disturb the object")
         to_arm = gui.add_button_group("The arm", tuple(TO_ARM), hint="disturb the arm or its camera")
-        to_object.on_click(lambda event: actions.meddle(TO_OBJECT[to_object.value], obj.value, 0.0))
+        to_object.on_click(lambda event: actions.meddle(TO_OBJECT[to_object.value], objects[obj.value], 0.0))
         to_arm.on_click(lambda event: actions.meddle(TO_ARM[to_arm.value], "", BLIND_S))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:

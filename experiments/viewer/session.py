@@ -86,7 +86,8 @@ class Session:
         self.stages = [Stage(server, show.scene)]
         self._attend(0)
         actions = Actions(self.choose, self.beside, self.restart, self.meddle)
-        objects = [obj.name for obj in show.scene.model.objects]
+        model = show.scene.model
+        objects = {model.display.obj(obj.name): obj.name for obj in model.objects}
         self._panel = Panel(server, show.title, self.playback, plans=show.plans, objects=objects, actions=actions)
         self._changing = threading.RLock()
         self._begin((show.chosen,), playing=False)

@@ -46,6 +46,7 @@ class Task:
         formula: co-safe formula, as text.
         relax: relaxations that plans may use.
         skip: price of dropping the task before the first action; None if it may not be dropped.
+        label: what people are shown in place of its name; None for the name.
         known: the valid propositions, to tell `Fa` from `F a`; None until the task is part of a problem.
     """
 
@@ -56,6 +57,7 @@ class Task:
         Form('a list such as [{ assume = "p", when = "q", cost = 1 }]', 'a tuple such as (Relaxation("p", "q", 1),)'),
     ] = ()
     skip: Number | None = None
+    label: str | None = field(default=None, kw_only=True)
     known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
 
     @property

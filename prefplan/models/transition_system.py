@@ -10,6 +10,7 @@ from typing import Any
 import networkx as nx
 import numpy as np
 
+from prefplan.display_names import DisplayNames
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, told
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
@@ -75,6 +76,7 @@ class TransitionSystem:
         cost_name: name of the first cost.
         more_costs: further costs.
         map: of a grid, for pictures.
+        display: what people are shown in place of names of objects and locations in actions.
     """
 
     states: Sequence[Hashable]
@@ -92,6 +94,7 @@ class TransitionSystem:
     cost_name: str = DEFAULT_COST
     more_costs: tuple[EdgeCosts, ...] = ()
     map: CellMap | None = None
+    display: DisplayNames = DisplayNames()
 
     @property
     def edge_costs(self) -> tuple[EdgeCosts, ...]:

@@ -197,6 +197,7 @@ def _plan(
         preferences=dict(zip(names, worth[count:], strict=True)),
         action_costs=tuple(map(to_number, first)),
         map=problem.system.map,
+        display=problem.display,
     )
     return plan, ledger.exact_preference()
 

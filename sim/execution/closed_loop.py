@@ -19,6 +19,7 @@ from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import ObservationTimeoutError
+from sim.perception.world_model import spots_in
 
 MAX_REPLANS = 10
 """Greatest number of new plans in one execution."""
@@ -166,9 +167,12 @@ class ClosedLoop:
             run.cell.log_event("retry", action=ahead[0], reason=surprise)
             return
         self._replans += 1
-        detail = {"reason": surprise, "plan": list(actions), "cost": self.plan.cost, "preference": self.plan.preference}
+        detail: dict[str, object] = {"reason": surprise, "plan": list(actions)}
+        detail |= {"cost": self.plan.cost, "preference": self.plan.preference}
         if broken := damaged(self._problem, self._labels):
             detail["violated"] = list(broken)
+        if spots := spots_in(actions, run.scene, state):
+            detail["spots"] = spots
         run.cell.log_event("replan", **detail)
 
     def _system(self) -> TransitionSystem:

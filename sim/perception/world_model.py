@@ -7,7 +7,7 @@ object below it cannot be grasped first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import mujoco
@@ -100,6 +100,22 @@ def reground(
     )
     scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
     return Regrounded(scene, state, lost)
+
+
+def spots_in(actions: Sequence[str], scene: Scene, state: ManipulationState) -> dict[str, dict[str, object]]:
+    """Return the temporary locations that actions name, each with its `object` and where it is `at`: (x, y), m.
+
+    Args:
+        actions: of the scene's model.
+        scene: as it is observed.
+        state: observed.
+    """
+    named = {scene.model.action(action).location for action in actions} & scene.temporary
+    return {
+        place: {"object": obj, "at": [round(float(x), 3) for x in scene.slots[place][0].position[:2]]}
+        for obj, place in state.places
+        if place in named
+    }
 
 
 def _obstructed(

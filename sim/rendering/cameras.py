@@ -203,18 +203,23 @@ def object_corners(scene: Scene) -> np.ndarray:
 
 
 def label_targets(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there."""
+    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there.
+
+    Locations are given by what people are shown for them.
+    """
+    show = scene.model.display.location
     named = [name for name in scene.slots if name not in scene.temporary]
     lift = {name: _object_half(scene)[2] if scene.model.location(name).on else 0.0 for name in named}
     return {
-        name: np.mean([slot.position for slot in scene.slots[name]], axis=0) + [0.0, 0.0, height]
+        show(name): np.mean([slot.position for slot in scene.slots[name]], axis=0) + [0.0, 0.0, height]
         for name, height in lift.items()
     }
 
 
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     """Return the preferred (3,) point of the name of each of these locations, m: where it is printed, if it is."""
-    return label_targets(scene) | {marking.text: np.array([*marking.middle, 0.0]) for marking in scene.markings}
+    show = scene.model.display.location
+    return label_targets(scene) | {show(marking.text): np.array([*marking.middle, 0.0]) for marking in scene.markings}
 
 
 def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None) -> dict[str, np.ndarray]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
-from dataclasses import replace
 from types import TracebackType
 
 import mujoco
@@ -20,7 +18,7 @@ from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
 from sim.world.materials import KEY_LIGHT, Glow, glow_of
 from sim.world.scene import WRIST, Scene
-from sim.world.tabletop import TABLE_TOP, picture
+from sim.world.tabletop import printed
 
 WRIST_SHADOW_SCALE = 2
 """Factor by which the shadow map is finer for the camera on the hand, which is close to the shadows."""
@@ -61,13 +59,14 @@ class Painter:
         if self._inset_box:
             left, top, right, bottom = self._inset_box
             self._inset = Camera(scene, inset, (right - left, bottom - top))
-        self._model = copy.copy(scene.mujoco)
+        # Names are written over the picture, not printed, unless the camera is on the hand.
+        show = scene.model.display.location if self._camera.mounted else lambda name: ""
+        self._model = printed(scene.mujoco, scene.table, scene.markings, show)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if name == WRIST else 1)
         self._anchors, self._targets = label_anchors(scene), label_targets(scene)
         if not self._camera.mounted:
             self._offsets = label_offsets(scene, self._camera, inset=self._inset_box)
-            self._clear_table()
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
@@ -118,15 +117,6 @@ class Painter:
         if self._inset_box is None:
             return picture
         return with_inset(picture, self._bare(self._inset, share), self._inset_box)
-
-    def _clear_table(self) -> None:
-        """Remove the printed names from the table: labels are written over the picture instead."""
-        if not self._scene.markings:
-            return
-        markings = [replace(marking, text="") for marking in self._scene.markings]
-        start = int(self._model.texture(TABLE_TOP).adr[0])
-        pixels = picture(self._scene.table, markings).ravel()
-        self._model.tex_data[start : start + len(pixels)] = pixels
 
     def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
         size = bare.shape[1], bare.shape[0]

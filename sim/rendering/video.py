@@ -25,8 +25,8 @@ from sim.rendering.renderer import Painter
 from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
 from sim.world.scene import Scene
 
-LAST_FRAME_S = 1.5
-"""How long the last state is held, s."""
+LAST_FRAME_S = 0.5
+"""How long the last state is held, s: long enough to read the caption, and no longer than the hand pauses before."""
 
 OPENING_S = 2.0
 """Time in which the camera moves in, s; the hand needs as long to come down from home."""
@@ -78,7 +78,7 @@ def render_video(
         size: (width, height) in pixels, both even; None for the quality's.
         quality: rendering and encoding settings.
         camera: as for `Painter`.
-        progress: called with the number of frames done and of all frames, after each part.
+        progress: called with the number of frames done and of all frames, at the start and after each part.
 
     Returns:
         The path.
@@ -108,7 +108,7 @@ def render_video(
     with tempfile.TemporaryDirectory(prefix=".video-", dir=path.parent) as folder:
         parts = {Path(folder, f"{first}.mp4"): frames[first:end] for first, end in pairwise(bounds)}
         jobs = [delayed(render)(part, shown) for part, shown in parts.items()]
-        for done in accumulate(_in_processes(jobs, workers)):
+        for done in accumulate(_in_processes(jobs, workers), initial=0):
             if progress:
                 progress(done, len(frames))
         whole = Path(folder, "whole.mp4")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
@@ -55,6 +57,25 @@ class Marking:
 def text_size(text: str) -> tuple[float, float]:
     """Return width and height of a printed name, m."""
     return ImageFont.load_default(size=100).getlength(text) / 100 * LETTERS_M, LETTERS_M
+
+
+def printed(
+    model: mujoco.MjModel, table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str]
+) -> mujoco.MjModel:
+    """Return a copy of a scene's model, to be looked at, with other texts on its table.
+
+    Args:
+        model: the compiled model; its own table has the names of the scenario, so that a log's hash of it holds.
+        table: outline of the table.
+        markings: of that model.
+        show: returns the text to print in place of a name.
+    """
+    shown = copy.copy(model)
+    if markings:
+        start = int(shown.texture(TABLE_TOP).adr[0])
+        pixels = picture(table, [replace(marking, text=show(marking.text)) for marking in markings]).ravel()
+        shown.tex_data[start : start + len(pixels)] = pixels
+    return shown
 
 
 def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:

@@ -28,10 +28,10 @@ Pareto front of cost and penalty
 A task's column is its cost: the total cost until it was satisfied. 0.00 s, 0 labels expanded.
 
 Plan 0 (2 actions)
-grasp, release
+1. grasp, 2. release
 
 Plan 1 (1 action)
-wait"""
+1. wait"""
 
 HEAD = "<tr><th></th><th>cost</th><th>penalty</th><th>wash</th><th>s&lt;b&gt;</th></tr>"
 FIRST = "<tr><td>0</td><td>24</td><td>14</td><td>24</td><td>7.5</td></tr>"
@@ -57,7 +57,7 @@ def test_a_plan_is_printed_with_the_costs_of_its_tasks_and_its_relaxations() -> 
         "cost 24, penalty 14",
         "  wash not satisfied",
         "  s<b> satisfied at cost 7.5",
-        "grasp, release",
+        "1. grasp, 2. release",
         "  wash is skipped, for 2",
         "  s<b> assumes p after action 1, for 0.5",
     ]

@@ -82,6 +82,7 @@ def report(options: argparse.Namespace) -> int:
             )
         else:
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"
+        bars("page", 0, 0, "")
         page = write_page(scenario, front, recordings, folder, notices=notices)
     print(page)
     for notice in notices:

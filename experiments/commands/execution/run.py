@@ -104,6 +104,7 @@ def _simulate(options: argparse.Namespace, scenario: Scenario, planner: Planner,
         )
         if options.noise:
             outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(options.noise)})
+        bars("checking", 0, 0, "the log")
         return prove(scenario, scene, outcome, folder / f"{name}.npz", key=key)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -21,6 +22,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
+from prefplan.display_names import DisplayNames
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
 from prefplan.text import number
@@ -92,6 +94,7 @@ def _json(scenario: Scenario, found: checkup.Checkup) -> dict[str, Any]:
 
 
 def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
+    display = scenario.problem().display
     console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
     if found.states is None or found.reachable is None:
         size = "states not counted" if found.interrupted else "more states than could be listed"
@@ -111,7 +114,7 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     if found.scene is not None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
     if found.places:
-        _show_places(console, found.places, complete=found.complete)
+        _show_places(console, found.places, display, complete=found.complete)
     table = Table(title="Each task alone", title_justify="left")
     table.add_column("task", style="bold")
     for name in found.costs:
@@ -129,7 +132,12 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
             options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
         if task.skip is not None:
             options.append(f"skipped for {number(task.skip)}")
-        cells = [task.name, *costs, f"{task.automaton_states} states", *[" or ".join(options)] * optional]
+        cells = [
+            escape(display.task(task.name)),
+            *costs,
+            f"{task.automaton_states} states",
+            *[" or ".join(options)] * optional,
+        ]
         table.add_row(*cells, Text(task.formula))
     console.print(table)
 
@@ -142,7 +150,7 @@ def _show_objectives(console: Console, found: checkup.Checkup) -> None:
         console.print(f"  preference {one.name}, of {one.of}: {one.contract} contract{needs}", markup=False)
 
 
-def _show_places(console: Console, places: Sequence[PlaceCheck], *, complete: bool) -> None:
+def _show_places(console: Console, places: Sequence[PlaceCheck], display: DisplayNames, *, complete: bool) -> None:
     """Print what the arm cannot do with each object at each location; one line if it can do everything."""
     reasons = defaultdict[tuple[str, str], list[str]](list)
     for one in places:
@@ -159,5 +167,5 @@ def _show_places(console: Console, places: Sequence[PlaceCheck], *, complete: bo
     table.add_column("at")
     table.add_column("why not")
     for (obj, reason), locations in reasons.items():
-        table.add_row(obj, ", ".join(locations), Text(reason))
+        table.add_row(Text(display.obj(obj)), Text(", ".join(map(display.location, locations))), Text(reason))
     console.print(table)

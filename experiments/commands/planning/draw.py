@@ -68,7 +68,9 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
     from experiments.figures.diagrams import automaton as picture
 
     scenario.problem()
-    picture.draw({f"{task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path)
+    picture.draw(
+        {f"{task.label or task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path
+    )
     return DONE
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
+from functools import partial
 
 from experiments import scenarios
 from experiments.cli import output
@@ -60,7 +62,7 @@ def front(options: argparse.Namespace) -> int:
     if options.json:
         output.print_json(output.front_json(scenario, result))
     elif result:
-        output.show_front(Console(), scenario, result)
+        output.show_front(Console(), scenario, result, partial(_whole, options))
     if plot and result:
         picture.draw(scenario, result, plot)
         if not options.json:
@@ -72,3 +74,13 @@ def front(options: argparse.Namespace) -> int:
     if result.ended:
         print(f"prefplan: {result.ending}", file=sys.stderr)
     return INTERRUPTED if result.ended == "interrupt" else DONE
+
+
+def _whole(options: argparse.Namespace, index: int) -> str:
+    """Return how to see all actions of the plan with an index.
+
+    With some options, the plans have other numbers than on the whole front, which `prefplan plan` counts.
+    """
+    if options.objective or options.max_preference is not None or options.at_most:
+        return "with --json, all are printed"
+    return f"`prefplan plan {shlex.quote(options.scenario)} --plan {index}` prints all"

@@ -16,7 +16,7 @@ class TaskCard {
       : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
     const svg = picture.querySelector("svg"), width = svg ? Number(svg.getAttribute("width")) : 0;
     if (svg) svg.style.setProperty("--natural", `${width}px`);
-    this.box = scrollBox(`Automaton of ${task.name}`, "automaton", picture);
+    this.box = scrollBox(`Automaton of ${task.shown}`, "automaton", picture);
     this.element = make("article", { class: width > WIDE ? "task wide" : "task", "data-task": task.name },
       make("h4", {}, task.title), this.status,
       make("p", {}, make("code", {}, task.formula)),

@@ -36,7 +36,7 @@ class Panel {
       this.costs(data.tasks, plan),
       make("h4", { class: "part-title" }, "The tasks and their automata"),
       make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),
-      this.steps(plan, seek), this.certificate(plan));
+      this.steps(data.tasks, plan, seek), this.certificate(plan));
   }
 
   makeVideo(plan) {
@@ -91,14 +91,15 @@ class Panel {
       make("tbody", {}, ...rows)));
   }
 
-  steps(plan, seek) {
-    const { actions, costs, spent, tasks } = plan.ledger;
+  steps(tasks, plan, seek) {
+    const { actions, costs, spent, tasks: accounts } = plan.ledger;
     const rows = actions.map((action, k) => {
-      const news = Object.entries(tasks).flatMap(([name, account]) => {
+      const news = tasks.flatMap(({ name, shown }) => {
+        const account = accounts[name];
         if (account.states === null) return [];
-        const bought = account.bought.filter((one) => one.step === k + 1).map((one) => `${name}: ${one.assume} counts as true, for ${one.cost}`);
-        if (account.satisfied === k + 1) return [...bought, `${name} is done`];
-        return account.advances.includes(k + 1) ? [...bought, `${name} changes to state ${account.states[k + 1]}`] : bought;
+        const bought = account.bought.filter((one) => one.step === k + 1).map((one) => `${shown}: ${one.assume} counts as true, for ${one.cost}`);
+        if (account.satisfied === k + 1) return [...bought, `${shown} is done`];
+        return account.advances.includes(k + 1) ? [...bought, `${shown} changes to state ${account.states[k + 1]}`] : bought;
       });
       const go = make("button", { type: "button", class: "link" }, MOVES[action] || action);
       go.addEventListener("click", () => seek(plan.times[k][0]));

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
+from prefplan.display_names import DisplayNames, labels_of
 from prefplan.errors import ModelError, check_known
 from prefplan.forms import Form, check_fields
 from prefplan.models.manipulation.action import at, holding, marked
@@ -39,6 +40,7 @@ class Location:
         kind: its appearance in simulation; None for a plain spot.
         closed: whether nothing can be put here: an object was left here by accident.
         clear_of: locations that must be empty before an object is put here or, if it is closed, grasped here.
+        label: what people are shown in place of its name; None for the name.
     """
 
     name: str = field(metadata={"key": None})
@@ -52,6 +54,7 @@ class Location:
     kind: str | None = None
     closed: bool = field(default=False, metadata={"key": None})
     clear_of: tuple[str, ...] = field(default=(), metadata={"key": None})
+    label: str | None = None
 
     @property
     def height(self) -> float:
@@ -74,6 +77,7 @@ class Object:
         scale: length of a unit of that file, m.
         body: name of the body in the user's MJCF scene that it is.
         mass: kg; None for that of wood, limited to what the hand can carry.
+        label: what people are shown in place of its name; None for the name.
     """
 
     name: str = field(metadata={"key": None})
@@ -86,6 +90,7 @@ class Object:
     scale: float = 1.0
     body: str | None = None
     mass: float | None = None
+    label: str | None = None
 
 
 @dataclass(frozen=True)
@@ -137,11 +142,17 @@ class Description:
         check_fixtures(self.fixtures, {*(place.name for place in self.locations), *(obj.name for obj in self.objects)})
         check_robot(self.robot_setup)
         _check_scene(self)
+        _display(self)
 
     @property
     def robot_setup(self) -> RobotSetup:
         """The robot and the pose of its base."""
         return RobotSetup(self.robot) if isinstance(self.robot, str) else self.robot
+
+    @property
+    def display(self) -> DisplayNames:
+        """What people are shown in place of names."""
+        return _display(self)
 
     def location(self, name: str) -> Location:
         """Return the location with a name."""
@@ -256,6 +267,14 @@ def _check_matter(obj: Object, where: str) -> None:
         raise ModelError(f'{where}.{key}: only an object of kind = "mesh" has one')
     if obj.kind == "mesh" and obj.size is not None and obj.body is None:
         raise ModelError(f"{where}.size: a mesh is as large as its file says; `scale` changes it")
+
+
+def _display(model: Description) -> DisplayNames:
+    """Return the labels; raise ModelError for one that is invalid."""
+    return DisplayNames(
+        objects=labels_of("object", [(f"objects.{obj.name}", obj.name, obj.label) for obj in model.objects]),
+        locations=labels_of("location", [(f"locations.{one.name}", one.name, one.label) for one in model.locations]),
+    )
 
 
 def _check_scene(model: Description) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
+from prefplan.display_names import DisplayNames
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import check_costs, cost_names
 from prefplan.models.manipulation.description import Description, Location, Object
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, read_action
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of, read_action
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import TransitionSystem
@@ -56,6 +57,11 @@ class ManipulationModel(Description):
     def cost_names(self) -> tuple[str, ...]:
         """The names of the costs."""
         return cost_names(self.costs)
+
+    @property
+    def display(self) -> DisplayNames:
+        """What people are shown in place of names."""
+        return replace(super().display, parameters=parameters_of(self.operators))
 
     def operator(self, kind: str) -> Operator:
         """Return the operator of a kind of action."""

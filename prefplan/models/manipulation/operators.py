@@ -159,10 +159,15 @@ STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Rel
 """The operators of every manipulation model, in order."""
 
 
+def parameters_of(operators: Iterable[Operator]) -> dict[str, tuple[str, ...]]:
+    """Return which of `obj` and `location` each kind of action names, in order."""
+    return {operator.kind: operator.parameters for operator in operators}
+
+
 def read_action(text: str, operators: Iterable[Operator] = STANDARD_OPERATORS) -> Action:
     """Return the action with a text, such as `transport blue san`; its names need not be those of a model.
 
     Raises:
         ModelError: no operator has actions of this form.
     """
-    return parse_action(text, {operator.kind: operator.parameters for operator in operators})
+    return parse_action(text, parameters_of(operators))

@@ -11,7 +11,7 @@ from prefplan.errors import ModelError
 from prefplan.models.generated import GeneratedSystem
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.description import Description
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of
 from prefplan.models.manipulation.quotient import ReducedModel, most_states
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.state_space import Generator, reachable
@@ -50,6 +50,7 @@ class ManipulationSystem(GeneratedSystem):
             cost_name=generator.costs[0].name,
             propositions=model.own_propositions | model.propositions,
             resolution=None,
+            display=replace(model.display, parameters=parameters_of(operators)),
             generator=generator,
             first=start,
             barred=(),

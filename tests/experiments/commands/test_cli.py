@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import os
 import re
@@ -161,6 +162,30 @@ def test_quiet_bars_are_not_drawn(capsys: pytest.CaptureFixture[str], monkeypatc
         with Bars(quiet=quiet) as bars:
             bars("planning", 1, 2, "")
         assert ("planning" in capsys.readouterr().err) is not quiet
+
+
+def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    clock = itertools.count()
+    with Bars(quiet=False) as bars:
+        bars._progress.get_time = lambda: float(next(clock))
+        for done in range(4):
+            bars("rendering", 100 * done, 400, "")
+        assert "left" in drawn(bars, capsys)
+        bars("rendering", 400, 400, "")
+        assert "left" not in drawn(bars, capsys)
+        bars("checking", 0, 0, "the log")
+        assert "left" not in drawn(bars, capsys)
+
+
+def drawn(bars: Bars, capsys: pytest.CaptureFixture[str]) -> str:
+    """Return the bars as they are drawn next."""
+    capsys.readouterr()
+    bars._progress.refresh()
+    return capsys.readouterr().err
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ def test_a_front_is_a_table_of_costs_and_its_plans(run: Run, detour: Path, termi
         ["0", "3.5", "2.5", "3.5", "1"],
         ["1", "5", "0", "3", "5"],
     ]
-    assert "shop, bank" in result.out and "bank, shop" in result.out
+    assert "1. shop, 2. bank" in result.out and "1. bank, 2. shop" in result.out
 
 
 def test_off_a_terminal_a_front_is_plain_columns(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,7 +67,35 @@ def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
     result = run("plan", "detour.toml", "--objective", "preference")
     assert (result.status, result.err) == (0, "")
     assert "cost 5, penalty 0" in result.out
-    assert "bank, shop" in result.out
+    assert "1. bank, 2. shop" in result.out
+
+
+LOOP = """
+[model]
+kind = "graph"
+start = "s0"
+transitions = [
+{transitions}
+]
+[model.labels]
+s35 = ["end"]
+[[tasks]]
+name = "all"
+formula = "F end"
+[preference]
+kind = "order"
+"""
+
+
+def test_the_front_shortens_a_long_plan_which_plan_shows_whole(run: Run, tmp_path: Path) -> None:
+    steps = (f'{{ from = "s{k}", to = "s{k + 1}", action = "go r{k + 1}", cost = 1 }},' for k in range(35))
+    Path("my loop.toml").write_text(LOOP.replace("{transitions}", "\n".join(steps)))
+    out = run("front", "my loop.toml").out
+    assert "30. go r30\n" in out and "go r31" not in out
+    assert out.endswith("... and 5 more actions; `prefplan plan 'my loop.toml' --plan 0` prints all\n")
+    assert "35. go r35" in run("plan", "my loop.toml", "--plan", "0").out
+    bounded = run("front", "my loop.toml", "--max-preference", "9").out
+    assert bounded.endswith("... and 5 more actions; with --json, all are printed\n")
 
 
 def test_a_task_that_is_skipped_is_not_called_satisfied(run: Run, detour: Path) -> None:

@@ -182,7 +182,7 @@ IN_FILES = [
         GRID,
         'formula = "F cheese"',
         'goal = "F cheese"',
-        "tasks[0].goal: unknown key (valid: name, formula, relax, skip)",
+        "tasks[0].goal: unknown key (valid: name, formula, relax, skip, label)",
     ),
     (
         GRID,
@@ -220,13 +220,13 @@ IN_FILES = [
         "[model.objects]\n",
         '[model.objects]\ngreen = "left"\n',
         "model.objects.green: must be a table (valid: start, fixed, rgba, kind, size, file, scale, "
-        "body, mass), not 'left'",
+        "body, mass, label), not 'left'",
     ),
     (
         TABLE,
         "[model.locations]\n",
         "[model.locations]\nspot = [0.4, 0.2]\n",
-        "model.locations.spot: must be a table (valid: at, site, on, capacity, marks, kind), not [0.4, 0.2]",
+        "model.locations.spot: must be a table (valid: at, site, on, capacity, marks, kind, label), not [0.4, 0.2]",
     ),
 ]
 """The text of a file, what is changed, to what, and the message."""

@@ -16,6 +16,7 @@ from experiments.report.explanations import Explanation, NamedPlan, explain, exp
 from experiments.report.preference_words import in_words, shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan import Ledger, Scenario
+from prefplan.display_names import DisplayNames
 from prefplan.preferences.kinds import Deadline, Due, Expression, Max, Order, Sum, WeightedSum
 from prefplan.scenario.decode import loads
 
@@ -65,7 +66,7 @@ def refuted(name: str, plan: pp.Plan) -> list[str]:
             "case_study_3",
             1,
             0,
-            "7 more than the cheapest: pink is put aside in bin1 so that phi1 (blue) is done before phi2 (pink).",
+            "7 more than the cheapest: pink is put aside in bin 1 so that blue is done before pink.",
         ),
         (
             "case_study_1",
@@ -152,11 +153,11 @@ def test_every_plan_that_costs_more_gains_something(name: str) -> None:
 def test_the_details_of_case_study_3_are_those_of_its_plans() -> None:
     assert explained("case_study_3", 1, 0)[1] == [
         "Its penalty is 0 instead of 17.",
-        "Done earlier: phi1 (blue) at 27 instead of 34.",
-        "Done later: phi2 (pink) at 41 instead of 17.",
-        "Order of the tasks: phi1 (blue), phi2 (pink); in the other plan: phi2 (pink), phi1 (blue).",
-        "Only in this plan: grasp pink, transport pink bin1, release pink bin1.",
-        "For a while, in this plan: pink is put aside in bin1.",
+        "Done earlier: blue at 27 instead of 34.",
+        "Done later: pink at 41 instead of 17.",
+        "Order of the tasks: blue, pink; in the other plan: pink, blue.",
+        "Only in this plan: grasp pink, transport pink bin 1, release pink bin 1.",
+        "For a while, in this plan: pink is put aside in bin 1.",
     ]
 
 
@@ -207,7 +208,7 @@ def test_what_a_task_asks_for_is_not_parked() -> None:
 
 
 def test_tasks_are_named_after_the_object_each_alone_is_about() -> None:
-    assert titles(named("case_study_3")[0]) == {"phi1": "phi1 (blue)", "phi2": "phi2 (pink)"}
+    assert titles(named("case_study_3")[0]) == {"phi1": "blue", "phi2": "pink"}
     assert titles(named("example")[0]) == {"phi1": "phi1", "phi2": "phi2", "phi3": "phi3"}
 
 
@@ -237,7 +238,7 @@ def test_a_preference_is_told_in_words_and_shares(preference: pp.Preference, add
     for share in shares(preference, plan):
         found[share.task] = found.get(share.task, 0) + share.adds
     assert found == adds
-    assert words in in_words(preference, ["a", "b", "c"])
+    assert words in in_words(preference, ["a", "b", "c"], DisplayNames())
 
 
 @pytest.mark.parametrize(

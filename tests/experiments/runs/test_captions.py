@@ -78,11 +78,13 @@ def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenari
     plan = arch_front[1]
     outcome = outcome_of(arch, plan)
     texts = captions(outcome, arch.model)
-    assert [text.action for text in texts] == [*plan.actions, "done"]
+    assert [text.action for text in texts] == [*map(plan.display.action, plan.actions), "done"]
+    assert texts[6].action == "transport blue sanitizer"
     assert [text.start for text in texts] == list(range(18))
     assert (texts[0].cost, texts[1].cost, texts[-1].cost, texts[-1].total) == (0, 3, 41, 41)
     assert (texts[0].preference, texts[-1].preference, texts[-1].preference_total) == (0, 0, 0)
-    assert [task.text for task in texts[0].tasks] == ["blue: sanitized and in bin1", "pink: sanitized and in bin1"]
+    told = [(task.name, task.text) for task in texts[0].tasks]
+    assert told == [("blue", "sanitized and in bin 1"), ("pink", "sanitized and in bin 1")]
     states = [tuple(task.state for task in text.tasks) for text in texts]
     assert states[0] == ("open", "open") and states[-1] == ("satisfied", "satisfied")
     assert ("satisfied", "open") in states and ("open", "satisfied") not in states
@@ -100,9 +102,9 @@ def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, arch_f
 @pytest.mark.parametrize(
     ("formula", "words"),
     [
-        ("!green_top U (blue_sanitized & blue_bin1)", "blue: sanitized and in bin1"),
+        ("!green_top U (blue_sanitized & blue_bin1)", "blue: sanitized and in bin 1"),
         ("F (blue_sanitized & F blue_table)", "blue: sanitized, then on table"),
-        ("F ((blue_bin1 | pink_bin1) & !green_top)", "(blue in bin1 or pink in bin1) and not green on top"),
+        ("F ((blue_bin1 | pink_bin1) & !green_top)", "(blue in bin 1 or pink in bin 1) and not green on top"),
         ("F holding_pink", "pink: in the hand"),
         ("X lamp", "one action later lamp"),
     ],
@@ -117,7 +119,8 @@ def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, arch_front: Fro
     events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
     surprised = replace(outcome, rollout=replace(outcome.rollout, events=events))
     told = [text.action for text in captions(surprised, arch.model)]
-    assert told[2] == f"planned again: {plan.actions[2]}" and told[5] == f"once more: {plan.actions[5]}"
-    assert [*told[:2], *told[3:5], *told[6:]] == [*plan.actions[:2], *plan.actions[3:5], *plan.actions[6:], "done"]
+    actions = [*map(plan.display.action, plan.actions)]
+    assert told[2] == f"planned again: {actions[2]}" and told[5] == f"once more: {actions[5]}"
+    assert [*told[:2], *told[3:5], *told[6:]] == [*actions[:2], *actions[3:5], *actions[6:], "done"]
     stopped = replace(outcome, rollout=replace(outcome.rollout, completed=False, reason="a surprise"))
     assert captions(stopped, arch.model)[-1].action == "stopped"

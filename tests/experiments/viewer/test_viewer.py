@@ -16,6 +16,7 @@ from experiments.viewer.panel import front_html, status_html
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
+from prefplan.display_names import DisplayNames
 from prefplan.scenario.decode import loads
 from sim.simulation.rollout import Event
 from sim.world.scene import build_scene, initial_state
@@ -147,11 +148,19 @@ def test_a_run_that_is_stopped_ends_early() -> None:
 
 def test_what_the_arm_does_to_reach_an_object_is_told() -> None:
     kinds = ("drawn free", "grasped", "turned over")
-    told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds])
+    told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds], DisplayNames())
     assert [line.partition(": no")[0].partition(": the fingers")[0] for line in told] == [
         "   1.0 s  cup dragged free",
         "   1.0 s  cup turned over",
     ]
+
+
+def test_a_new_plan_says_what_a_spot_is_that_the_scenario_does_not_have() -> None:
+    detail = {"reason": "gone", "cost": 9, "preference": 0, "plan": ["transit spot1", "grasp cup"]}
+    spots = {"spot1": {"object": "cup", "at": [0.45, -0.1]}}
+    (told,) = news_of([Event(1.0, "replan", detail | {"spots": spots})], DisplayNames(objects={"cup": "red cup"}))
+    assert told.splitlines()[1:] == ["    spot1: where red cup lies, off every location, at x 0.450, y -0.100 m"]
+    assert "\n" not in news_of([Event(1.0, "replan", detail)], DisplayNames())[0]
 
 
 def test_the_panel_marks_the_present_action_and_escapes_text() -> None:

@@ -42,7 +42,7 @@ def test_a_timeline_has_a_block_for_each_action_as_long_as_its_cost() -> None:
     assert list(blocks)[:3] == [
         "transit top: cost 0 to 3",
         "grasp pink: cost 3 to 4",
-        "transport pink san: cost 4 to 9",
+        "transport pink sanitizer: cost 4 to 9",
     ]
     assert len(blocks) == len(plan.actions) and plan.action_costs[:3] == (3, 1, 5)
     widths = [width for _, width in blocks.values()]
@@ -57,7 +57,7 @@ def test_a_task_ends_below_the_action_that_satisfies_it() -> None:
     ends = {round(left + width, 1) for left, width in blocks}
     assert all(round(x, 1) in ends for x, _ in dots(picture))
     assert sorted(x for x, _ in dots(picture))[-1] == pytest.approx(sum(blocks[-1]), abs=0.02)
-    assert {"cost 34, penalty 17", "phi1", "34", "phi2", "17"} <= set(words(picture))
+    assert {"cost 34, penalty 17", "blue", "34", "pink", "17"} <= set(words(picture))
 
 
 def test_equal_actions_in_a_row_are_one_block_and_names_are_escaped() -> None:

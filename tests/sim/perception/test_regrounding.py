@@ -14,7 +14,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import Location, ManipulationState
 from sim.perception.grounding import NOWHERE, observe
 from sim.perception.sensors import ObjectPose, true_poses
-from sim.perception.world_model import Regrounded, reground
+from sim.perception.world_model import Regrounded, reground, spots_in
 from sim.world.scene import Scene, build_scene, initial_state
 
 See = Callable[..., Regrounded]
@@ -59,6 +59,9 @@ def test_what_lies_off_every_location_gets_one_to_be_taken_from(see: See) -> Non
     assert found.state.place == {"blue": "left", "pink": "spot1", "green": "right"}
     assert location(found, "spot1") == Location("spot1", at=(0.45, 0.12), closed=True)
     (slot,) = found.scene.slots["spot1"]
+    spots = spots_in(["transit spot1", "grasp pink"], found.scene, found.state)
+    assert spots == {"spot1": {"object": "pink", "at": [0.45, 0.12]}}
+    assert spots_in(["grasp blue", "transport blue san"], found.scene, found.state) == {}
     assert np.allclose(slot.position, [0.45, 0.12, 0.0])
     system = found.scene.model.transition_system()
     assert system.states[system.start] == found.state

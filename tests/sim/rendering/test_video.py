@@ -123,14 +123,14 @@ def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path
     quality = replace(DRAFT, size=SIZE, shadow_pixels=64)
     render_video(scene, rollout, CAPTIONS, path, quality=quality, progress=lambda *done: told.append(done))
     count = round((times[-1] + LAST_FRAME_S) * 30) + 1
-    assert len(told) > 1 and told[-1] == (count, count)
+    assert told[0] == (0, count) and len(told) > 2 and told[-1] == (count, count)
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     assert meta["codec"] == "h264" and meta["fps"] == 30 and meta["source_size"] == SIZE
     pictures = [np.frombuffer(data, np.uint8).reshape(90, 160, 3).astype(int) for data in reader]
     assert len(pictures) == count
     assert abs(pictures[0] - pictures[45]).max() > 100
-    assert abs(pictures[-1] - pictures[-20]).mean() < 2
+    assert abs(pictures[-1] - pictures[-10]).mean() < 2
     assert [entry.name for entry in path.parent.iterdir()] == ["video.mp4"]
 
 
