@@ -122,7 +122,7 @@ def show_no_plan(options: argparse.Namespace, scenario: Scenario, planner: Plann
     """Print why there is no plan on stderr, with --json also as an object on stdout; return the exit status."""
     if options.json:
         output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
-    return no_plan(error.reason)
+    return no_plan(error.reason, planner.problem)
 
 
 def tell_if_unchecked(scenario: Scenario, *, quiet: bool = False) -> None:

@@ -91,7 +91,7 @@ def report(options: argparse.Namespace) -> int:
         print("prefplan: interrupted; the same command continues from here", file=sys.stderr)
         return INTERRUPTED
     if front.reason:
-        return no_plan(front.reason)
+        return no_plan(front.reason, scenario.problem())
     if front.ended:
         print(f"prefplan: {front.ending}", file=sys.stderr)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]

@@ -70,7 +70,7 @@ def view(options: argparse.Namespace) -> int:
             plan = chosen_plan(planner, options)
             plans = front_with(plan, planner, max_cost=options.max_cost)
         except NoPlanError as error:
-            return no_plan(error.reason)
+            return no_plan(error.reason, problem)
     chosen, choice = plans.index(plan), continuation(options.plan, options.max_preference)
 
     def ready(address: str) -> None:

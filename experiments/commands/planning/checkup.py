@@ -9,17 +9,15 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from experiments.cli.progress import Tell
+from experiments.cli.propositions import size_of, uncarried
 from experiments.commands.planning.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
-from prefplan.errors import LimitError, ModelError
+from prefplan.errors import LimitError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
-from prefplan.limits import MEMORY_SHARE, Limits, available_memory, check_limits, interruptible
-from prefplan.logic.formula import propositions_of
+from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptible
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_file import GraphFileModel
@@ -44,10 +42,6 @@ SEARCHES = {
 
 USUAL = ("additive", "convex")
 """Contracts that ask nothing of the user, who is not told of them."""
-
-
-LIST_TIMEOUT_S = 10.0
-"""Time limit for listing all states, which planning does not need."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +158,7 @@ def check(
     needs = tasks_out_of_reach(
         problem, [task.achievable is True for task in tasks], arm.places or (), partial(is_achievable, limits=limits)
     )
-    size = _size(problem.system, limits)
+    size = size_of(problem.system, limits)
     return Checkup(
         kind=scenario.model.kind,
         interrupted=limits.ended == "interrupt",
@@ -182,39 +176,6 @@ def check(
         places=arm.places,
         **size,
     )
-
-
-def _size(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
-    """Return the entries of a `Checkup` about a system's size, None unless all states can be listed within limits."""
-    try:
-        with interruptible(limits), Limits(LIST_TIMEOUT_S):
-            check_limits()
-            reached = reachable(system)
-    except (LimitError, ModelError):
-        unknown = dict.fromkeys(sorted(system.propositions))
-        return {"states": None, "reachable": None, "edges": None, "propositions": unknown}
-    counts = {"states": system.size, "reachable": len(reached), "edges": len(system.targets)}
-    return counts | {"propositions": carriers(system, reached)}
-
-
-def reachable(system: TransitionSystem) -> np.ndarray:
-    """Return the indices of the reachable states, the start's first."""
-    # Importing scipy.sparse takes a third of a command's start-up time, and only `check` needs it.
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import breadth_first_order
-
-    steps = (np.ones(len(system.targets), dtype=np.int8), system.targets, system.offsets)
-    graph = csr_array(steps, shape=(system.size, system.size))
-    return breadth_first_order(graph, system.start, return_predecessors=False)
-
-
-def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
-    """Return for each proposition, sorted, how many of the states carry it."""
-    counts = np.bincount(system.labels[states], minlength=len(system.label_sets)).tolist()
-    return {
-        name: sum(count for count, label in zip(counts, system.label_sets, strict=True) if name in label)
-        for name in sorted(system.propositions)
-    }
 
 
 def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
@@ -267,9 +228,7 @@ def _warnings(problem: Problem, carried: dict[str, int | None], tasks: tuple[Tas
     start = problem.system.label(problem.system.start)
     yield from _ambiguities(problem)
     for i, (task, dfa, found) in enumerate(zip(problem.tasks, problem.automata, tasks, strict=True)):
-        for key, name in _mentions(i, task):
-            if carried[name] == 0:
-                yield f"{key}: no state that can be reached carries {name!r}"
+        yield from uncarried(i, task, carried)
         if dfa.step(0, start) == dfa.accepting:
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
         if found.cost is None and found.achievable is not None:
@@ -290,12 +249,3 @@ def _ambiguities(problem: Problem) -> Iterator[str]:
             if word in problem.system.propositions and rest in problem.system.propositions:
                 other = " ".join([*operators, rest])
                 yield f"tasks[{i}].formula: {word!r} is read as the proposition; for the operator write {other!r}"
-
-
-def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
-    """Yield every proposition that a task mentions, sorted, with the key of the mention."""
-    for name in sorted(propositions_of(task.tree)):
-        yield f"tasks[{i}].formula", name
-    for k, relaxation in enumerate(task.relax):
-        for name in sorted(propositions_of(relaxation.condition)):
-            yield f"tasks[{i}].relax[{k}].when", name

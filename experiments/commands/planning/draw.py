@@ -53,9 +53,10 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
             "`prefplan report` shows those of any model"
         )
     tell_if_compiling(quiet=options.quiet)
-    front = Planner(scenario.problem()).front(max_cost=options.max_cost)
+    problem = scenario.problem()
+    front = Planner(problem).front(max_cost=options.max_cost)
     if front.reason:
-        return no_plan(front.reason)
+        return no_plan(front.reason, problem)
     if map_of(scenario) is not None:
         plans.draw(scenario, front, path)
         return DONE

@@ -70,7 +70,7 @@ def front(options: argparse.Namespace) -> int:
     if result:
         tell_if_unchecked(scenario, quiet=options.quiet)
     if result.reason:
-        return no_plan(result.reason)
+        return no_plan(result.reason, problem)
     if result.ended:
         print(f"prefplan: {result.ending}", file=sys.stderr)
     return INTERRUPTED if result.ended == "interrupt" else DONE

@@ -12,6 +12,7 @@ from command_line import Run
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
+from experiments.cli import propositions
 from experiments.cli.overview import first_sentence, introduction
 from experiments.commands.planning import checkup
 from experiments.commands.planning.arm_check import tasks_out_of_reach
@@ -208,7 +209,7 @@ def test_the_states_that_can_be_reached_are_those_of_a_plain_walk() -> None:
             if state not in seen:
                 seen.add(state)
                 waiting.append(state)
-    assert set(np.asarray(checkup.reachable(system)).tolist()) == seen
+    assert set(np.asarray(propositions.reachable(system)).tolist()) == seen
 
 
 def test_a_limit_leaves_sizes_unknown(run: Run, island: Path) -> None:
@@ -277,7 +278,7 @@ def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     problem = loads(ISLAND).problem()
     limits = Limits(bytes=10**8)
     limits._in_use_before -= 2 * 10**8
-    assert checkup._size(problem.system, limits)["states"] is None
+    assert propositions.size_of(problem.system, limits)["states"] is None
     with pytest.raises(UnfinishedError, match="memory"):
         checkup.is_achievable(problem.system, problem.tasks[0], limits)
 

@@ -183,6 +183,17 @@ def test_a_number_without_a_plan_within_the_bound(run: Run, detour: Path, option
     assert_is_error(run("plan", "detour.toml", *options), message)
 
 
+@pytest.mark.parametrize("command", ["front", "plan"])
+def test_the_proposition_that_no_state_carries_is_named(run: Run, detour: Path, command: str) -> None:
+    detour.write_text(DETOUR.replace("F bread", "F never"))
+    result = run(command, "detour.toml")
+    assert (result.status, result.err) == (
+        3,
+        "prefplan: task buy can never be satisfied\n"
+        "prefplan: tasks[1].formula: no state that can be reached carries 'never'\n",
+    )
+
+
 @pytest.mark.parametrize(("limit", "costs"), [("3.5", [3.5]), ("4.99", [3.5]), ("5", [3.5, 5]), ("1000", [3.5, 5])])
 def test_a_bound_on_cost_is_inclusive(run: Run, detour: Path, limit: str, costs: list[float]) -> None:
     result = run("front", "detour.toml", "--json", "--max-cost", limit)

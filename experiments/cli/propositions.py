@@ -1,0 +1,72 @@
+"""Propositions that no state carries that can be reached: a likely mistake of a task."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from prefplan.errors import LimitError, ModelError
+from prefplan.limits import Limits, check_limits, interruptible
+from prefplan.logic.formula import propositions_of
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.problem import Task
+
+LIST_TIMEOUT_S = 10.0
+"""Time limit for listing all states, which planning does not need."""
+
+
+def uncarried(i: int, task: Task, carried: Mapping[str, int | None]) -> Iterator[str]:
+    """Yield a sentence for each proposition of a task that no state carries that can be reached.
+
+    Args:
+        i: index of the task in its file.
+        task: the task.
+        carried: for each proposition, how many reachable states carry it; None if that is unknown.
+    """
+    for key, name in _mentions(i, task):
+        if carried[name] == 0:
+            yield f"{key}: no state that can be reached carries {name!r}"
+
+
+def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
+    """Yield every proposition that a task mentions, sorted, with the key of the mention."""
+    for name in sorted(propositions_of(task.tree)):
+        yield f"tasks[{i}].formula", name
+    for k, relaxation in enumerate(task.relax):
+        for name in sorted(propositions_of(relaxation.condition)):
+            yield f"tasks[{i}].relax[{k}].when", name
+
+
+def size_of(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
+    """Return the entries of a `Checkup` about a system's size, None unless all states can be listed within limits."""
+    try:
+        with interruptible(limits), Limits(LIST_TIMEOUT_S):
+            check_limits()
+            reached = reachable(system)
+    except (LimitError, ModelError):
+        unknown = dict.fromkeys(sorted(system.propositions))
+        return {"states": None, "reachable": None, "edges": None, "propositions": unknown}
+    counts = {"states": system.size, "reachable": len(reached), "edges": len(system.targets)}
+    return counts | {"propositions": carriers(system, reached)}
+
+
+def reachable(system: TransitionSystem) -> np.ndarray:
+    """Return the indices of the reachable states, the start's first."""
+    # Importing scipy.sparse takes a third of a command's start-up time, and few commands need it.
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import breadth_first_order
+
+    steps = (np.ones(len(system.targets), dtype=np.int8), system.targets, system.offsets)
+    graph = csr_array(steps, shape=(system.size, system.size))
+    return breadth_first_order(graph, system.start, return_predecessors=False)
+
+
+def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
+    """Return for each proposition, sorted, how many of the states carry it."""
+    counts = np.bincount(system.labels[states], minlength=len(system.label_sets)).tolist()
+    return {
+        name: sum(count for count, label in zip(counts, system.label_sets, strict=True) if name in label)
+        for name in sorted(system.propositions)
+    }
