@@ -50,7 +50,7 @@ def in_a_line(certificate: Certificate) -> str:
         first, *others = certificate.refuted
         more = f" (and {len(others)} more)" if others else ""
         return f"not certified: {first.name}: {first.words}{more}"
-    return f"certified: {len(certificate.checks)} checks of its log hold"
+    return f"certified by an independent check of the log ({len(certificate.checks)} points)"
 
 
 def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str]) -> None:

@@ -146,6 +146,19 @@ def test_what_is_printed_is_what_is_shown(page: Path, reader: Path, monkeypatch:
     assert shown, "the page shows no output"
 
 
+@pytest.mark.parametrize("page", [pytest.param(page, id=page.stem) for page in PAGES[1:]])
+def test_commands_show_what_they_print_and_what_they_start_is_stopped(page: Path) -> None:
+    after = [*blocks(page)[1:], Block("", "")]
+    for block, following in zip(blocks(page), after, strict=True):
+        if block.language != "sh" or block.file_name:
+            continue
+        lines = re.split(r"\n| && ", block.text.strip())
+        prints = any(line.startswith("prefplan ") and not re.match(READ_ONLY, line) for line in lines)
+        assert following.language in OUTPUT or not prints, f"what does this print?\n{block.text}"
+        jobs = [f"%{k}" for k in range(1, 1 + sum(line.endswith("&") for line in lines))]
+        assert not jobs or " ".join(["kill", *jobs]) in lines, f"what stops these?\n{block.text}"
+
+
 @pytest.fixture
 def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder that a reader works in, with the program of this working tree on the path."""
@@ -221,6 +234,8 @@ def served_by(script: str) -> Iterator[None]:
 
 
 def line_printed_by(line: str, *, shown: bool) -> str:
+    if line == "kill %1 %2":
+        return ""  # ended with the script, see `served_by`
     if line.startswith("make "):
         subprocess.run([*line.split(), "-n"], cwd=ROOT, check=True, capture_output=True)
         return ""
