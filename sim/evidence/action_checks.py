@@ -202,7 +202,7 @@ def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: E
     # An object that was knocked may still move, and bounce off a wall between the two frames.
     frame = world.frame_at(event.time)
     around, (pose, rates) = slice(frame, frame + 2), columns(world.mujoco, action.obj)
-    recorded, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2]
+    recorded, centres = float(event.detail["error_mm"]) / 1000, world.qpos[around, pose][:, :2] + world.bias[:2]
     moving = float(np.linalg.norm(world.qvel[around, rates][:, :2], axis=1).max()) / FRAME_RATE_HZ
     far = [np.linalg.norm(slot.position[:2] - centres, axis=1) for slot in world.scene.slots[action.location]]
     off = min(max(float(between.min()) - recorded, recorded - float(between.max())) for between in far)

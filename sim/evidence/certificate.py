@@ -190,11 +190,9 @@ def _observed(world: RecordedWorld, said: Label | None = None) -> Label:
     """
     held = world.held()
     names = set() if held is None else {holding(held)}
-    shown, surely, maybe = (
-        {at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in (0, -1, 1)
-    )
-    doubtful = maybe - surely
-    return frozenset(names | (shown if said is None else surely | (said & doubtful)))
+    shown = [{at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in (0, -1, 1)]
+    surely, maybe = set.intersection(*shown), set.union(*shown)
+    return frozenset(names | (shown[0] if said is None else surely | (maybe & said)))
 
 
 def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:

@@ -1,7 +1,7 @@
 """The world of a logged run, rebuilt from the log alone, and the propositions that its recorded frames show.
 
-This checks `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, whatever their
-height, and an object is held if both pads touch and press it.
+This checks `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, and an object is
+held if both pads touch and press it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
-from sim.world.randomization import KEYS, Perturbation, perturbed, read_perturbation
+from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
 from sim.world.scene import Scene, build_scene, initial_state
 
 AT_LOCATION_M = 0.045
@@ -39,11 +39,13 @@ CONTACT_DISTANCE_M = 0.002
 UPRIGHT_TILT_RAD = np.radians(20)
 """Greatest tilt of an object that stands."""
 
-LEVEL_TILT_RAD = np.radians(2)
-"""Greatest tilt of an object that stands without doubt; one that is tilted more may be higher than the run expects."""
+AT_HEIGHT_M = 0.008
+"""Greatest difference of the height of an object at a location from that at which it stands there: one that leans on
+something may touch the surface and yet be higher."""
 
-NOISE_FACTOR = 4
-"""Greatest error of an observed coordinate in multiples of `RecordedWorld.noise`."""
+NOISE_FACTOR = 2
+"""Greatest error of a measured position in multiples of `RecordedWorld.noise`: a measurement averages ten observations,
+so that these are six standard deviations, and four of the distance between two objects."""
 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: about the weight of a default cube."""
@@ -71,7 +73,8 @@ class RecordedWorld:
         robot: whose arm moved.
         scene: perturbed as the log's setting says.
         start: (nq,) positions at which the run begins, by its seed.
-        noise: sum of the standard deviation and the greatest constant error of an observed coordinate, m.
+        noise: standard deviation of an observed coordinate, m.
+        bias: (3,) constant error of every observed position, by the seed, m.
         qpos: (T, nq) recorded positions, in the order of this scene.
         qvel: (T, nv) recorded velocities.
         objects: of the scenario, and those that faults added.
@@ -88,7 +91,7 @@ class RecordedWorld:
         self.scenario, scene, self.arm_shapes = _built(
             about.text, about.scenario, tuple(about.files.items()), about.robot, about.meshes, len(about.joints)
         )
-        self.scene, self.start, self.noise = _perturbed(scene, about)
+        self.scene, self.start, self.noise, self.bias = _perturbed(scene, about)
         self.model = self.scene.model
         self.mujoco = self.scene.mujoco
         self.robot = self.scene.robot
@@ -168,13 +171,13 @@ class RecordedWorld:
         return {obj for obj in self._geoms if self._data.body(obj).xpos[2] <= 0}
 
     def resting(self, held: str | None, *, doubt: int = 0) -> dict[str, str]:
-        """Return the location of every object that rests at one, except the held object.
+        """Return the location of every object that rests at one, as the camera shows it, except the held one.
 
         Where more objects rest than a location has slots, only the nearest to a slot count.
 
         Args:
             held: the object in the hand.
-            doubt: 1 for those that an observation with noise may show there, -1 for those that every one shows there.
+            doubt: 1 for those that an observation with noise may show there, -1 for those that any one shows there.
         """
         elsewhere = {held, *self.fallen()}
         objects = [obj for obj in self._geoms if obj not in elsewhere]
@@ -193,26 +196,37 @@ class RecordedWorld:
         The object stands near a slot, on what stands there or on the bare table. It stands on an object that rests at
         another location, for a location on others, and near the middle of the objects there.
         """
-        if not self._stands(obj, LEVEL_TILT_RAD if doubt < 0 else UPRIGHT_TILT_RAD):
+        if not self._stands(obj):
             return None
-        reach = AT_LOCATION_M + doubt * NOISE_FACTOR * self.noise
-        distances = self._distances(obj)
+        slack = doubt * NOISE_FACTOR * self.noise
+        distances, underside = self._distances(obj), self._observed(obj)[2] - self._half_height(obj)
         for place in sorted(distances, key=distances.__getitem__):
             if distances[place] > 2 * AT_LOCATION_M:
                 return None
-            supports = self.model.location(place).on
+            supports, slot = self.model.location(place).on, self.scene.slots[place][0]
+            far, floors = distances[place], [float(slot.position[2])]
             if supports:
                 under = {self._rests(below, doubt): below for below in self._carriers(obj)}
                 where = [
-                    self._data.body(under[name]).xpos if name in under else self.scene.slots[name][0].position
+                    self._observed(under[name]) if name in under else self.scene.slots[name][0].position
                     for name in supports
                 ]
-                off = np.mean(where, axis=0) - self._data.body(obj).xpos
-                if not under.keys().isdisjoint(supports) and np.hypot(*off[:2]) < reach:
-                    return place
-            elif distances[place] < reach and self._touch(self._geoms[obj], self._surfaces[place]):
+                far = float(np.hypot(*(np.mean(where, axis=0) - self._observed(obj))[:2]))
+                carriers = [under[name] for name in supports if name in under]
+                floors = [self._observed(below)[2] + self._half_height(below) for below in carriers]
+            elif not self._touch(self._geoms[obj], self._surfaces[place]):
+                continue
+            level = any(abs(underside - floor) < AT_HEIGHT_M + slack for floor in floors)
+            if level and far < AT_LOCATION_M + slack:
                 return place
         return None
+
+    def _observed(self, obj: str) -> np.ndarray:
+        """Return the (3,) position of an object with the camera's constant error, m."""
+        return np.asarray(self._data.body(obj).xpos + self.bias)
+
+    def _half_height(self, obj: str) -> float:
+        return float(self.scene.shapes[obj].half[2])
 
     def _commands(self, actuator: int) -> np.ndarray:
         """Return the (T,) commands that an actuator was sent at the time of each frame."""
@@ -238,21 +252,18 @@ class RecordedWorld:
     def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
         return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
 
-    def _stands(self, obj: str, tilt: float) -> bool:
-        """Return whether an object stands, tilted by less than an angle, rad.
-
-        A box may stand on any face on which it has its upright height.
-        """
+    def _stands(self, obj: str) -> bool:
+        """Return whether an object stands upright; a box may stand on any face on which it has its upright height."""
         geom = self._geoms[obj][0]
         steep = np.abs(self._data.body(obj).xmat.reshape(3, 3)[2])
         upright = np.array([False, False, True])
         if self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and len(self._geoms[obj]) == 1:
             upright = np.isclose(self.mujoco.geom_size[geom], self.mujoco.geom_size[geom][2])
-        return bool(steep[upright].max() > np.cos(tilt))
+        return bool(steep[upright].max() > np.cos(UPRIGHT_TILT_RAD))
 
     def _distances(self, obj: str) -> dict[str, float]:
         """Return the horizontal distance of an object from the nearest slot of each location, m."""
-        centre = self._data.body(obj).xpos[:2]
+        centre = self._observed(obj)[:2]
         return {
             name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
             for name, row in self.scene.slots.items()
@@ -318,13 +329,15 @@ def _robot(model: ManipulationModel, name: str) -> Robot:
     return robot_named(name)
 
 
-def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
-    """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, and its noise, m."""
+def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
+    """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, noise and bias, m."""
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
     try:
         perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
+        bias = np.zeros(3)
         if seed is not None:
             scene = perturbed(scene, perturbation, seed=seed)
+            bias = camera_bias(perturbation, seed=seed)
         start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
         noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
         if not 0 <= 1000 * noise <= KEYS["noise"].greatest:
@@ -332,7 +345,7 @@ def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float]:
         list(about.setting.get("faults") or ())
     except (PrefplanError, TypeError, ValueError, OverflowError) as error:
         raise LogError(f"the setting in the log cannot be used: {error}") from None
-    return scene, start.qpos, noise + perturbation.bias
+    return scene, start.qpos, noise, bias
 
 
 def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from itertools import combinations
 import mujoco
 import numpy as np
 import pytest
+from forged_logs import telling
 from scenario_texts import CUP
 
 from prefplan import ManipulationModel
@@ -39,19 +40,30 @@ def arrangements(scene: Scene) -> Iterator[dict[str, np.ndarray]]:
             yield dict(zip(("blue", "pink", "green"), points, strict=True))
 
 
-def test_they_agree_on_what_rests_where_however_crowded_it_is(scene: Scene, arch_log: Log) -> None:
-    data = initial_state(scene)
+@pytest.mark.parametrize("bias", [0, 5])
+def test_they_agree_on_what_rests_where_however_crowded_and_crooked_it_is(
+    scene: Scene, arch_log: Log, bias: float
+) -> None:
+    """Blocks are tilted by up to 25 degrees, and the camera shows all of them aside and too high or too low."""
+    setting = {"seed": 4, "perturbation": f"position=5,angle=5,bias={bias}"}
+    off = RecordedWorld(telling(arch_log, setting=setting)).bias
+    assert np.abs(off).max() <= bias / 1000 and np.all(off != 0) == (bias > 0)
+    data, rng = initial_state(scene), np.random.default_rng(2)
     seen: list[Mapping[str, str]] = []
     rows = []
     for points in arrangements(scene):
         for obj, point in points.items():
-            data.joint(obj).qpos[:] = [*point, 1, 0, 0, 0]
+            tilt = rng.choice([0, rng.uniform(0, np.radians(25))])
+            rise = CUBE_EDGE_M / 2 * (np.cos(tilt) + np.sin(tilt) - 1)
+            data.joint(obj).qpos[:] = [*point[:2], point[2] + rise, np.cos(tilt / 2), np.sin(tilt / 2), 0, 0]
         mujoco.mj_forward(scene.mujoco, data)
-        seen.append(observe(scene, data, true_poses(scene, data), hand="home", held=None).place)
+        poses = {obj: replace(pose, position=pose.position + off) for obj, pose in true_poses(scene, data).items()}
+        seen.append(observe(scene, data, poses, hand="home", held=None).place)
         rows.append(data.qpos.copy())
     frames = np.array(rows)
     width, still = arch_log.qpos.shape[1], np.zeros((len(frames), arch_log.qvel.shape[1]))
-    world = RecordedWorld(replace(arch_log, qpos=frames[:, :width], qvel=still, times=np.arange(len(frames)) / 30))
+    log = replace(arch_log, qpos=frames[:, :width], qvel=still, times=np.arange(len(frames)) / 30)
+    world = RecordedWorld(telling(log, setting=setting))
     shown = []
     for frame in range(len(frames)):
         world.show(frame)
