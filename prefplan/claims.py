@@ -29,11 +29,13 @@ class Check:
         name: name of the claim, e.g. `task cost phi1`.
         holds: whether it holds.
         words: the findings, in words.
+        finding: whether the run did something that it should not have, and does not claim otherwise.
     """
 
     name: str
     holds: bool
     words: str
+    finding: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,10 @@ class Claims:
     violation_costs: dict[str, int | float]
     preference: int | float | None
     relaxations: tuple[Purchase, ...] = ()
+
+    def against(self, name: str, words: str) -> Check:
+        """Return a check of what no completed run does: it refutes one that claims to be, and else is a finding."""
+        return Check(name, not self.completed, words, finding=not self.completed)
 
 
 @dataclass(frozen=True)
@@ -131,13 +137,13 @@ def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None
 
 
 def _check_rule(rule: Rule, broken: int | None, claims: Claims) -> Check:
-    """Check that a rule is kept, or that its price was paid if it was broken."""
+    """Check that a rule is kept, or that its price was paid if it was broken; a run that failed may have broken it."""
     name = f"rule {rule.name}"
     if broken is None:
         return Check(name, True, "kept")
     when = f"broken by action {broken}" if broken else "broken at the start"
     paid = any(bought.rule and bought.task == rule.name for bought in claims.relaxations)
-    return Check(name, paid, f"{when}, which was paid for" if paid else when)
+    return Check(name, True, f"{when}, which was paid for") if paid else claims.against(name, when)
 
 
 def _check_relaxations(

@@ -99,13 +99,14 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:
     certificate = certify(evidence(scenario, scene, outcome))
     outcome = replace(outcome, certificate=certificate)
     measures = observed(scene.model, outcome)
-    if certificate.refuted or measures["contacts"]:
+    wrong = (*certificate.refuted, *certificate.findings)
+    if wrong or measures["contacts"]:
         result = REFUTED
     else:
         result = COMPLETED if outcome.completed else FAILED
     return measures | {
         "outcome": result,
-        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        "refuted": [f"{check.name}: {check.words}" for check in wrong],
         "penetration_mm": round(1000 * penetration(scene, outcome), 2),
         "run_cpu_seconds": round(time.process_time() - began, 1),
     }

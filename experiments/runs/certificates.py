@@ -50,7 +50,8 @@ def in_a_line(certificate: Certificate) -> str:
         first, *others = certificate.refuted
         more = f" (and {len(others)} more)" if others else ""
         return f"not certified: {first.name}: {first.words}{more}"
-    return f"certified by an independent check of the log ({len(certificate.checks)} points)"
+    found = "".join(f"; {check.name}: {check.words}" for check in certificate.findings)
+    return f"certified by an independent check of the log ({len(certificate.checks)} points){found}"
 
 
 def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str]) -> None:
@@ -65,7 +66,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, level
             words = f"{len(row)} actions, the frames agree with the log"
             row = [Check(f"{row[0].name} to {row[-1].name.split()[1]}", True, words)]
         for check in row:
-            mark, style = ("ok", "green") if check.holds else ("NO", "red")
+            mark, style = ("!!", "yellow") if check.finding else ("ok", "green") if check.holds else ("NO", "red")
             console.print(Text.assemble("  ", (mark, style), f"  {check.name}: {check.words}"))
     if certificate.confirmed:
         console.print(Text(f"  proved: {'; '.join(LEVELS[level] for level in levels)}", style="dim"))

@@ -129,6 +129,7 @@ def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
         "agrees": certificate.agrees,
         "resimulated": sweep.resimulate,
         "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
         **{name: round(seconds, 3) for name, seconds in times.items()},
     }
 
@@ -139,6 +140,7 @@ def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fau
         "certified": None,
         "agrees": None,
         "refuted": [],
+        "findings": [],
         "wrongly_completed": False,
         "resimulated": False,
     }

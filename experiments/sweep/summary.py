@@ -66,7 +66,7 @@ def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
 
 
 def _certificates(records: Sequence[RolloutRecord]) -> dict[str, Any]:
-    """Return how many rollouts have a certificate, and those that it refutes."""
+    """Return how many rollouts have a certificate, those that it refutes, and those of which it tells a finding."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
     return {
@@ -76,6 +76,11 @@ def _certificates(records: Sequence[RolloutRecord]) -> dict[str, Any]:
         "confirmed": len(checked) - len(refuted),
         "wrongly_completed": sum(record["wrongly_completed"] for record in records),
         "refuted": [{key: record[key] for key in ("rollout", "seed", "refuted", "replay")} for record in refuted],
+        "findings": [
+            {key: record[key] for key in ("rollout", "seed", "findings", "replay")}
+            for record in checked
+            if record.get("findings")  # records of earlier versions have none
+        ],
     }
 
 
@@ -141,8 +146,9 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
         console.print(Text(f"\n{kind['count']} x {kind['class']}"))
         for rollout in kind["rollouts"]:
             console.print(Text(f"  {rollout['replay']}"))
-    for rollout in certificates["refuted"][:SHOWN]:
-        console.print(Text(f"\nrefuted: {'; '.join(rollout['refuted'])}\n  {rollout['replay']}"))
+    for verdict in ("refuted", "findings"):
+        for rollout in certificates[verdict][:SHOWN]:
+            console.print(Text(f"\n{verdict}: {'; '.join(rollout[verdict])}\n  {rollout['replay']}"))
 
 
 def share(count: int, total: int) -> str:

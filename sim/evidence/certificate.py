@@ -72,6 +72,11 @@ class Certificate:
         """The checks that do not hold."""
         return tuple(check for check in self.checks if not check.holds)
 
+    @property
+    def findings(self) -> tuple[Check, ...]:
+        """What the run did that no completed run does: a limit exceeded, an unwanted contact, a rule broken."""
+        return tuple(check for check in self.checks if check.finding)
+
     def check(self, name: str) -> Check:
         """Return a check by its name."""
         return next(check for check in self.checks if check.name == name)

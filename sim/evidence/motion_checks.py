@@ -54,14 +54,14 @@ def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
     angles, robot = world.arm(), world.robot
     low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
-    checks = [_within("joint positions", np.abs(angles - middle) / half, log.times, robot)]
+    checks = [_within("joint positions", np.abs(angles - middle) / half, log, robot)]
     hidden = dict(_hidden(log, angles, robot)) | dict(_hidden_jerks(log, world))
     for load, limits in robot.load_limits.items():
         name = f"joint {load.replace('_', ' ')}"
         if load in hidden:
             checks.append(Check(name, False, hidden[load]))
         else:
-            checks.append(_within(name, getattr(log, load) / limits, log.times, robot))
+            checks.append(_within(name, getattr(log, load) / limits, log, robot))
     return checks
 
 
@@ -123,8 +123,10 @@ def _hidden_jerks(log: Log, world: RecordedWorld) -> Iterator[tuple[str, str]]:
         )
 
 
-def _within(name: str, shares: np.ndarray, times: np.ndarray, robot: Robot) -> Check:
+def _within(name: str, shares: np.ndarray, log: Log, robot: Robot) -> Check:
     """Return whether shares of a limit, (T, n), stay below 1."""
     frame, joint = np.unravel_index(int(shares.argmax()), shares.shape)
-    most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {times[frame]:.2f} s"
-    return Check(name, bool(shares.max() <= 1), f"at most {most}" if shares.max() <= 1 else f"exceeded: {most}")
+    most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {log.times[frame]:.2f} s"
+    if shares.max() <= 1:
+        return Check(name, True, f"at most {most}")
+    return log.about.claims.against(name, f"exceeded: {most}")

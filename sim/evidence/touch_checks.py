@@ -46,7 +46,7 @@ def check_contacts(log: Log, world: RecordedWorld, faults: Sequence[Event]) -> C
         touched = set(map(str, event.detail.values()))
         if event.kind == "contact" and touched.isdisjoint(_disturbed(log, world, faults, event.time)):
             words = f"{event.detail.get('moving')} touched {event.detail.get('other')} at {event.time:.2f} s"
-            return Check(name, False, f"{words}, according to the log")
+            return log.about.claims.against(name, f"{words}, according to the log")
     touches, checked = _Touches(log, world), 0
     for frame, share in _moments(log, world):
         checked += 1
@@ -56,7 +56,7 @@ def check_contacts(log: Log, world: RecordedWorld, faults: Sequence[Event]) -> C
             found = [pair for pair in found if _disturbed(log, world, faults, time).isdisjoint(pair)]
         if found:
             moving, other = found[0]
-            return Check(name, False, f"{moving} touches {other} at {time:.2f} s")
+            return log.about.claims.against(name, f"{moving} touches {other} at {time:.2f} s")
     return Check(name, True, f"only with the grasped object; {checked} states checked, with {world.arm_shapes}")
 
 

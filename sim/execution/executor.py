@@ -16,6 +16,7 @@ from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import BlockedError, SimulationError
+from sim.execution.conduct import objection
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
@@ -194,7 +195,7 @@ class Execution:
         """Return the record of the run so far, after the arm has come to rest."""
         cell = self.cell
         cell.settle()
-        return Rollout(
+        rollout = Rollout(
             completed=self.reason is None,
             reason=self.reason,
             steps=tuple(self.steps),
@@ -206,6 +207,8 @@ class Execution:
             robot=self.scene.robot,
             model_sha256=self._built.sha256,
         )
+        found = objection(rollout)
+        return replace(rollout, completed=False, reason=found) if rollout.completed and found else rollout
 
     def _states(self, index: int) -> ManipulationState:
         return cast(ManipulationState, self.system.states[index])

@@ -162,7 +162,7 @@ class FaultInjector:
         open_width = gripper.opened(fingers) + SLIP_GAP_M
         until = now + SLIP_DURATION_S
         self._cell.gripper = slipping(self._cell.gripper, self._cell.data, least_width=open_width, until=until)
-        return {}
+        return {"object": str(self._cell.contacts.handled)}
 
     def _miss(self, i: int, fault: Fault) -> dict[str, str] | None:
         self._skills["grasp"] = MissingGrasp(self._skills["grasp"], misses=int(fault.amount))

@@ -119,7 +119,8 @@ class Rollout(Frames):
     """One execution of a plan.
 
     Attributes:
-        completed: whether every action was carried out and observed as predicted.
+        completed: whether every action was carried out and observed as predicted, within the arm's limits and without
+            unwanted contact.
         reason: why not, in one sentence; None when completed.
         steps: the actions that were carried out, in order.
         events: in order of time.

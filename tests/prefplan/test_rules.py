@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import judge
@@ -128,6 +129,17 @@ def test_what_plans_claim_of_rules_is_derived_again_from_their_labels() -> None:
             assert [check for check in verdict.checks if not check.holds] == [], seed
             checked += sum(check.name.startswith("rule ") for check in verdict.checks)
     assert checked > 30
+
+
+@pytest.mark.parametrize("completed", [True, False])
+def test_a_broken_rule_refutes_only_a_run_that_claims_to_be_completed(completed: bool) -> None:
+    """A run that failed may have broken a rule, which its log says."""
+    rule, task = Rule("dry", "G !wet"), Task("go", "F home")
+    claims = Claims(completed, 1, {"go": 1}, {"go": 0}, 0 if completed else None)
+    trace = [frozenset[str](), frozenset({"wet", "home"})]
+    verdict = judged(claims, [task], Order(), trace, [Fraction(1)], rules=[rule])
+    (found,) = (check for check in verdict.checks if check.words == "broken by action 1")
+    assert (found.holds, found.finding) == (not completed, not completed)
 
 
 HALL = """

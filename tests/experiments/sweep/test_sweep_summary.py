@@ -94,6 +94,15 @@ def test_rollouts_whose_logs_say_otherwise_are_named() -> None:
     assert "completed: tidy was never satisfied" in shown(summary) and "2 of 3 (66.7%)" in shown(summary)
 
 
+def test_findings_are_named_and_refute_nothing() -> None:
+    failed = record(1, kind="touched") | {"findings": ["contacts: hand touched cup at 3.10 s, according to the log"]}
+    summary = summarise(HEADER, [record(0), failed], rollouts=2)
+    found = summary["certificates"]
+    assert (found["confirmed"], found["refuted"]) == (2, [])
+    assert [entry["rollout"] for entry in found["findings"]] == [1]
+    assert "findings: contacts: hand touched cup" in shown(summary)
+
+
 def test_completion_is_told_for_each_kind_of_fault_that_happened() -> None:
     both = record(1) | {"happened": ["slip@2", "slip@4", "move:cup@3"]}
     failed = record(2, kind="lost") | {"happened": ["move:cup@1"]}

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from forged_logs import log_of_run, refutations, telling
+from forged_logs import claiming, log_of_run, refutations, telling
 from scenario_texts import PAST_A_TOWER
 
 from prefplan.scenario.decode import loads
+from sim.evidence.certificate import certify
 from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
@@ -40,6 +41,21 @@ def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, joint: int) -
     beyond[100, joint] = 1.01 * np.asarray(PANDA.load_limits[name])[joint]
     words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name.replace('_', ' ')}"]
     assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
+
+
+def test_what_a_failed_run_did_is_a_finding_and_no_lie(arch_log: Log) -> None:
+    """The same limit and the same touch refute a run that claims to be completed."""
+    beyond = arch_log.torque_rates.copy()
+    beyond[100, 1] = 1.4 * np.asarray(PANDA.load_limits["torque_rates"])[1]
+    touch = Event(3.9, "contact", {"moving": "hand", "other": "green"})
+    told = sorted((*arch_log.about.events, touch), key=lambda event: event.time)
+    log = telling(replace(arch_log, torque_rates=beyond), events=tuple(told))
+    wrong = {"joint torque rates", "contacts"}
+    assert refutations(log).keys() == wrong and certify(log).findings == ()
+    certificate = certify(claiming(log, completed=False, preference=None))
+    assert certificate.confirmed and {check.name for check in certificate.findings} == wrong
+    hidden = replace(log, speeds=np.zeros_like(log.speeds))
+    assert "joint speeds" in refutations(claiming(hidden, completed=False, preference=None))
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ from prefplan.errors import ModelError
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import SimulationError
 from sim.execution.executor import Execution, execute
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.robots.robot import Robot
+from sim.simulation.rollout import FRAME_RATE_HZ, Event
 from sim.simulation.workcell import BLEND_TIME_S
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
@@ -60,6 +62,36 @@ def test_a_rollout_can_be_replayed_and_progress_is_told_before_each_action(scene
     assert 0 <= rollout.sim_seconds - rollout.steps[-1].end <= BLEND_TIME_S + 0.01, "the arm comes to rest at last"
     assert [event.kind for event in rollout.events] == ["grasped", "placed"]
     assert rollout.glow.max() == list(scene.slots).index("san")
+
+
+@pytest.mark.parametrize(
+    ("before", "obj", "excused"),
+    [(1.0, "green", True), (1.0, "blue", False), (3.0, "green", False), (-1.0, "green", False)],
+)
+def test_an_unwanted_touch_counts_unless_a_fault_has_just_moved_the_object(
+    scene: Scene, system: TransitionSystem, before: float, obj: str, excused: bool
+) -> None:
+    run = Execution(scene, initial_state(scene), system=system)
+    touch = Event(5.0, "contact", {"moving": "hand", "other": "green"})
+    fault = Event(5.0 - before, "fault", {"fault": f"knock:{obj}@1", "object": obj})
+    run.cell.events += sorted([fault, touch], key=lambda event: event.time)
+    rollout = run.rollout()
+    assert rollout.completed == excused and rollout.reason == (None if excused else "hand touched green at 5.00 s")
+
+
+def test_a_run_that_exceeded_a_limit_does_not_say_that_it_was_completed(
+    scene: Scene, system: TransitionSystem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = Execution(scene, initial_state(scene), system=system)
+    assert run.step("transit top")
+    fastest = run.rollout().load_shares["speeds"]
+    assert run.rollout().completed and fastest.max() < 1
+    limits = run.scene.robot.load_limits | {"speeds": run.scene.robot.load_limits["speeds"] * fastest / 1.25}
+    monkeypatch.setattr(Robot, "load_limits", limits)
+    rollout = run.rollout()
+    assert not rollout.completed and re.fullmatch(
+        r"joint\d exceeded a limit: 125.0% of its speeds", str(rollout.reason)
+    )
 
 
 def test_an_empty_plan_is_completed_at_once_from_where_the_seed_puts_the_objects(scene: Scene) -> None:

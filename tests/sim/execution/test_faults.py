@@ -91,7 +91,7 @@ def run_with(scene: Scene, actions: Sequence[str], *faults: str, seed: int = 0) 
 def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     run = run_with(scene, [*LIFT, "transport pink bin2"], "slip@3", seed=5)
     events = {event.kind: event for event in run.cell.events}
-    assert events["fault"].detail == {"fault": "slip@3"}
+    assert events["fault"].detail == {"fault": "slip@3", "object": "pink"}
     begun = events["fault"].time
     assert begun < events["lost"].time < begun + SLIP_DURATION_S + 0.2
     frames = run.cell.recorder.arrays
@@ -185,7 +185,7 @@ def test_a_fault_happens_at_once_if_it_can(scene: Scene) -> None:
     cell.disturb = drop_it_high
     assert not run.step("transport pink bin2")
     (fault,) = (event for event in cell.events if event.kind == "fault")
-    assert (fault.detail, fault.time) == ({"fault": "slip@3"}, slipped[0])
+    assert (fault.detail, fault.time) == ({"fault": "slip@3", "object": "pink"}, slipped[0])
     assert "expected pink in the hand" in str(run.reason)
 
 
