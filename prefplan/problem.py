@@ -16,6 +16,7 @@ from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.past import Past
 from prefplan.preferences.contracts import Span, check_claim
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
@@ -26,6 +27,9 @@ from prefplan.preferences.objective import (
     check_objective_names,
     preferences_of,
 )
+
+NO_PAST = Past()
+"""The past of a problem whose plans begin at its system's start."""
 
 UNWEIGHED = 'no term of the preference depends on this price; add a term with over = "violation"'
 
@@ -44,7 +48,7 @@ class Problem:
         tasks: phi_1 .. phi_N.
         preference: mu (Definition 5), the first of several; one that is always 0 if there is none.
         rules: safety formulas that every plan keeps, or breaks at a price.
-        present: a proposition; a plan that skips tasks does not end before it holds. None if it may end at once.
+        past: what every plan begins with, before the system's start; it has the first cost only.
         preferences: all preferences, with their names.
         measure: terms of the first preference for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
@@ -60,7 +64,7 @@ class Problem:
     tasks: tuple[Task, ...]
     preference: Preference
     rules: tuple[Rule, ...]
-    present: str | None
+    past: Past
     preferences: tuple[NamedPreference, ...] = field(repr=False)
     measure: Measure = field(repr=False, compare=False)
     automata: tuple[Automaton, ...] = field(repr=False, compare=False)
@@ -75,7 +79,7 @@ class Problem:
         *,
         start: Hashable | None = None,
         rules: Mapping[str, str] | Iterable[Rule] = (),
-        present: str | None = None,
+        past: Past = NO_PAST,
     ) -> None:
         """Check that the parts fit together.
 
@@ -92,7 +96,7 @@ class Problem:
             preferences=named,
             preference=named[0].preference if named else WeightedSum({}),
             rules=tuple(replace(rule, known=known) for rule in named_formulas(Rule, rules, "rules")),
-            present=present,
+            past=past,
         )
         self._check_number()
         taken = [*self.names, *(rule.name for rule in self.rules)]
@@ -245,6 +249,8 @@ class Problem:
     def _units(self, cost: int, measure: Measure) -> Units:
         """Return the units of one of the costs, and of a preference over it."""
         unit = self.system.shared_units[cost]
+        if cost == 0 and self.past.costs:
+            unit = common_unit([unit, *map(exact, self.past.costs)])
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
         prices += [exact(rule.skip) for rule in self.rules if rule.skip is not None]
@@ -258,7 +264,7 @@ class Problem:
         for task, dfa in zip(self.tasks, self.automata, strict=True):
             bought = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
             skip = None if task.skip is None else int(exact(task.skip) / unit)
-            found.append(WeightedAutomaton(dfa, bought, skip, self.present))
+            found.append(WeightedAutomaton(dfa, bought, skip))
         return tuple(found)
 
     @cached_property

@@ -86,7 +86,7 @@ def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks
     between = np.where(member @ member.T, 0, np.minimum(between, between.T))
     nowhere, scratch = np.zeros((2, len(least)), dtype=np.int64), np.zeros((2, len(sets)), dtype=np.int64)
     plain = Landmarks(remaining, between, ahead, scratch[0] * 0, nowhere[0], *scratch)
-    codes = [product.decode(start.code)[1][: len(remaining)] for start in product.starts]
+    codes = [start.automata[: len(remaining)] for start in product.starts]
     at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
     return _priced(plain, sets, start_node, max(at_start, key=int.bit_count))
 

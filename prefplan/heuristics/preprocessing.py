@@ -228,7 +228,7 @@ class Prepared:
     def _weighing(self) -> float:
         stages = self._backward.stages if self._backward else None
         wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
-        if stages is None or not wanted or self._weighed:
+        if stages is None or not wanted or self._weighed or not self.product.starts:
             return math.inf
         combinations = math.prod(self.product.sizes.tolist())
         most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
@@ -270,7 +270,7 @@ class Prepared:
     def _likely_cost(self) -> int:
         """About what a plan costs, in units: the largest cost of finishing some tasks, and as much for all others."""
         known, tasks = self.bounds.patterns, len(self.product.sizes)
-        automata = np.array(self.product.decode(self.product.starts[0].code)[1])
+        automata = np.array(self.product.starts[0].automata)
         entries = known.base + self.graph.start + (known.sets.strides * automata[known.sets.tasks]).sum(axis=1)
         largest = int(known.table[entries].max(initial=1)) >> self.view.shift
         return largest * max(1, tasks - known.sets.tasks.shape[1] + 1)

@@ -1,8 +1,7 @@
 """Weighted DFAs of tasks that may be relaxed (the paper's Remarks 1 to 6), and of rules.
 
 Besides the transitions of the task's automaton there are those that relaxations allow: a label is read as if more
-propositions were true, for a price. A task that may be skipped has one more state, entered before the first action;
-where plans begin with a past (`prefplan.replanning`), it waits in yet another state until the past is over.
+propositions were true, for a price. A task that may be skipped has one more state, entered before the first action.
 
 The automaton of a rule has no state in which the rule is broken, so that nothing leads there, or one, at a price.
 """
@@ -40,35 +39,27 @@ class WeightedAutomaton:
         automaton: the task's minimal DFA; its states are 0 .. n-1.
         relaxations: (assumed proposition, condition, price in units) each.
         skip: price in units of the extra state n, or None.
-        present: the proposition that ends the past, or None.
     """
 
     automaton: Automaton
     relaxations: tuple[tuple[str, Formula, int], ...] = ()
     skip: int | None = None
-    present: str | None = None
 
     @property
     def size(self) -> int:
-        """Number of states, including the skipped one and the one that waits for it."""
-        return self.automaton.size + (self.skip is not None) * (1 if self.present is None else 2)
+        """Number of states, including the skipped one."""
+        return self.automaton.size + (self.skip is not None)
 
     @property
     def skipped(self) -> int | None:
         """The state of a skipped task, None if the task may not be skipped."""
         return None if self.skip is None else self.automaton.size
 
-    def skipping(self, label: frozenset[str]) -> int | None:
-        """Return the state, after reading a label, of a task that is being skipped; None if it may not be."""
-        waits = self.present is not None and self.present not in label
-        return None if self.skip is None else self.automaton.size + waits
-
     @property
     def propositions(self) -> frozenset[str]:
         """The propositions on which readings depend."""
         conditions = (propositions_of(when) | {assumed} for assumed, when, _ in self.relaxations)
-        present = set() if self.skip is None or self.present is None else {self.present}
-        return frozenset(self.automaton.propositions).union(present, *conditions)
+        return frozenset(self.automaton.propositions).union(*conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
         """Return the free reading of a label, then the cheapest bought one for each other state.
@@ -78,8 +69,6 @@ class WeightedAutomaton:
         """
         if state == self.skipped:
             return [Reading(state)]
-        if state > self.automaton.size and (then := self.skipping(label)) is not None:
-            return [Reading(then)]
         free = Reading(self.automaton.step(state, label))
         if state == self.automaton.accepting:
             return [free]

@@ -13,7 +13,7 @@ import numpy as np
 from prefplan.display_names import DisplayNames
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, told
-from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number
+from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number, whole_numbers
 from prefplan.names import check_names
 
 DEFAULT_COST = "cost"
@@ -39,6 +39,13 @@ class EdgeCosts:
     name: str
     costs: np.ndarray
     unit: Fraction
+
+    def counts(self, unit: Fraction) -> np.ndarray:
+        """Return (E,) the costs as whole multiples of another unit: int64 if all fit, else Python's integers."""
+        ratio = self.unit / unit
+        if ratio.numerator == 1:
+            return self.costs // ratio.denominator
+        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.costs.tolist()])
 
 
 @dataclass(frozen=True)
@@ -170,6 +177,10 @@ class TransitionSystem:
             costs.append(each)
             labels.append(self.label(state))
         return labels, [tuple(each[d] for each in costs) for d in range(len(self.cost_names))]
+
+    def with_first_cost(self) -> TransitionSystem:
+        """Return the system without its further costs."""
+        return replace(self, more_costs=()) if self.more_costs else self
 
     def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
         """Return the system with other `propositions`."""

@@ -141,6 +141,11 @@ class Measure:
         """The terms that are general expressions or Python functions."""
         return self._of_kind(OpaqueTerm)
 
+    def summed(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Fraction:
+        """Return the entry of rates, violation sums and tardiness for a preference cost set, in the user's units."""
+        terms = [term for term in self.terms if not isinstance(term, Maximum | OpaqueTerm)]
+        return sum((term.value(costs, violations) for term in terms), Fraction(0))
+
     @property
     def maxima(self) -> list[Maximum]:
         """The weighted maxima."""

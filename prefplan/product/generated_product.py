@@ -14,6 +14,7 @@ from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.quotient import ReducedModel
 from prefplan.models.manipulation.slots import FAR_APART
+from prefplan.models.transition_system import EdgeCosts
 from prefplan.problem import Problem
 from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import CODE_LIMIT, Product
@@ -97,7 +98,8 @@ class GeneratedProduct(Product):
 def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
     """Return (4 H H,) one of the costs as in `Moves`, in a problem's units; those not measured stay negative."""
     matrix = model.generator.costs[cost]
-    return (matrix.entries // int(problem.cost_units[cost] / matrix.unit)).ravel()
+    known = EdgeCosts(matrix.name, np.maximum(matrix.entries.ravel(), 0), matrix.unit).counts(problem.cost_units[cost])
+    return np.where(matrix.entries.ravel() < 0, -1, known)
 
 
 def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves:

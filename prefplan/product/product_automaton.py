@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise, product
-from operator import mul
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,33 +18,16 @@ from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.problem import Problem
 from prefplan.product.moves import no_moves
+from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
 
 CODE_LIMIT = 2**62
 
 BARRED = -1
 """Stands for the state of a rule's automaton after a label on which no plan may break the rule."""
 
-READINGS_LIMIT = 2**20
-"""Most readings of one label (each task relaxed or not) that the search enumerates."""
-
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
 count cannot overflow. In larger products counting would cost speed."""
-
-
-@dataclass(frozen=True)
-class Start:
-    """An initial product state of the search, with the violation costs paid before the first action.
-
-    Attributes:
-        code: product state after every automaton has read L(s0).
-        violations: (P,) violation costs in units, of tasks and of rules that may be broken.
-        bought: (N,) by task, the relaxations used on L(s0); None for a task that is skipped.
-    """
-
-    code: int
-    violations: tuple[int, ...]
-    bought: tuple[tuple[int, ...] | None, ...]
 
 
 class Product:
@@ -93,7 +74,7 @@ class Product:
         self.moves, self.start_node = no_moves(), system.start
         self.offsets = system.offsets
         self.targets = system.targets
-        costs = system.costs // int(self.units.cost / system.unit)
+        costs = system.edge_costs[0].counts(self.units.cost)
         sizes = [*self.sizes.tolist(), *self.rule_sizes.tolist()]
         states = system.size * math.prod(sizes)
         if states >= CODE_LIMIT:
@@ -202,49 +183,8 @@ class Product:
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
-        """The starts of the search: one for each choice of skipped tasks and each way to read L(s0).
-
-        Raises:
-            ModelError: if there are too many.
-        """
-        system = self.problem.system
-        label = system.label(system.start)
-        kept = [dfa.readings(None, label) for dfa in self.rules]
-        rules = [(reading.state, reading.price) for readings in kept for reading in readings]
-        if len(rules) < len(kept):
-            return ()
-        tolls = tuple(price for _, price in rules[: len(self.tolls)])
-        readings = self._start_readings(label)
-        count = math.prod(map(len, readings))
-        if count > READINGS_LIMIT:
-            raise ModelError(
-                f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
-                f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
-            )
-        return tuple(
-            Start(
-                self.start_node + sum(map(mul, self.strides.tolist(), (q for q, *_ in (*reading, *rules)))),
-                (*(price for _, price, _ in reading), *tolls),
-                tuple(bought for _, _, bought in reading),
-            )
-            for reading in product(*readings)
-        )
-
-    def _start_readings(self, label: frozenset[str]) -> list[list[tuple[int, int, tuple[int, ...] | None]]]:
-        """Return how each task's automaton may read L(s0): (state, price, relaxations) each."""
-        readings: list[list[tuple[int, int, tuple[int, ...] | None]]] = []
-        for dfa in self.automata:
-            options: list[tuple[int, int, tuple[int, ...] | None]] = []
-            options += [(r.state, r.price, r.bought) for r in dfa.readings(0, label)]
-            if dfa.skip is not None and (skipping := dfa.skipping(label)) is not None:
-                options.append((skipping, dfa.skip, None))
-            readings.append(options)
-        return readings
-
-    def decode(self, code: int) -> tuple[int, tuple[int, ...]]:
-        """Return (s, (q_1, ..., r_R)) of a product state."""
-        sizes = (*self.sizes.tolist(), *self.rule_sizes.tolist())
-        return code % self.nodes, tuple(code // int(d) % q for d, q in zip(self.strides, sizes, strict=True))
+        """The starts of the search; see `starts_of`."""
+        return starts_of(self.problem)
 
     def transitions(self, automata: Sequence[int]) -> np.ndarray:
         """Return (N + R, C) the states after the free reading of each label class, given those before."""

@@ -66,8 +66,9 @@ class Reduction:
         """Return a plan of a product as a plan of the whole system, asserting that all its costs and values agree."""
         whole = plan
         if not isinstance(searched, GeneratedProduct):
-            actions, states = self.quotient.lift((plan.actions, plan.states))
-            whole = replace(plan, actions=actions, states=states)
+            known = len(self.problem.past.actions)
+            actions, states = self.quotient.lift((plan.actions[known:], plan.states[known:]))
+            whole = replace(plan, actions=plan.actions[:known] + actions, states=plan.states[:known] + states)
         if whole.states is not plan.states or isinstance(searched, GeneratedProduct):
             ledger = Ledger.of_plan(self.problem, whole)
             whole = replace(whole, action_costs=tuple(map(to_number, ledger.costs)))

@@ -126,8 +126,10 @@ def _enter(memory: Memory, labels: Labels, cost_only: bool) -> Integer:
         return END.ENTERED
     if spent >= growth.cost_limit:
         return END.TOO_LARGE
-    pays = view.pays or parent == NONE
-    mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], pays))
+    if parent == NONE:
+        mu = memory.begin[k, 0]
+    else:
+        mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], view.pays))
     if mu >= limits[0]:
         return END.ENTERED
     slack, most, next_lookup = limits[0] - mu, min(limits[1] - after, INFINITE - 1), counters[AT.LOWEST] - after

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,22 @@ from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import UNBOUNDED
-from prefplan.product.product_automaton import Product, Start
+from prefplan.product.product_automaton import Product
+from prefplan.product.starts import Start
 from prefplan.product.successors import successor_buffer
-from prefplan.search.labels import AT, COL, COLUMNS, END, NONE, Memory, Queue, States, growth_of, rehash
+from prefplan.search.labels import (
+    AT,
+    COL,
+    COLUMNS,
+    END,
+    NONE,
+    PRODUCT_LIMIT,
+    Memory,
+    Queue,
+    States,
+    growth_of,
+    rehash,
+)
 from prefplan.search.plan_extraction import Waypoint, extract
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
@@ -88,7 +102,7 @@ class Search(ABC):
         """The arrays that the kernel works on."""
         p = self.prepared
         fixed = p.view, self.growth, p.bounds
-        return Memory(*fixed, self.states, self.queue, self.counters, self.limits, self.buffer)
+        return Memory(*fixed, self.states, self.queue, self.counters, self.limits, self.begin, self.buffer)
 
     def _up_to(self, cost: float) -> int:
         """Return the largest label cost of at most `cost` units."""
@@ -115,16 +129,20 @@ class Search(ABC):
         self.queue = Queue(*np.empty((2, LABELS_AT_FIRST), np.int64))
         self.buffer = successor_buffer(self.prepared.view, len(self.product.starts))
         view, node = self.prepared.view, self.prepared.graph.start
-        weights = self.growth.violation
-        self._starts = sorted(
-            self.product.starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64))
-        )
+        pairs = sorted(((self._begin(start), start) for start in self.product.starts), key=lambda pair: pair[0][0])
+        self._starts = [start for _, start in pairs]
+        self.begin = np.array([key for key, _ in pairs] or np.zeros((0, 1)), dtype=np.int64)
+        if self.begin.max(initial=0) >= PRODUCT_LIMIT:
+            raise OverflowError
         for k, start in enumerate(self._starts):
-            _, automata = self.product.decode(start.code)
-            self.buffer.code[k] = node + sum(int(d) * q for d, q in zip(view.strides, automata, strict=True))
-            self.buffer.cost[k] = 0
-            self.buffer.violation[k] = start.violations
+            self.buffer.code[k] = node + sum(map(mul, view.strides.tolist(), start.automata))
+            self.buffer.cost[k] = start.spent << self.product.shift
         self.counters[[AT.PARENT, AT.NEXT, AT.COUNT]] = NONE, 0, len(self._starts)
+
+    def _begin(self, start: Start) -> list[int]:
+        """Return the entries, in units, of the key of a start's label, but for its cost; here mu."""
+        objective = self.product.problem.objectives[0]
+        return [math.floor(in_units(self.product, objective.measure.value(*start.amounts(objective))))]
 
     def goals(self, limits: Limits, *, most_expanded: float = math.inf) -> Iterator[Found]:
         """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit.
@@ -203,10 +221,10 @@ class Search(ABC):
         return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
-        """Return the start of a label without parent: of those with its automaton states, that of least mu."""
-        weights = self.growth.violation
-        starts = [start for start in self._starts if self.product.decode(start.code)[1] == at.automata]
-        return min(starts, key=lambda start: int(weights @ np.array(start.violations, dtype=np.int64)))
+        """Return the start of a label without parent: one with its automaton states and its mu."""
+        mu = self.labels.mu[label]
+        starts = zip(self._starts, self.begin[:, 0], strict=True)
+        return next(start for start, key in starts if key == mu and start.automata == at.automata)
 
     @property
     def work(self) -> Stats:

@@ -18,6 +18,7 @@ from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.product_view import ProductView
+from prefplan.product.starts import Start
 from prefplan.product.successors import Successors
 from prefplan.search.labels import COLUMNS, PRODUCT_LIMIT
 
@@ -148,6 +149,16 @@ class EntryMap:
             violations[i] = entries[first + v] * units.price
         return sum((formula.value(costs, violations) for formula in measure.formulas), value)
 
+    def begin(self, start: Start, shift: int) -> list[int]:
+        """Return the entries of a start's label; costs have `shift` more low bits."""
+        entries = [start.spent << shift, *[0] * (self.costs - 1)]
+        for o in self.additive:
+            entries.append(int(o.measure.summed(*start.amounts(o)) / o.units.mu))
+        for o, k in self.maxima:
+            entries.append(int(o.measure.maxima[k].value(*start.amounts(o)) / o.units.mu))
+        entries += [0 if cost else start.finished[i] or 0 for cost, i in self.frozen]
+        return entries + [start.violations[i] for i in self.paid]
+
     def arrays(self, columns: Sequence[np.ndarray], order: Sequence[int], *, numbered: bool) -> Entries:
         """Return the entries as arrays for the kernel.
 
@@ -194,7 +205,6 @@ def _table(rows: Any, width: int) -> np.ndarray:
 def follow(
     view: ProductView,
     entries: Entries,
-    begins: bool,
     satisfied: Integer,
     buffer: Successors,
     k: Integer,
@@ -205,7 +215,6 @@ def follow(
     Args:
         view: what is searched.
         entries: the layout of a key.
-        begins: whether the successor is a start, to which no step leads.
         satisfied: the tasks that were satisfied before, as bits.
         buffer: the successors.
         k: the number of this one.
@@ -215,17 +224,16 @@ def follow(
         whether they fit 64 bits for sure.
     """
     costs, additive, maxima = entries.cost_limit.shape[0], entries.of.shape[0], entries.of_maximum.shape[0]
-    if not begins:
-        for a in range(additive):
-            key[costs + a] += _growth(view, entries, a, satisfied, key, buffer.cost[k])
-        for d in range(costs):
-            key[d] += _step(entries, d, buffer.cost[k])
-            if spent(view, key, d) >= entries.cost_limit[d]:
-                return False
+    for a in range(additive):
+        key[costs + a] += _growth(view, entries, a, satisfied, key, buffer.cost[k])
+    for d in range(costs):
+        key[d] += _step(entries, d, buffer.cost[k])
+        if spent(view, key, d) >= entries.cost_limit[d]:
+            return False
     for m in range(maxima):
         at_least = entries.maximum[m, satisfied] * spent(view, key, entries.of_maximum[m])
         key[costs + additive + m] = max(key[costs + additive + m], at_least)
-    if view.pays or begins:
+    if view.pays:
         for a in range(additive):
             for i in range(entries.violation.shape[1]):
                 key[costs + a] += entries.violation[a, i] * buffer.violation[k, i]

@@ -22,7 +22,8 @@ from prefplan.limits import Limits, check_limits
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
 from prefplan.problem import Problem
-from prefplan.product.product_automaton import BARRED, Product, Start
+from prefplan.product.product_automaton import BARRED, Product
+from prefplan.product.starts import Start
 from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
 
@@ -69,7 +70,7 @@ class ExactSearch:
         self._units = problem.cost_units
         self._bounds = [bounds.get(name) for name in problem.objective_names]
         units = zip(problem.system.edge_costs, self._units, strict=True)
-        columns = [(edges.costs // int(unit / edges.unit)).tolist() for edges, unit in units]
+        columns = [edges.counts(unit).tolist() for edges, unit in units]
         self._costs: list[Counts] = list(zip(*columns, strict=True))
         self._expanded = self._generated = 0
         self._kept: dict[tuple[Any, ...], list[tuple[Counts, LabelKey]]] = {}
@@ -140,16 +141,15 @@ class ExactSearch:
 
     def _starts(self) -> Iterator[_Label]:
         for start in self.product.starts:
-            state, automata = self.product.decode(start.code)
-            spent = (0,) * len(self._units)
-            finished = self._finished(automata, spent, None)
-            yield _Label(state, automata, spent, finished, start.violations, 0, None, -1, start)
+            rest = (0,) * (len(self._units) - 1)
+            spent = (start.spent, *rest)
+            finished = tuple(None if c is None else (c, *rest) for c in start.finished)
+            yield _Label(self.product.start_node, start.automata, spent, finished, start.violations, 0, None, -1, start)
 
     def _finished(
-        self, automata: tuple[int, ...], spent: Counts, before: tuple[Counts | None, ...] | None
+        self, automata: tuple[int, ...], spent: Counts, before: tuple[Counts | None, ...]
     ) -> tuple[Counts | None, ...]:
         """Return what had been spent when each task was satisfied, None for tasks that are not."""
-        before = before or (None,) * len(self._ends)
         pairs = zip(before, automata, self._ends, strict=False)
         return tuple(spent if c is None and q == end[0] else c for c, q, end in pairs)
 
@@ -202,7 +202,7 @@ class ExactSearch:
         mixed = [f for f in measure.formulas if f.contract == "componentwise"]
         frozen = [0 if c is None else c[objective.cost] for c in label.finished]
         return (
-            sum((term.value(costs, paid) for term in measure.terms if term not in (*single, *mixed)), Fraction(0)),
+            measure.summed(costs, paid),
             *(term.value(costs, paid) for term in single),
             *(frozen[i] for i in sorted({i for f in mixed for i in f.costs})),
             *(label.paid[i] for i in sorted({i for f in mixed for i in f.violations})),

@@ -55,12 +55,14 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
     )
     kept = tuple(rule for rule in rules if rule.skip is None)
     if isinstance(reduction.product, GeneratedProduct):
-        product = reduction.product_of(Problem(reduction.problem.system, free, nothing, rules=kept))
+        product = reduction.product_of(
+            Problem(reduction.problem.system, free, nothing, rules=kept, past=reduction.problem.past)
+        )
     else:
         # Costs do not matter here.
         system = reduction.quotient.system
         system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
-        product = Product(Problem(system, free, nothing, rules=kept))
+        product = Product(Problem(system, free, nothing, rules=kept, past=reduction.problem.past))
     search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
     left = replace(limits, complete_below=0)
     found = next(search.goals(left), None) is not None

@@ -117,6 +117,7 @@ class Memory(NamedTuple):
         queue: the open list.
         counters: int64, by index `AT`, and those of the search.
         limits: int64, bounds that labels must keep; see the kernel of each search.
+        begin: (K, E) int64, by start, the entries of its label's key; see `Search._begin`.
         buffer: successors, and scratch.
     """
 
@@ -127,6 +128,7 @@ class Memory(NamedTuple):
     queue: Queue
     counters: np.ndarray
     limits: np.ndarray
+    begin: np.ndarray
     buffer: Successors
 
 

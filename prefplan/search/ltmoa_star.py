@@ -110,8 +110,8 @@ def _enter(
     parent, k = counters[AT.PARENT], next_successor(counters)
     satisfied = np.int64(0) if parent == NONE else states.known[paths.row[parent], COL.SATISFIED]
     for e in range(scratch.key.shape[0]):
-        scratch.key[e] = 0 if parent == NONE else paths.key[parent, e]
-    if not follow(view, entries, parent == NONE, satisfied, buffer, k, scratch.key):
+        scratch.key[e] = memory.begin[k, e] if parent == NONE else paths.key[parent, e]
+    if parent != NONE and not follow(view, entries, satisfied, buffer, k, scratch.key):
         return END.TOO_LARGE
     rows = counters[AT.ROWS]
     code = buffer.code[k]
@@ -127,7 +127,8 @@ def _enter(
             known[BOUND + e] = scratch.growth[e]
     if known[BOUND] >= INFINITE:
         return END.ENTERED
-    freeze(view, entries, satisfied, known[COL.SATISFIED], scratch.key)
+    if parent != NONE:
+        freeze(view, entries, satisfied, known[COL.SATISFIED], scratch.key)
     _write_bound(view, entries, known, scratch)
     if _is_beaten(memory, entries, vectors, known, scratch):
         return END.ENTERED

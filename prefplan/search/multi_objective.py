@@ -145,10 +145,12 @@ def _enter(
         return END.ENTERED
     known = states.known[row]
     estimate = after + known[COST_BOUND]
+    if parent == NONE:
+        satisfied = known[COL.SATISFIED]
     for d in range(scratch.key.shape[0]):
-        scratch.key[d] = 0.0 if parent == NONE else labels.key[parent, d]
-    pays = view.pays or parent == NONE
-    _grow(growth, key, satisfied, before, spent, buffer.violation[k], pays, scratch.key)
+        scratch.key[d] = memory.begin[k, d] if parent == NONE else labels.key[parent, d]
+    if parent != NONE:
+        _grow(growth, key, satisfied, before, spent, buffer.violation[k], view.pays, scratch.key)
     _fill_costs(key, scratch, view.ends.shape[0], spent, satisfied, known[COL.SATISFIED])
     mu, error = _value(key, programs, scratch, spent)
     if mu != mu:

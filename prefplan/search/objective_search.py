@@ -20,6 +20,7 @@ from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.kernels import INFINITE, UNBOUNDED
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
+from prefplan.product.starts import Start
 from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Found, Search
 from prefplan.search.entries import BOUND, EntryMap, Paths
@@ -100,7 +101,7 @@ class ObjectiveSearch(Search):
         found = [self.prepared.graph.costs]
         for d, edges in enumerate(self.problem.system.edge_costs[1:], start=1):
             unit = self.problem.cost_units[d]
-            counts = edges.costs // int(unit / edges.unit)
+            counts = edges.counts(unit)
             if max(counts.tolist(), default=0) >= INFINITE:
                 raise OverflowError
             found.append(counts.astype(np.int64))
@@ -131,6 +132,9 @@ class ObjectiveSearch(Search):
                 o = next(o for o in self.problem.objectives if o.name == name)
                 limits[entry] = min(math.floor((self._bounds[name] - o.measure.constant) / o.units.mu), UNBOUNDED)
         return limits
+
+    def _begin(self, start: Start) -> list[int]:
+        return self.entry_map.begin(start, self.product.shift)
 
     def reset(self) -> None:
         """Forget everything but the bounds."""

@@ -17,7 +17,8 @@ from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import Integer, kernel
-from prefplan.product.product_automaton import Product, Start
+from prefplan.product.product_automaton import Product
+from prefplan.product.starts import Start
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ def _plan(
     automata: Sequence[tuple[int, ...]],
     start: Start,
 ) -> tuple[Plan, Any]:
-    """Return the plan of K actions and its exact mu.
+    """Return the plan of K actions after the past, and its exact mu.
 
     Args:
         product: what was searched.
@@ -177,9 +178,11 @@ def _plan(
         automata: (K + 1,) states of the automata.
         start: how the path begins.
     """
-    problem = product.problem
+    problem, past = product.problem, product.problem.past
+    labels = [*past.labels, *labels]
     purchases = _purchases(product, labels, automata, start)
     first, *more = costs
+    actions, first = (*past.actions, *actions), (*map(exact, past.costs), *first)
     ledger = Ledger.of(problem, actions, first, labels, purchases, dict(zip(problem.cost_names[1:], more, strict=True)))
     final = ledger.final
     worth = [to_number(value) for value in ledger.exact_objectives()]
@@ -191,7 +194,7 @@ def _plan(
         task_costs=final.task_costs,
         violation_costs=final.violation_costs,
         actions=ledger.actions,
-        states=states,
+        states=(*past.states, *states),
         relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
         costs=dict(zip(problem.cost_names, worth[:count], strict=True)),
         preferences=dict(zip(names, worth[count:], strict=True)),
@@ -205,20 +208,24 @@ def _plan(
 def _purchases(
     product: Product, labels: Sequence[frozenset[str]], automata: Sequence[tuple[int, ...]], start: Start
 ) -> list[Purchase]:
-    """Return the relaxations bought along a path and the rules broken, in order of steps."""
-    problem, price = product.problem, product.units.price
+    """Return the relaxations bought along a path and the rules broken, in order of steps.
+
+    The labels are those of the past and the path, `automata` the states along the path.
+    """
+    problem, price, first = product.problem, product.units.price, len(labels) - len(automata)
     found: list[Purchase] = []
     for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
-        bought = start.bought[i]
-        if bought is None:
+        if start.bought[i] is None:
             found.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
-        for k, states in enumerate(automata if dfa.relaxations else automata[:1]):
-            if k > 0:
-                readings = dfa.readings(automata[k - 1][i], labels[k])
-                bought = next(reading.bought for reading in readings if reading.state == states[i])
-            for relaxation in bought or ():
-                assumed, _, count = dfa.relaxations[relaxation]
-                found.append(Purchase(name, k, assumed, count * price))
+        bought = [*(start.bought[i] or ())]
+        steps = zip(automata, automata[1:], labels[first + 1 :], strict=False) if dfa.relaxations else ()
+        for k, (before, after, label) in enumerate(steps, start=first + 1):
+            readings = dfa.readings(before[i], label)
+            reading = next(reading for reading in readings if reading.state == after[i])
+            bought += [(k, relaxation) for relaxation in reading.bought]
+        for k, relaxation in bought:
+            assumed, _, count = dfa.relaxations[relaxation]
+            found.append(Purchase(name, k, assumed, count * price))
     prices = {rule.name: rule.skip for rule in problem.rules}
     broken = problem.broken(labels).items()
     found += [Purchase(name, step, None, exact(prices[name] or 0), rule=True) for name, step in broken]

@@ -11,7 +11,7 @@ from prefplan.errors import PreferenceError
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.formula_programs import compile_programs
-from prefplan.product.product_automaton import Start
+from prefplan.product.starts import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Found, Search, in_units
 from prefplan.search.labels import END
@@ -67,6 +67,15 @@ class VectorSearch(Search):
             self._best[1] = float_above(in_units(self.prepared.product, self._max_mu))
         super().reset()
 
+    def _begin(self, start: Start) -> list[int]:
+        measure, units = self.product.problem.measure, self.product.units
+        amounts = start.amounts(self.product.problem.objectives[0])
+        key = [int(measure.summed(*amounts) / units.mu)]
+        key += [int(term.value(*amounts) / units.mu) for term in measure.maxima]
+        key += [0] * len(self._key.values)
+        key += [start.finished[i] or 0 for i in self._key.costs]
+        return key + [start.violations[i] for i in self._key.violations]
+
     def _new_labels(self, count: int) -> multi_objective.VectorLabels:
         return multi_objective.VectorLabels(
             np.empty(count, np.int32),
@@ -95,13 +104,11 @@ class VectorSearch(Search):
         return True
 
     def _start_of(self, label: int, at: Waypoint) -> Start:
-        first = len(self._key.compare) - len(self._key.violations)
-        entered = dict(zip(self._key.violations.tolist(), self.labels.key[label, first:].tolist(), strict=True))
-        for start in self._starts:
-            same = all(start.violations[i] == paid for i, paid in entered.items())
-            if same and self.product.decode(start.code)[1] == at.automata:
-                return start
-        return super()._start_of(label, at)
+        first = 1 + self._key.maxima
+        values = range(first, first + len(self._key.values))
+        keys = np.delete(self.begin, values, axis=1) == np.delete(self.labels.key[label], values)
+        same = zip(self._starts, keys.all(axis=1), strict=True)
+        return next(start for start, alike in same if alike and start.automata == at.automata)
 
     def _too_large(self) -> None:
         """Raise an error that names the user's function if that is the cause."""

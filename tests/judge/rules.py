@@ -35,7 +35,7 @@ class RuledProduct(Product):
 
     def finished(self, node: Node) -> bool:
         """Return whether a plan may end here: rules do not prevent it."""
-        return all(state < 0 for state in node[1][: self.tasks])
+        return super().finished((node[0], node[1][: self.tasks]))
 
     def _readings_of(self, k: int, state: int, label: Label) -> list[Reading]:
         if k < self.tasks:

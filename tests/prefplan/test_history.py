@@ -9,8 +9,25 @@ from typing import Any
 
 import judge
 import pytest
+from judge.preferences import reference
+from judge.rules import JudgedRule, front_with_rules
+from scenario_texts import cup_scenario
 
-from prefplan import NoPlanError, Order, Plan, Planner, Problem, Relaxation, Task, TransitionSystem, WeightedSum
+from prefplan import (
+    NoPlanError,
+    Order,
+    Plan,
+    Planner,
+    Problem,
+    Relaxation,
+    Rule,
+    Task,
+    TransitionSystem,
+    WeightedSum,
+    pareto_front,
+)
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.reduction import Reduction
 from prefplan.replanning import (
     Past,
     achievable,
@@ -23,7 +40,7 @@ from prefplan.replanning import (
     valued,
     violated,
 )
-from prefplan.scenario.decode import from_dict
+from prefplan.scenario.decode import from_dict, loads
 
 KINDS = [("order", False), ("weighted-sum", False), ("max", False), ("deadline", False), ("expression", False)]
 KINDS += [("sum", False), ("weighted-sum", True), ("sum", True)]
@@ -196,15 +213,62 @@ def test_what_is_lost_already_is_spared_no_more() -> None:
     assert continue_cheaply(sparing(problem, [LATER], [frozenset()]), Past(), DETOUR).cost == 5
 
 
-def test_the_states_of_past_and_future_are_one_sequence() -> None:
-    edges = [("a", "go", "b", 1), ("b", "go", "c", 1)]
-    system = TransitionSystem.from_transitions(edges, start="a", labels={"c": ["there"]})
-    problem = Problem(system, [Task("t", "F there")], Order())
-    past = Past(("wait", "wait"), (1, 1), ("x", "y"), (frozenset(), frozenset()))
-    states = continued(problem, past, system).system.states
-    assert list(states) == ["x", "y", "a", "b", "c"]
-    assert (states[1], states[2], states[-1], states[-5]) == ("y", "a", "c", "x")
-    assert states[1:-1] == ["y", "a", "b"]
-    for beyond in (5, -6):
-        with pytest.raises(IndexError):
-            states[beyond]
+PUDDLE = TransitionSystem.from_transitions(
+    [("home", "go", "puddle", 1), ("puddle", "on", "shelter", 1)],
+    start="home",
+    labels={"puddle": ["wet"], "shelter": ["dry"]},
+)
+
+
+def test_rules_that_the_past_broke_stay_broken_though_no_task_is_left() -> None:
+    past, now = Past(("go",), (1,), ("home",), (frozenset(),)), replace(PUDDLE, start=1)
+    weights = {"t": 1, "r": 1}
+    priced = [Rule("r", "G !wet", skip=4)]
+    problem = Problem(PUDDLE, [Task("t", "F dry", skip=1)], WeightedSum(weights, over="violation"), rules=priced)
+    for go_on, found in ((continue_cheaply, (1, 5)), (continue_as_preferred, (2, 4))):
+        plan = go_on(problem, past, now)
+        assert (worth(plan), plan.violation_costs["r"]) == (found, 4)
+        assert [(bought.task, bought.step) for bought in plan.relaxations if bought.rule] == [("r", 1)]
+    assert [worth(plan) for plan in pareto_front(continued(problem, past, now))] == [(1, 5), (2, 4)]
+    hard = Problem(PUDDLE, [problem.tasks[0]], WeightedSum({"t": 1}, over="violation"), rules=[Rule("r", "G !wet")])
+    for go_on in (continue_cheaply, continue_as_preferred):
+        with pytest.raises(NoPlanError, match="every plan breaks the rule r"):
+            go_on(hard, past, now)
+
+
+def test_fronts_after_a_past_agree_with_exhaustive_search_under_rules() -> None:
+    found = broken = none = 0
+    for seed in range(100):
+        judged, problem, past, system = disturbed(seed, "weighted-sum", True)
+        rng = random.Random(f"past and rules {seed}")
+        prices = (2, 3, *[None] * rng.choice((0, 0, 0, 1)))
+        bad = [judge.random_formula(rng, "abc", rng.choice((1, 2))) for _ in prices]
+        texts = [f"!({judge.to_text(formula)})" for formula in bad]
+        names = [f"rule{k}" for k in range(len(prices))]
+        rules = [Rule(*pair, skip=price) for *pair, price in zip(names, texts, prices, strict=True)]
+        weights = {**problem.preference.weights, "rule0": 1, "rule1": 2}
+        known = problem.system.knowing(frozenset("abc"))
+        ruled = Problem(known, problem.tasks, WeightedSum(weights, over="violation"), rules=rules)
+        monitors = [JudgedRule(*each) for each in zip(names, bad, prices, strict=True)]
+        everything = [*problem.names, *names]
+        mu = reference({"kind": "weighted-sum", "over": "violation", "weights": weights}, everything)
+        theirs = front_with_rules(judged, monitors, mu, max_cost=float(past.cost) + 8)
+        ours = pareto_front(continued(ruled, past, system), max_cost=float(past.cost) + 8)
+        assert [worth(plan) for plan in ours] == [(float(cost), float(mu)) for cost, mu in theirs], seed
+        found += len(theirs) > 1
+        broken += any(bought.rule and bought.step <= len(past.actions) for plan in ours for bought in plan.relaxations)
+        none += not theirs
+    assert min(found, broken, none) > 3
+
+
+def test_a_large_model_is_not_listed_to_plan_on_in_it() -> None:
+    scenario = loads(cup_scenario())
+    large = replace(scenario, model=replace(scenario.model, listed_states=0))
+    problem, plan = large.problem(), Planner(large.problem()).cheapest()
+    past = Past(plan.actions[:2], (4, 1), plan.states[:2], tuple(state.label for state in plan.states[:2]))
+    ahead = continued(problem, past, large.model.transition_system(start=plan.states[2]))
+    assert isinstance(Reduction(ahead, generated=True).product, GeneratedProduct)
+    again = Planner(ahead).cheapest()
+    assert (again.actions, again.states) == (plan.actions, plan.states)
+    spent = sum(problem.system.along(plan.actions[:2])[1][0])
+    assert again.cost == plan.cost - spent + 5

@@ -87,6 +87,10 @@ class ManipulationSystem(GeneratedSystem):
         """See `TransitionSystem.shared_units`; here for all costs that an action may have, reachable or not."""
         return tuple(matrix.shared_unit for matrix in self.generator.costs)
 
+    def with_first_cost(self) -> ManipulationSystem:
+        """See `TransitionSystem.with_first_cost`."""
+        return self._changed(generator=replace(self.generator, costs=self.generator.costs[:1]))
+
     def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
         """See `TransitionSystem.knowing`."""
         return self._changed(propositions=propositions)

@@ -70,7 +70,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     graph = contract(whole)
     assert graph is not None
     marks = landmarks(whole, view(whole, graph), graph.start)
-    _, automata = whole.decode(whole.starts[0].code)
+    automata = whole.starts[0].automata
     bound = int(landmark_bound(marks, graph.start, np.array(automata))) >> whole.shift
     assert bound * whole.units.cost == Planner(problem).cheapest().cost == 24
 
