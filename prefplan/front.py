@@ -30,7 +30,7 @@ class Reason:
     Attributes:
         kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together), `rule` (no plan keeps
             these) or `bound`.
-        tasks: the tasks or rules to blame; empty for `bound`.
+        tasks: the tasks or rules to blame, without any of which the others could be satisfied; empty for `bound`.
         smallest: for `bound`, the least possible value of the bounded objective: of mu, within the cost bound if there
             are both, else of the cost; None if it is not known, or if no plan keeps the cost bound.
     """

@@ -1,10 +1,10 @@
-"""Why no plan satisfies all tasks: a smallest set of tasks, or of rules, that cannot be satisfied together."""
+"""Why no plan satisfies all tasks: some tasks, or rules, that cannot be satisfied together, though any fewer can."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
+from itertools import chain, combinations
 from typing import TypeVar
 
 import numpy as np
@@ -25,44 +25,56 @@ T = TypeVar("T")
 
 
 def infeasible(reduction: Reduction, limits: Limits) -> Reason | None:
-    """Return a smallest set of tasks or rules that cannot be satisfied together, or None if all of them can.
+    """Return an irreducible set of tasks or rules that cannot be satisfied together, or None if all of them can.
 
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    tasks, rules = reduction.problem.tasks, reduction.problem.rules
+    tasks = reduction.problem.tasks
+    rules = tuple(rule for rule in reduction.problem.rules if rule.skip is None)
     if _is_satisfiable(reduction, limits, tasks, rules):
         return None
     if rules and _is_satisfiable(reduction, limits, tasks, ()):
-        broken = next(few for few in _subsets(rules) if not _is_satisfiable(reduction, limits, tasks, few))
+        broken = _irreducible(rules, lambda few: _is_satisfiable(reduction, limits, tasks, few))
         return Reason("rule", tuple(rule.name for rule in broken))
-    blame = next(few for few in _subsets(tasks) if not _is_satisfiable(reduction, limits, few, ()))
+    blame = _irreducible(tasks, lambda few: _is_satisfiable(reduction, limits, few, ()))
     return Reason("task" if len(blame) == 1 else "conflict", tuple(task.name for task in blame))
 
 
-def _subsets(parts: Sequence[T]) -> Iterator[tuple[T, ...]]:
-    """Yield the non-empty subsets, smaller ones first."""
-    for size in range(1, len(parts) + 1):
-        yield from combinations(parts, size)
+def _irreducible(parts: tuple[T, ...], is_satisfiable: Callable[[tuple[T, ...]], bool]) -> tuple[T, ...]:
+    """Return some of the parts that cannot be satisfied together, though any fewer of them can.
+
+    If one or two such parts exist, they are found; else each part that may go without making the rest satisfiable goes
+    (deletion filter: J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint sets in linear
+    programs", ORSA Journal on Computing 1991).
+    """
+    for few in chain(combinations(parts, 1), combinations(parts, 2)):
+        if not is_satisfiable(few):
+            return few
+    kept = parts
+    for part in parts:
+        rest = tuple(other for other in kept if other is not part)
+        if not is_satisfiable(rest):
+            kept = rest
+    return kept
 
 
 def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
-    """Return whether a plan satisfies these tasks, relaxed at any price, and keeps the rules that may not be broken."""
+    """Return whether a plan satisfies these tasks, relaxed at any price, and keeps these rules."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
     free = tuple(
         replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
         for task in tasks
     )
-    kept = tuple(rule for rule in rules if rule.skip is None)
     if isinstance(reduction.product, GeneratedProduct):
         product = reduction.product_of(
-            Problem(reduction.problem.system, free, nothing, rules=kept, past=reduction.problem.past)
+            Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
         )
     else:
         # Costs do not matter here.
         system = reduction.quotient.system
         system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
-        product = Product(Problem(system, free, nothing, rules=kept, past=reduction.problem.past))
+        product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))
     search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
     left = replace(limits, complete_below=0)
     found = next(search.goals(left), None) is not None
