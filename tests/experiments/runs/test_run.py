@@ -44,7 +44,10 @@ def cup(run: Run, tmp_path: Path) -> Path:
         (["example"], "example.toml: model.kind: only a manipulation model can be carried out"),
         (["cup.toml", "--plan", "1"], "--plan 1: the front has one plan, 0"),
         (["case_study_3", "--plan", "2"], "--plan 2: the front has plans 0 to 1"),
-        (["cup.toml", "--plan", "best"], "'best' is neither cost nor preference nor a plan's number"),
+        (
+            ["cup.toml", "--plan", "best"],
+            "'best' is no plan: a number from 0, or one of cost, preference, cheapest, preferred",
+        ),
         (["cup.toml", "--robot", "pandda"], "--robot: unknown name 'pandda' (did you mean 'panda'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
         (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
