@@ -91,18 +91,31 @@ class Dynamics:
         found: np.ndarray = self._controls[min(row, len(self._controls) - 1)]
         return found
 
+    def centre(self, obj: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the (S, 3) positions, m, and velocities, m/s, of an object's centre of mass.
+
+        Those of a free body in MuJoCo are of its middle, which circles about a centre of mass beside it.
+        """
+        offset, (pose, rates) = self._model.body(obj).ipos, columns(self._model, obj)
+        position, quaternion = np.hsplit(self.qpos[:, pose], [3])
+        velocity, spin = np.hsplit(self.qvel[:, rates], [3])
+        turned = _turned(quaternion)
+        return position + turned.apply(offset), velocity + turned.apply(np.cross(spin, offset))
+
     def may_meet(self, obj: str, k: int) -> Iterator[str]:
         """Yield what an object in free fall from the k-th state comes near before the next; "" is furniture.
 
         The robot's joints are interpolated; other objects keep their velocities and fall, too.
         """
         model, span = self._model, float(self.times[k + 1] - self.times[k])
-        place, joints = columns(model, obj)[0].start, model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE]
+        pose, joints = columns(model, obj)[0], model.jnt_qposadr[model.jnt_type != mujoco.mjtJoint.mjJNT_FREE]
         before, after = self.qpos[k], self.qpos[k + 1]
+        centre, velocity = (rows[k] for rows in self.centre(obj))
         for share in np.linspace(0, 1, FLIGHT_SAMPLES):
             qpos, seconds = before.copy(), share * span
             mujoco.mj_integratePos(model, qpos, self.qvel[k], seconds)
-            qpos[place : place + 3] += model.opt.gravity * seconds**2 / 2
+            fallen = centre + velocity * seconds + model.opt.gravity * seconds**2 / 2
+            qpos[pose][:3] = fallen - _turned(qpos[pose][3:]).apply(model.body(obj).ipos)
             qpos[joints] = (1 - share) * before[joints] + share * after[joints]
             for one, other in self._near_pairs(qpos):
                 if one != other and obj in (one, other):
@@ -164,12 +177,9 @@ class Dynamics:
 
     def _energy(self, obj: str) -> np.ndarray:
         """Return the (S,) kinetic and potential energy of an object, J."""
-        body, (pose, rates) = self._model.body(obj), columns(self._model, obj)
-        position, quaternion = np.hsplit(self.qpos[:, pose], [3])
-        velocity, spin = np.hsplit(self.qvel[:, rates], [3])
-        turned = Rotation.from_quat(quaternion, scalar_first=True)
-        centre, velocity = position + turned.apply(body.ipos), velocity + turned.apply(np.cross(spin, body.ipos))
-        about_axes = Rotation.from_quat(body.iquat, scalar_first=True).apply(spin, inverse=True)
+        body, (centre, velocity) = self._model.body(obj), self.centre(obj)
+        spin = self.qvel[:, columns(self._model, obj)[1]][:, 3:]
+        about_axes = _turned(body.iquat).apply(spin, inverse=True)
         kinetic = (velocity**2 @ body.mass.repeat(3) + about_axes**2 @ body.inertia) / 2
         energy: np.ndarray = kinetic - centre @ self._model.opt.gravity * body.mass[0]
         return energy
@@ -224,6 +234,10 @@ class Dynamics:
             inertia = model.dof_armature * data.qacc
             needed[k] = (data.qfrc_inverse + inertia - data.qfrc_passive)[dofs] - pressed[k : k + 2].mean(axis=0)
         return needed
+
+
+def _turned(quaternion: np.ndarray) -> Rotation:
+    return Rotation.from_quat(quaternion, scalar_first=True)
 
 
 def _motor_forces(

@@ -111,8 +111,7 @@ def _float(dynamics: Dynamics, world: RecordedWorld) -> str | None:
     """Return which object does not fall freely while nothing touches it, in a sentence, or None."""
     span = np.diff(dynamics.times)
     for obj in dynamics.objects:
-        rates = columns(world.mujoco, obj)[1]
-        gained = np.diff(dynamics.qvel[:, rates][:, :3], axis=0) - span[:, None] * world.mujoco.opt.gravity
+        gained = np.diff(dynamics.centre(obj)[1], axis=0) - span[:, None] * world.mujoco.opt.gravity
         alone = ~dynamics.supported[obj]
         # An object may have bounced just before or after a state, so the states around must be free, too.
         free = alone[:-3] & alone[1:-2] & alone[2:-1] & alone[3:]
