@@ -23,6 +23,9 @@ T = TypeVar("T")
 CHECK_PERIOD_S = 0.05
 """Time between two checks of the limits while a kernel runs."""
 
+MEMORY_CHECK_PERIOD_S = 0.005
+"""Time between two checks of the memory in use, which take 0.01 ms each."""
+
 MEMORY_SHARE = 0.8
 """Share of the free memory that planning may use by default."""
 
@@ -64,6 +67,7 @@ class Limits:
     _began: float = field(default_factory=time.perf_counter)
     _in_use_before: int = field(default_factory=memory_in_use)
     _outer: Token[Limits | None] | None = None
+    _next_memory_check: float = 0
 
     def __post_init__(self) -> None:
         """Reduce the limits to what is left of the present ones."""
@@ -92,8 +96,11 @@ class Limits:
         """Raise LimitError if the time is up, or if `more_bytes` would exceed the memory limit."""
         if self.out_of_time:
             raise LimitError("time")
-        if self.bytes < math.inf and self.bytes_taken + more_bytes > self.bytes:
-            raise LimitError("memory")
+        now = time.perf_counter()
+        if self.bytes < math.inf and (more_bytes or now >= self._next_memory_check):
+            self._next_memory_check = now + MEMORY_CHECK_PERIOD_S
+            if self.bytes_taken + more_bytes > self.bytes:
+                raise LimitError("memory")
 
     def __enter__(self) -> Limits:
         """Make these the present limits."""

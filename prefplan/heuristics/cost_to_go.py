@@ -6,8 +6,8 @@ The growth of mu can be minimised in the same way: an edge of cost w adds rate(S
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -61,8 +61,7 @@ class Backward:
         """
         members = np.array(tasks, dtype=np.int64)
         if self.stages is not None and self.monotone:
-            check_limits()
-            fill_monotone(self.stages, self._least, members, table)
+            self._fill(table, partial(fill_monotone, self.stages, self._least, members, table))
             return
         enter_costs(self.cost_to_go(members, np.ones(2 ** len(tasks), dtype=np.int64)), table)
 
@@ -90,15 +89,20 @@ class Backward:
         table: np.ndarray = np.full(entries, INFINITE)
         if (stages := self.stages) is not None:
             near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
-            fill_in_order(stages._replace(near=near), tasks, factors, table)
+            self._fill(table, partial(fill_in_order, stages._replace(near=near), tasks, factors, table))
         else:
             edges = restricted(self.reverse, tasks)
             edges = edges._replace(costs=edges.costs >> shift)
-            if entries < WATCHED_ENTRIES:
-                dijkstra(edges, tasks, factors, table, np.zeros(1, dtype=np.bool_))
-            else:
-                run_within_limits(lambda stop: dijkstra(edges, tasks, factors, table, stop))
+            self._fill(table, partial(dijkstra, edges, tasks, factors, table))
         return table
+
+    def _fill(self, table: np.ndarray, fill: Callable[[np.ndarray], None]) -> None:
+        """Fill a table within the limits; `fill` takes the flag that stops it."""
+        check_limits()
+        if len(table) < WATCHED_ENTRIES:
+            fill(np.zeros(1, dtype=np.bool_))
+        else:
+            run_within_limits(fill)
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""

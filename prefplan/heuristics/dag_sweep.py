@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.limits import check_limits
 from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
@@ -61,22 +62,23 @@ def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """
     order = np.zeros(delta.shape[:2], dtype=np.int64)
     for i, size in enumerate(sizes.tolist()):
-        leads = np.zeros((size, size), dtype=bool)
-        np.put_along_axis(leads, delta[i, :size].astype(np.int64), True, axis=1)
-        np.fill_diagonal(leads, False)
-        known = np.zeros(size, dtype=bool)
-        for rank in range(size):
-            ready = ~known & ~leads[:, ~known].any(axis=1)
+        after, rank = delta[i, :size], 0
+        ordered, rest = np.zeros(size, dtype=bool), np.arange(size)
+        while rank < size:
+            check_limits()
+            ready = (ordered[after[rest]] | (after[rest] == rest[:, None])).all(axis=1)
             if not ready.any():
                 return np.zeros((0, 0), dtype=np.int64)
-            order[i, rank] = ready.argmax()
-            known[order[i, rank]] = True
+            layer, rest = rest[ready], rest[~ready]
+            order[i, rank : rank + len(layer)] = layer
+            ordered[layer] = True
+            rank += len(layer)
     return order
 
 
 @kernel
-def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
-    """Fill a table with least costs, weighted by the set of satisfied tasks.
+def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table: np.ndarray, stop: np.ndarray) -> None:
+    """Fill a table with least costs, weighted by the set of satisfied tasks; return early once `stop` is set.
 
     Costs of INFINITE and more are treated as in `dijkstra`.
 
@@ -85,6 +87,7 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
         tasks: (k,) int64, which tasks.
         factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
         table: (S * Q_1 * ... * Q_k,) int64, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
+        stop: (1,) bool.
     """
     nodes, k = stages.classes.shape[0], tasks.shape[0]
     matters = np.zeros(nodes, dtype=np.bool_)
@@ -98,6 +101,8 @@ def fill_in_order(stages: Stages, tasks: np.ndarray, factors: np.ndarray, table:
     there = np.empty(changing.shape[0], dtype=np.int64)
     costs = np.empty(nodes, dtype=np.int64)
     for _ in range(table.shape[0] // nodes):
+        if stop[0]:
+            return
         here, stride = 0, nodes
         satisfied = 0
         finished = True

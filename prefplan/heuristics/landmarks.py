@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.limits import check_limits
 from prefplan.product.contraction import all_pairs_costs
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
@@ -24,6 +25,9 @@ from prefplan.product.product_view import ProductView
 
 MOST_LANDMARKS = 62
 """Landmarks are bits of one machine word."""
+
+LARGEST_AUTOMATON = 100
+"""Most states of an automaton whose landmarks are looked for: larger ones have more than there are bits."""
 
 SCALE = 16
 """Multipliers are whole multiples of a unit of cost divided by this."""
@@ -110,12 +114,15 @@ def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndar
     numbers: dict[bytes, int] = {}
     sets: list[np.ndarray] = []
     remaining = np.zeros((tasks, most), dtype=np.int64)
-    for i in range(tasks):
+    for i, size in enumerate(product.sizes.tolist()):
+        if size > LARGEST_AUTOMATON:
+            continue
         leads = _leads(product, i) & met
-        ends = np.isin(np.arange(most), product.ends[i][product.ends[i] >= 0])
+        ends = np.isin(np.arange(size), product.ends[i][product.ends[i] >= 0])
         needed = {c.tobytes(): _without(leads, ends, c) for c in _candidates(product, i, leads) & met}
         dead = _without(leads, ends, np.zeros(labels, dtype=bool))
         for q in np.flatnonzero(~ends & ~dead):
+            check_limits()
             cuts = [np.frombuffer(c, dtype=bool) for c, cut in needed.items() if cut[q]]
             for cut in cuts:
                 if any((other <= cut).all() and (other < cut).any() for other in cuts):
@@ -130,11 +137,11 @@ def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndar
 
 def _leads(product: Product, i: int) -> np.ndarray:
     """Return (Q, Q, C) whether reading a label class may lead an automaton from one state to another."""
-    _, most, labels = product.delta.shape
-    leads = np.zeros((most, most, labels), dtype=bool)
-    q, c = np.ogrid[:most, :labels]
-    leads[q, product.delta[i], c] = True
-    for state, label in np.argwhere(np.diff(product.extra_first[i], axis=1)):
+    size, labels = int(product.sizes[i]), product.delta.shape[2]
+    leads = np.zeros((size, size, labels), dtype=bool)
+    q, c = np.ogrid[:size, :labels]
+    leads[q, product.delta[i, :size], c] = True
+    for state, label in np.argwhere(np.diff(product.extra_first[i, :size], axis=1)):
         bought = slice(product.extra_first[i, state, label], product.extra_first[i, state, label + 1])
         leads[state, product.extra_state[bought], label] = True
     return leads
@@ -152,6 +159,7 @@ def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
 
 def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.ndarray:
     """Return (Q,) whether no end can be reached from a state without reading one of some label classes."""
+    check_limits()
     steps = leads[:, :, ~avoided].any(axis=2)
     reached = ends
     while ((now := reached | (steps & reached).any(axis=1)) != reached).any():

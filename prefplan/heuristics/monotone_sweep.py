@@ -14,31 +14,39 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.heuristics.dag_sweep import Stages, relax, targets_of
+from prefplan.limits import check_limits
 from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE, kernel
 from prefplan.product.product_automaton import Product
+
+LARGEST_SIMULATED = 1_000
+"""Most states of an automaton of which all pairs are compared: 1 ms for each label and round."""
 
 
 def never_lose(product: Product) -> bool:
     """Return whether reading a label never leads an automaton to a state that is worse than the one before.
 
     A state is no worse than another if it is an end whenever the other is, and every label leads from it to a state no
-    worse than from the other (the greatest simulation).
+    worse than from the other (the greatest simulation). False also if an automaton is too large to try.
     """
     for i, size in enumerate(product.sizes.tolist()):
+        if size > LARGEST_SIMULATED:
+            return False
         after = product.delta[i, :size].astype(np.int64)
         ends = np.isin(np.arange(size), product.ends[i])
         no_worse, before = ends[:, None] >= ends[None, :], None
         while before is None or (no_worse < before).any():
-            before = no_worse
-            no_worse = before & before[after[:, None, :], after[None, :, :]].all(axis=2)
+            before = no_worse.copy()
+            for label in after.T:
+                check_limits()
+                no_worse &= before[label[:, None], label[None, :]]
         if not no_worse[after, np.arange(size)[:, None]].all():
             return False
     return True
 
 
 @kernel
-def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: np.ndarray) -> None:
-    """Fill a table with least costs until some tasks are satisfied or dropped.
+def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: np.ndarray, stop: np.ndarray) -> None:
+    """Fill a table with least costs until some tasks are satisfied or dropped; return early once `stop` is set.
 
     Args:
         stages: the product, for which `never_lose` holds.
@@ -46,6 +54,7 @@ def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: n
         tasks: (k,) int64, which tasks.
         table: (S * Q_1 * ... * Q_k,) int32, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); costs are cut
             off at UNREACHABLE - 1.
+        stop: (1,) bool.
     """
     nodes, k = stages.classes.shape[0], tasks.shape[0]
     matters = np.zeros(nodes, dtype=np.bool_)
@@ -64,6 +73,8 @@ def fill_monotone(stages: Stages, least: np.ndarray, tasks: np.ndarray, table: n
     costs = np.empty(nodes, dtype=np.int64)
     j = k - 1
     for _ in range(table.shape[0] // nodes):
+        if stop[0]:
+            return
         while j >= 0:
             q = stages.order[tasks[j], ranks[j]]
             here[j] = here[j + 1] + strides[j] * q

@@ -34,6 +34,9 @@ from prefplan.logic.normal_form import parse
 STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
 
+DIAGRAMS_CHECKED_EVERY = 16
+"""Number of diagrams that are searched for their leaves between two checks of the limits."""
+
 READINGS_TRIED = 2**14
 """Most pairs of a state and a label for which idempotence is decided."""
 
@@ -252,6 +255,8 @@ def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
     predecessors: list[list[int]] = [[] for _ in transitions]
     missing = []
     for state, diagram in enumerate(transitions):
+        if state % DIAGRAMS_CHECKED_EVERY == DIAGRAMS_CHECKED_EVERY - 1:
+            check_limits()
         after = leaves(diagram)
         missing.append(len(after))
         for end in after:

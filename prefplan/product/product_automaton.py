@@ -15,6 +15,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
+from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.problem import Problem
 from prefplan.product.moves import no_moves
@@ -125,6 +126,7 @@ class Product:
         for label in seen:
             column: tuple[tuple[Reading, ...], ...] = ()
             for i, dfa in enumerate(automata):
+                check_limits()
                 key = (i, label & relevant[i])
                 if key not in memo:
                     memo[key] = tuple(tuple(dfa.readings(q, key[1])) for q in range(dfa.size))
@@ -148,6 +150,7 @@ class Product:
         extra: list[Reading] = []
         for i, column in enumerate(readings):
             for q in range(most):
+                check_limits()
                 self.extra_first[i, q, 0] = len(extra)
                 for c in range(classes):
                     if q < len(column[c]):

@@ -72,12 +72,11 @@ def view(product: Product, graph: Graph) -> ProductView:
     delta, tasks = _joined(product.delta, product.rule_delta), len(product.sizes)
     active = np.zeros(delta.shape[:2], dtype=np.uint64)
     if graph.contracted:
-        for i, q in np.ndindex(*active.shape):
-            changes = delta[i, q] != q
-            if i < tasks and q < product.extra_first.shape[1]:
-                changes = changes | (np.diff(product.extra_first[i, q]) > 0)
-            for v in np.flatnonzero(changes[graph.classes]):
-                active[i, q] |= np.uint64(1) << np.uint64(v)
+        changes = delta != np.arange(delta.shape[1])[None, :, None]
+        changes[:tasks, : product.extra_first.shape[1]] |= np.diff(product.extra_first, axis=2) > 0
+        bits = np.uint64(1) << np.arange(graph.size, dtype=np.uint64)
+        for i, each in enumerate(changes):
+            active[i] = (each[:, graph.classes] * bits).sum(axis=1, dtype=np.uint64)
     near, through = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
     if graph.contracted:
         near, through = _intermediate(graph)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from operator import mul
+from operator import attrgetter, mul
 from typing import Any
 
 import numpy as np
@@ -230,7 +230,7 @@ class Search(ABC):
     def work(self) -> Stats:
         """The work so far."""
         c = self.counters
-        held = sum(array.nbytes for arrays in (self.states, self.labels, self.queue) for array in arrays)
+        held = sum(map(attrgetter("nbytes"), (*self.states, *self.labels, *self.queue)))
         return Stats(int(c[AT.ROWS]), int(c[AT.EXPANDED]), int(c[AT.LABELS]), held)
 
     def _grow(self, end: int, limits: Limits) -> bool:
@@ -239,7 +239,7 @@ class Search(ABC):
             self._too_large()
             raise OverflowError
         more = {END.MORE_ROWS: self.states, END.MORE_LABELS: (*self.labels, *self.queue)}[end]
-        if max(self.work.bytes, limits.bytes_taken) + 2 * sum(array.nbytes for array in more) > limits.bytes:
+        if max(self.work.bytes, limits.bytes_taken) + 2 * sum(map(attrgetter("nbytes"), more)) > limits.bytes:
             return False
         if end == END.MORE_ROWS:
             slots = np.full(2 * len(self.states.slots), NONE, np.int32)

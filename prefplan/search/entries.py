@@ -43,6 +43,7 @@ class Entries(NamedTuple):
         paid: (V,) int64, the task of each entry for a violation cost.
         cost_limit: (D,) int64, from this cost on a product with it might not fit 64 bits.
         order: (K,) int64, the entries in the order of comparison.
+        compared: (W,) int64, the entries of the truncated vectors, by which labels of a product state are compared.
     """
 
     edge_costs: np.ndarray
@@ -58,6 +59,7 @@ class Entries(NamedTuple):
     paid: np.ndarray
     cost_limit: np.ndarray
     order: np.ndarray
+    compared: np.ndarray
 
 
 class Paths(NamedTuple):
@@ -159,12 +161,15 @@ class EntryMap:
         entries += [0 if cost else start.finished[i] or 0 for cost, i in self.frozen]
         return entries + [start.violations[i] for i in self.paid]
 
-    def arrays(self, columns: Sequence[np.ndarray], order: Sequence[int], *, numbered: bool) -> Entries:
+    def arrays(
+        self, columns: Sequence[np.ndarray], order: Sequence[int], compared: Sequence[int], *, numbered: bool
+    ) -> Entries:
         """Return the entries as arrays for the kernel.
 
         Args:
             columns: each of the costs, in units, of edges or actions.
             order: of comparison.
+            compared: the entries by which labels of a product state are compared.
             numbered: whether successors come with the number of an edge or action in place of a cost.
         """
         sets, priced = 2 ** len(self.problem.tasks), len(self.problem.priced)
@@ -193,6 +198,7 @@ class EntryMap:
             paid=np.array(self.paid, np.int64),
             cost_limit=np.array([PRODUCT_LIMIT // most for most in largest], np.int64),
             order=np.array(order, np.int64),
+            compared=np.array(compared, np.int64),
         )
 
 

@@ -9,6 +9,10 @@ label is never less than those of the labels expanded before at the same product
 *truncated* vectors, need be compared, with a list for each state from which dominated vectors are removed. Goals have
 one more such list. Labels in the open list are not compared with one another.
 
+If one objective is wanted and all are sums along paths, then the first label expanded at a state has the
+lexicographically least continuation: no entry need be compared but those that have a bound, so that without bounds this
+is A* with ties broken by the other objectives.
+
 `entries` describes the entries of a label.
 """
 
@@ -36,7 +40,7 @@ VECTORS_AT_FIRST = 4
 
 
 class Vectors(NamedTuple):
-    """Truncated vectors: of_states: (X, K - 1) int64, contiguous for each product state, and of_goals: (G, K - 1)."""
+    """Truncated vectors: of_states: (X, W) int64, contiguous for each product state, and of_goals: (G, W)."""
 
     of_states: np.ndarray
     of_goals: np.ndarray
@@ -177,7 +181,7 @@ def _is_dominated(entries: Entries, vectors: np.ndarray, first: Integer, size: I
     for v in range(first, first + size):
         no_worse = True
         for t in range(width):
-            if vectors[v, t] > entry[entries.order[t + 1]]:
+            if vectors[v, t] > entry[entries.compared[t]]:
                 no_worse = False
                 break
         if no_worse:
@@ -197,7 +201,7 @@ def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer
     for v in range(first, first + size):
         better = False
         for t in range(width):
-            if vectors[v, t] < entry[entries.order[t + 1]]:
+            if vectors[v, t] < entry[entries.compared[t]]:
                 better = True
                 break
         if better:
@@ -206,7 +210,7 @@ def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer
                     vectors[kept, t] = vectors[v, t]
             kept += 1
     for t in range(width):
-        vectors[kept, t] = entry[entries.order[t + 1]]
+        vectors[kept, t] = entry[entries.compared[t]]
     return kept + 1 - first
 
 

@@ -75,7 +75,8 @@ class ObjectiveSearch(Search):
         self._first = first if first is None or self._objective_entries()[first] is not None else None
         self._numbered = not self.prepared.graph.contracted
         require_64_bits(product, view, columns)
-        self.entries = self.entry_map.arrays(columns, self._order(), numbered=self._numbered)
+        order = self._order()
+        self.entries = self.entry_map.arrays(columns, order, self._compared(order), numbered=self._numbered)
         self.by_cost = int(self.entries.order[0]) == 0
         self._front = list[tuple[Any, ...]]()
         if self._numbered:
@@ -119,6 +120,15 @@ class ObjectiveSearch(Search):
         ordered = chain(wanted, places.values(), range(self.entry_map.count))
         return list(dict.fromkeys(e for e in ordered if e is not None))
 
+    def _compared(self, order: list[int]) -> list[int]:
+        """Return the entries by which labels of a product state are compared; see `ltmoa_star`."""
+        measures = [o.measure for o in self.problem.objectives]
+        if self._first is None or not all(m.bi_objective and m.contract == "additive" for m in measures):
+            return order[1:]
+        places = self._objective_entries()
+        bounded = {places[name] for name in self._bounds}
+        return [entry for entry in order[1:] if entry in bounded]
+
     def _limits(self) -> np.ndarray:
         """Return (K,) inclusive limits of the entries; bounds on other objectives are checked when a goal is found."""
         limits = np.full(self.entry_map.count, UNBOUNDED)
@@ -144,7 +154,7 @@ class ObjectiveSearch(Search):
         self.counters[: len(AT)] = counters
         columns = BOUND + len(self.scratch.growth)
         self.states = States(np.empty((ROWS_AT_FIRST, columns), np.int64), self.states.slots)
-        width = self.entry_map.count - 1
+        width = len(self.entries.compared)
         self.vectors = Vectors(
             np.empty((VECTORS_MADE_AT_FIRST, width), np.int64), np.empty((VECTORS_MADE_AT_FIRST, width), np.int64)
         )

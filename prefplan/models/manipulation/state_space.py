@@ -80,6 +80,7 @@ class Generator:
             if kind not in (None, operator.kind):
                 continue
             for action, having, targets in operator.successors(layer):
+                check_limits()
                 before = layer.hand[having]
                 after = self.space.digit(targets, 0)
                 costs = [matrix.entries[k, before, after] for matrix in self.costs]

@@ -12,6 +12,7 @@ from prefplan import Options, Planner, UnfinishedError, pareto_front
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
 from prefplan.search import incumbent
+from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.driver import Search
 
 SLOW = Options(heuristic=0)
@@ -25,15 +26,16 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Search, "pops", 1)
 
 
-def stop_after(looks: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the time be up when the clock was looked at so often."""
-    seen: list[Limits] = []
+def stop_after(slices: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the time be up when searches have popped so many labels."""
+    run, ran = BiObjectiveSearch._run, list[int]()
 
-    def out_of_time(limits: Limits) -> bool:
-        seen.append(limits)
-        return len(seen) > looks
+    def counted(search: BiObjectiveSearch, pops: int) -> int:
+        ran.append(pops)
+        return run(search, pops)
 
-    monkeypatch.setattr(Limits, "out_of_time", property(out_of_time))
+    monkeypatch.setattr(BiObjectiveSearch, "_run", counted)
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda limits: len(ran) > slices))
 
 
 def problems() -> list[Any]:
@@ -57,9 +59,9 @@ def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
     for problem in problems():
         planned = from_dict(problem.scenario(), name="problem").problem()
         front = pareto_front(planned, max_cost=100)
-        for looks in (0, 3, 9, 20, 60) if front else ():
+        for slices in (0, 3, 9, 20, 60) if front else ():
             with pytest.MonkeyPatch.context() as patch:
-                stop_after(looks, patch)
+                stop_after(slices, patch)
                 try:
                     plan, within = Planner(planned, options=SLOW).cheapest(max_seconds=60), 0
                 except UnfinishedError as error:
@@ -78,9 +80,9 @@ def test_a_stopped_front_has_every_point_below_a_cost_or_some_plan() -> None:
     for problem in (*problems(), judge.random_errands(0, "max")):
         planned = from_dict(problem.scenario(), name="problem").problem()
         exact = [(plan.cost, plan.preference) for plan in pareto_front(planned, max_cost=100)]
-        for looks in (5, 10, 20, 40, 80) if exact else ():
+        for slices in (5, 10, 20, 40, 80) if exact else ():
             with pytest.MonkeyPatch.context() as patch:
-                stop_after(looks, patch)
+                stop_after(slices, patch)
                 front = pareto_front(planned, options=SLOW, max_cost=100)
             assert all(misjudged(problem, plan) is None for plan in front)
             points = [(plan.cost, plan.preference) for plan in front]

@@ -84,6 +84,16 @@ def grid() -> Problem:
     return Problem(with_costs(COST_NAMES, build), [Task("x", "F a"), Task("y", "F b")], [])
 
 
+def test_one_objective_is_found_by_expanding_no_state_twice(grid: Problem) -> None:
+    whole = [tuple(plan.objectives.values()) for plan in Planner(grid).front()]
+    for k, name in enumerate(grid.objective_names):
+        planner = Planner(grid)
+        best = tuple(planner.best(name).objectives.values())
+        assert best == min(whole, key=lambda point: (point[k], *point))
+        assert planner.stats.expanded <= planner.stats.states
+        assert [tuple(plan.objectives.values()) for plan in planner.front(over=[name])] == [best]
+
+
 def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(grid: Problem) -> None:
     whole = [tuple(plan.objectives.values()) for plan in Planner(grid).front()]
     assert len(whole) > 50 and whole == sorted(whole)
