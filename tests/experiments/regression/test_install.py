@@ -87,7 +87,7 @@ def _bring_compiled(packages: Path) -> None:
         for source in (ROOT / name).rglob("*"):
             copy = packages / source.relative_to(ROOT)
             if source.suffix in (".pyc", ".nbi", ".nbc", ".sha256"):
-                copy.parent.mkdir(exist_ok=True)
+                copy.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(source, copy)
             elif source.suffix == ".py":
                 shutil.copystat(source, copy)
