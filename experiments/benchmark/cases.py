@@ -40,6 +40,8 @@ DEVICES = {
     "no topological sweep": Options(sweep=False),
     "tables of pairs of tasks": Options(heuristic=2),
     "no preference bound": Options(preference_bound=False),
+    "no Lagrangian bound": Options(lagrangian=False),
+    "no landmarks": Options(landmarks=False),
 }
 """The planner without one of its components."""
 
