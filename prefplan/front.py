@@ -43,7 +43,7 @@ class Reason:
         """Return the reason as a sentence."""
         names = ", ".join(self.tasks)
         if self.kind == "task":
-            return f"task {names} can never be satisfied"
+            return f"{'task' if len(self.tasks) == 1 else 'tasks'} {listed(self.tasks)} can never be satisfied"
         if self.kind == "conflict":
             return f"tasks {names} cannot be satisfied together, though any fewer of them can"
         if self.kind == "rule":

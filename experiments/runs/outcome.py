@@ -167,6 +167,8 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
         console.print(f"  video: {outcome.video}")
+    if outcome.log:
+        console.print(f"  log: {outcome.log}", markup=False)
     if outcome.certificate:
         console.print(f"  {in_a_line(outcome.certificate)}")
 

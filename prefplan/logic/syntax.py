@@ -256,7 +256,8 @@ class _Parser:
         if operators and (rest or self.begins_formula()):
             return self.prefixed([(sign, token.start + k, *_bounds(sign)) for k, sign in enumerate(operators)])
         if known is not None and name not in known:
-            raise self.error(f"unknown proposition {name!r} {choices(name, known)}", token.start)
+            hint = choices(name, known) if known else "(there are none; `labels` says which hold in a state)"
+            raise self.error(f"unknown proposition {name!r} {hint}", token.start)
         return Part("name", (), token.start, token.end, name=name)
 
 

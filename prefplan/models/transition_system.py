@@ -327,8 +327,8 @@ class TransitionSystem:
         """Build a system from a networkx graph.
 
         Args:
-            graph: a DiGraph or MultiDiGraph. Nodes may carry `labels` (an iterable of propositions); edges carry
-                `cost` (1 unless given) and `action` (the target's name unless given).
+            graph: any networkx graph; undirected edges lead both ways. Nodes may carry `labels` (an iterable of
+                propositions); edges carry `cost` (1 unless given) and `action` (the target's name unless given).
             start: the initial node.
             propositions: further names that formulas may use, although no node has them.
             resolution: as in `from_transitions`.
@@ -337,10 +337,11 @@ class TransitionSystem:
             ModelError: if the start is not a node, an edge has a `weight` in place of a cost, or as in
                 `from_transitions`.
         """
-        if not graph.is_directed():
-            raise ModelError("the graph is undirected; `to_directed` turns each of its edges into two")
         if start not in graph:
-            raise ModelError(f"start {start!r} is not a node of the graph {choices(str(start), map(str, graph))}")
+            near = f" {choices(start, map(str, graph))}" if isinstance(start, str) else ""
+            raise ModelError(f"start {start!r} is not a node of the graph{near}")
+        if not graph.is_directed():
+            graph = graph.to_directed()
         for source, target, data in graph.edges(data=True):
             if "weight" in data and "cost" not in data:
                 raise ModelError(f"edge {source!r} to {target!r}: has a 'weight' but no 'cost'; name it 'cost'")
@@ -385,5 +386,5 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Collection[Hashable]) -
         if state not in states:
             raise ModelError(f"label on unknown state {state!r} {choices(str(state), map(str, states))}")
         if isinstance(names, str):
-            raise ModelError(f"label on state {state!r}: must be several propositions, not the string {names!r}")
+            raise ModelError(f"label on state {state!r}: must be a list such as [{names!r}], not the string {names!r}")
     return {state: frozenset(names) for state, names in labels.items()}

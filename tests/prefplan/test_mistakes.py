@@ -91,10 +91,6 @@ MISTAKES = [
         "start: only for a networkx graph; a model or transition system has its own",
     ),
     (
-        'Problem(graph.to_undirected(), TASKS, Order(), start="dock")',
-        "the graph is undirected; `to_directed` turns each of its edges into two",
-    ),
-    (
         'Problem("tidy", TASKS, Order())',
         "system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not 'tidy' (str)",
     ),
@@ -120,7 +116,7 @@ MISTAKES = [
     ),
     (
         'problem(graph=with_labels("dock"))',
-        "label on state 'dock': must be several propositions, not the string 'dock'",
+        "label on state 'dock': must be a list such as ['dock'], not the string 'dock'",
     ),
     (
         'problem(tasks="F shelf")',

@@ -75,7 +75,7 @@ def test_an_action_that_does_not_exist_there_is_an_error(farm: TransitionSystem)
         ([("a", "go", "b", 1)], {"labels": {"b": ["p q"]}}, "propositions: 'p q' is not a name"),
         ([("a", "go", "b", 1)], {"labels": {"b": ["U"]}}, "propositions: 'U' is a reserved word"),
         ([("a", "go", "b", 1)], {"propositions": ["true"]}, "propositions: 'true' is a reserved word"),
-        ([("a", "go", "b", 1)], {"labels": {"b": "plant"}}, "must be several propositions"),
+        ([("a", "go", "b", 1)], {"labels": {"b": "plant"}}, "must be a list such as ['plant'], not"),
         ([("a", "go", "b", float("inf"))], {}, "must be a finite number"),
         ([("a", "go", "b", Decimal("nan"))], {}, "must be a finite number"),
         ([("a", "go", "b", "3")], {}, "must be a number"),
@@ -108,7 +108,6 @@ def test_a_networkx_graph_becomes_a_system() -> None:
     [
         (nx.DiGraph([("z", "b")]), "start 'a' is not a node of the graph"),
         (nx.MultiDiGraph([("a", "b"), ("a", "b")]), "action 'b' leaves state 'a' twice"),
-        (nx.Graph([("a", "b")]), "the graph is undirected"),
     ],
 )
 def test_a_networkx_graph_that_is_no_system_is_refused(graph: nx.Graph, message: str) -> None:
@@ -155,3 +154,10 @@ def test_actions_may_be_taken_away_where_propositions_hold() -> None:
     assert [nowhere.action_names[action] for action in nowhere.actions] == ["go", "go"]
     assert (less.step(0, "go"), less.step(1, "stay")) == ((1, 1), (1, 4))
     assert system.without(set()) is system
+
+
+def test_an_undirected_edge_of_a_graph_leads_both_ways() -> None:
+    graph = nx.Graph()
+    graph.add_edge("a", "b", cost=3)
+    system = TransitionSystem.from_networkx(graph, start="a")
+    assert [system.step(0, "b"), system.step(1, "a")] == [(1, 3), (0, 3)]
