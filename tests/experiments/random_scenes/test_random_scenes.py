@@ -120,7 +120,7 @@ def test_a_scene_without_a_plan_fails(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_layout_that_is_not_judged_has_all_slots() -> None:
     model = loads(TWO_BEAMS.format(x=0.46), name="beams").model
     assert isinstance(model, ManipulationModel)
-    with pytest.raises(SimulationError, match="so close that they would touch"):
+    with pytest.raises(SimulationError, match="too close: they would touch"):
         build_scene(model)
     assert set(build_scene(model, judged=False).slots) == {"near", "beside", "away"}
 
