@@ -5,7 +5,7 @@ priority. So contacts of objects with pads and with one another are declared as 
 the surfaces that objects lie on have zero friction, so that the object's decides.
 
 MuJoCo's contacts are the softer, the lighter the lighter partner is, whatever presses on it. So contacts of objects are
-made as stiff as those of the heaviest object in the scene.
+made stiff enough to carry the heaviest object in the scene.
 """
 
 from __future__ import annotations
@@ -31,6 +31,12 @@ rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; a
 object of 3 kg slips so far down in the hand that it touches down too early."""
 
 
+CARRIED_SHARE = 5.0
+"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 0.3 mm. Only
+lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (at 46 times the usual
+stiffness, joint 2 exceeded its torque rate by 39 %)."""
+
+
 def declare_contacts(
     spec: mujoco.MjSpec,
     masses: Mapping[str, float],
@@ -54,7 +60,7 @@ def declare_contacts(
     solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in masses}
     for name, parts in solids.items():
         for geom in parts:
-            _stiffen(geom, share=masses[name] / max(masses.values()))
+            _stiffen(geom, share=min(1.0, CARRIED_SHARE * masses[name] / max(masses.values())))
         for geom, pad in product(parts, pads):
             _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if name in heavy else None)
     for parts, others in combinations(solids.values(), 2):
@@ -92,7 +98,7 @@ def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
 
 
 def _stiffen(geom: mujoco.MjsGeom, *, share: float) -> None:
-    """Make the contacts of an object as stiff as those of the heaviest one, given its mass as a share of that one's.
+    """Make the contacts of an object as stiff as those of an object of 1 / `share` times its mass.
 
     Static penetration is proportional to (1 - d) / d and to the load over the lighter mass, d being the impedance. In a
     contact with a surface, `solmix` is the weight of the object's impedance against the surface's.

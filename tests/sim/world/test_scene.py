@@ -13,6 +13,7 @@ from sim.robots.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.objects import start_slots
 from sim.world.places import FLOOR, TableLayout
+from sim.world.contacts import CARRIED_SHARE
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 
@@ -253,3 +254,17 @@ def test_a_light_object_carries_a_heavy_one(load: float, carrier: float) -> None
     settle(scene, data, 1.0)
     assert abs(data.joint("heavy").qpos[2] - before) < 0.001
     assert data.contact.dist.min() > -0.0005
+
+
+def test_only_what_is_too_light_for_the_heaviest_object_has_stiffer_contacts() -> None:
+    masses = {"usual": 0.6, "light": 0.06, "heavy": 2.8}
+    places = [Location(name, at=(0.5, y)) for name, y in zip(masses, (-0.2, 0.0, 0.2), strict=True)]
+    objects = [Object(name, name, kind="cube", mass=mass) for name, mass in masses.items()]
+    model = build_scene(ManipulationModel("home", COSTS, tuple(places), tuple(objects))).mujoco
+
+    def stiffness(name: str) -> float:
+        impedance = model.geom_solimp[model.body_geomadr[model.body(name).id], 0]
+        return float(impedance / (1 - impedance))
+
+    assert stiffness("usual") == stiffness("heavy")
+    assert stiffness("light") / stiffness("heavy") == pytest.approx(2.8 / 0.06 / CARRIED_SHARE)
