@@ -31,8 +31,8 @@ rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; a
 object of 3 kg slips so far down in the hand that it touches down too early."""
 
 
-CARRIED_SHARE = 5.0
-"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 0.3 mm. Only
+CARRIED_SHARE = 4.0
+"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 0.5 mm. Only
 lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (at 46 times the usual
 stiffness, joint 2 exceeded its torque rate by 39 %)."""
 

@@ -10,10 +10,10 @@ import pytest
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.robots.panda import PANDA
+from sim.world.contacts import CARRIED_SHARE
 from sim.world.layout import arrange
 from sim.world.objects import start_slots
 from sim.world.places import FLOOR, TableLayout
-from sim.world.contacts import CARRIED_SHARE
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 
