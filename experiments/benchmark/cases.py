@@ -26,13 +26,36 @@ from experiments.benchmark.road_network import road_network
 from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
 from experiments.scenarios import find
-from prefplan import Options, Problem
+from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum
 
 NAMES = ("problem", "method")
 """Entries with which the rows of a table begin."""
 
 ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
 """Numbers of tasks of the problems in `ablation`."""
+
+Preferred = Callable[[Sequence[str]], Preference | Sequence[NamedPreference]]
+"""Returns what is preferred, given the names of the tasks."""
+
+
+def _weights(tasks: Sequence[str]) -> WeightedSum:
+    return WeightedSum({task: 1 + i % 3 for i, task in enumerate(tasks)})
+
+
+def _order_and_weights(tasks: Sequence[str]) -> list[NamedPreference]:
+    return [NamedPreference("order", Order()), NamedPreference("sum", _weights(tasks))]
+
+
+def _spread(tasks: Sequence[str]) -> Expression:
+    return Expression("max({0}, {1}) - min({0}, {1}) + {2}".format(*tasks))
+
+
+PREFERRED: dict[str, tuple[int, Preferred]] = {
+    "weighted sum": (8, _weights),
+    "order and weighted sum": (6, _order_and_weights),
+    "spread": (7, _spread),
+}
+"""Numbers of tasks and preferences, other than an order alone, of further fronts in `ablation`."""
 
 DEVICES = {
     "whole planner": Options(),
@@ -79,10 +102,20 @@ def stopped(folder: Path, seeds: range) -> Iterator[Run]:
 def ablation(folder: Path, seeds: range) -> Iterator[Run]:
     """Yield searches without one component of the planner."""
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
+    problems |= {(FRONT, f"{n} tasks, {name}"): _preferring(made, n, seeds) for name, (n, made) in PREFERRED.items()}
     problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
         searches = {device: partial(search, kind, options=options) for device, options in DEVICES.items()}
         yield from _runs(f"{kind}, {name}", instances, searches)
+
+
+def _preferring(preference: Preferred, tasks: int, seeds: range) -> list[Callable[[], Problem]]:
+    return [partial(_with_preference, preference, tasks, seed) for seed in seeds]
+
+
+def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
+    problem = instance(RANDOM, tasks, seed)
+    return Problem(problem.system, problem.tasks, preference([task.name for task in problem.tasks]))
 
 
 def _shipped(name: str) -> Problem:
