@@ -252,8 +252,8 @@ def test_a_light_object_carries_a_heavy_one(load: float, carrier: float) -> None
     data = initial_state(scene)
     before = data.joint("heavy").qpos[2]
     settle(scene, data, 1.0)
-    assert abs(data.joint("heavy").qpos[2] - before) < 0.001
-    assert data.contact.dist.min() > -0.0005
+    assert abs(data.joint("heavy").qpos[2] - before) < 0.002
+    assert data.contact.dist.min() > -0.001
 
 
 def test_only_what_is_too_light_for_the_heaviest_object_has_stiffer_contacts() -> None:
