@@ -13,7 +13,7 @@ from typing import Any
 
 from prefplan.limits import check_limits
 
-CHECKED_EVERY = 64
+CHECKED_EVERY = 256
 """Number of steps between two checks of the limits."""
 
 

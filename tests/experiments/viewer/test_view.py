@@ -100,10 +100,11 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
         until(lambda: clicked(label))
 
     def clicked(label: str) -> bool:
-        (button,) = (b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label)
-        browser.execute_script("arguments[0].scrollIntoView()", button)
-        button.click()
-        return True
+        buttons = [b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label]
+        for button in buttons:
+            browser.execute_script("arguments[0].scrollIntoView()", button)
+            button.click()
+        return len(buttons) == 1
 
     def choose(label: str, value: str) -> None:
         for place in (f"//label[.='{label}']/following::input[1]", f"//*[@role='option'][.='{value}']"):

@@ -73,7 +73,7 @@ def test_a_base_that_stands_too_high_is_told() -> None:
 @pytest.mark.parametrize(
     ("robot", "message"),
     [
-        ({"at": [0, 0, 0, 1]}, "robot.at: must be [x, y] or [x, y, height], not [0.0, 0.0, 0.0, 1.0]"),
+        ({"at": [0, 0, 0, 1]}, "robot.at: must be [x, y] or [x, y, height] in metres, not [0.0, 0.0, 0.0, 1.0]"),
         ({"at": [0, 0, -0.2]}, "robot.at: the base is 0.2 m below the table top; at least 0"),
         ({"yaw": "left"}, "robot.yaw: must be a number, not 'left'"),
         ({"yaw": 10, "add": 1}, "robot.add: unknown key"),
