@@ -15,7 +15,7 @@ from experiments.runs.outcome import Outcome
 from prefplan import Scenario, pareto_front
 from sim.rendering.clips import compose
 from sim.rendering.overlay import caption_at
-from sim.rendering.quality import FINAL
+from sim.rendering.quality import DRAFT, FINAL
 from sim.rendering.video import render_frame, render_video
 from sim.simulation.rollout import FRAME_RATE_HZ
 from sim.world.scene import Scene
@@ -51,7 +51,7 @@ def main() -> None:
             texts = captions(outcome, scenario.model)
             taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")
-            videos.append(render_video(scene, outcome.rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=FINAL))
+            videos.append(render_video(scene, outcome.rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=DRAFT))
             headings.append(f"{name}: cost {plan.cost}")
         compose(videos, OUT / "trade_off.webp", headings=headings, height=VIDEO_SIZE[1], fps=FPS * SPEED, speed=SPEED)
 
