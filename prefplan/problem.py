@@ -177,7 +177,7 @@ class Problem:
         return found
 
     @cached_property
-    def may_hurry(self) -> bool:
+    def stutter_invariant(self) -> bool:
         """Whether leaving out an action that changes no proposition of the tasks never makes a plan worse.
 
         That is so if all automata are idempotent, no task can be relaxed, and no preference has a general contract.

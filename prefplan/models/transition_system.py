@@ -128,12 +128,12 @@ class TransitionSystem:
         """For each cost, the largest unit of which all its values are multiples, in the user's units."""
         return tuple(edges.unit * (int(np.gcd.reduce(edges.costs, initial=0)) or 1) for edges in self.edge_costs)
 
-    def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
+    def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
         """Return a system to search in place of this one if only some propositions matter; here this one.
 
         Args:
             names: the propositions that matter.
-            may_hurry: whether actions that change none of them may be left out, which never makes a plan worse.
+            stutter_invariant: whether actions that change none of them may be left out, which never makes a plan worse.
         """
         return Quotient(self, lambda trajectory: trajectory)
 

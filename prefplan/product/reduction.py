@@ -34,7 +34,9 @@ class Reduction:
     @cached_property
     def quotient(self) -> Quotient:
         """The smaller system, listed."""
-        return self.problem.system.quotient(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+        return self.problem.system.quotient(
+            self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant
+        )
 
     @cached_property
     def _model(self) -> ReducedModel | None:
@@ -42,7 +44,7 @@ class Reduction:
         system = self.problem.system
         if not isinstance(system, ManipulationSystem) or not self._generated:
             return None
-        return system.reduced(self.problem.task_propositions, may_hurry=self.problem.may_hurry)
+        return system.reduced(self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant)
 
     @cached_property
     def product(self) -> Product:

@@ -70,7 +70,13 @@ class ReducedModel:
     """
 
     def __init__(
-        self, whole: Generator, start: ManipulationState, barred: Barred, names: Collection[str], *, may_hurry: bool
+        self,
+        whole: Generator,
+        start: ManipulationState,
+        barred: Barred,
+        names: Collection[str],
+        *,
+        stutter_invariant: bool,
     ) -> None:
         """Make a model smaller.
 
@@ -79,7 +85,7 @@ class ReducedModel:
             start: its initial state.
             barred: actions that do not exist where some propositions hold.
             names: the propositions that are seen.
-            may_hurry: as in `TransitionSystem.quotient`.
+            stutter_invariant: as in `TransitionSystem.quotient`.
         """
         self._whole, self._whole_start, self.barred = whole, start, barred
         model = whole.space.model
@@ -87,7 +93,7 @@ class ReducedModel:
         actions = [read_action(text, whole.operators) for _, text in barred]
         told = frozenset(name for action in actions for name in (action.obj, action.location))
         view = View(model, self.seen, told, places_alike=not isinstance(model.costs, MeasuredCosts))
-        if may_hurry and not barred and _loads_cost(model.costs):
+        if stutter_invariant and not barred and _loads_cost(model.costs):
             view, start = view.relevant(start)
         self.view, self.start = view, start
         space = StateCodes(view.model, start)

@@ -130,16 +130,16 @@ class ManipulationSystem(GeneratedSystem):
             self._codes.append(code)
         return self._codes.index(code)
 
-    def reduced(self, names: Collection[str], *, may_hurry: bool) -> ReducedModel | None:
+    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ReducedModel | None:
         """Return a smaller model to search instead; None for a small model, or one with further operators."""
         if not self.is_large or self.generator.operators != STANDARD_OPERATORS:
             return None
-        return ReducedModel(self.generator, self.first, self.barred, names, may_hurry=may_hurry)
+        return ReducedModel(self.generator, self.first, self.barred, names, stutter_invariant=stutter_invariant)
 
-    def quotient(self, names: Collection[str], *, may_hurry: bool) -> Quotient:
+    def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
         """See `TransitionSystem.quotient`; for a small model, the system with all states listed."""
-        smaller = self.reduced(names, may_hurry=may_hurry)
+        smaller = self.reduced(names, stutter_invariant=stutter_invariant)
         if smaller is None:
-            return self.listed.quotient(names, may_hurry=may_hurry)
+            return self.listed.quotient(names, stutter_invariant=stutter_invariant)
         quotient = smaller.quotient()
         return replace(quotient, system=quotient.system.knowing(self.propositions))
