@@ -140,7 +140,7 @@ def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -
     )
 
 
-def spoiled(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:
+def tasks_lost_by(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:
     """Return the names of the tasks that a plan, which begins with the past, makes unsatisfiable."""
     labels, _ = past.along(system, plan.actions)
     before = damaged(problem, labels[: len(past.labels) + 1])

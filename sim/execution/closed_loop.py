@@ -14,7 +14,7 @@ from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan
 from prefplan.problem import Problem, Task
-from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, spoiled, valued, violated
+from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, tasks_lost_by, valued, violated
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.execution.run_ledger import ledger_of
@@ -266,7 +266,7 @@ class ClosedLoop:
         if found is None:
             raise _GivenUp(why)
         possible, plan = found
-        lost = spoiled(self._problem, past, plan, system)
+        lost = tasks_lost_by(self._problem, past, plan, system)
         spoils = [task.name for task in self._left_out(possible) if task.name in lost]
         kept = achievable(goal, past, system, spared=self._left_out(goal)) if spoils else found
         if kept is None or len(kept[1].actions) <= len(past.actions):

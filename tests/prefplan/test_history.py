@@ -36,7 +36,7 @@ from prefplan.replanning import (
     continued,
     damaged,
     sparing,
-    spoiled,
+    tasks_lost_by,
     valued,
     violated,
 )
@@ -203,7 +203,7 @@ def test_what_can_still_be_done_leaves_other_tasks_possible(
     assert (found and ([*found[0].names], found[1].cost)) == (left and (left, cost))
     at_any_price = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR)
     assert at_any_price is not None and at_any_price[0].names == tuple(formulas)
-    assert spoiled(Problem(DETOUR, tasks, Order()), Past(), at_any_price[1], DETOUR) == ("later",)
+    assert tasks_lost_by(Problem(DETOUR, tasks, Order()), Past(), at_any_price[1], DETOUR) == ("later",)
 
 
 def test_what_is_lost_already_is_spared_no_more() -> None:
