@@ -85,13 +85,13 @@ def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozens
     return Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *kept))
 
 
-def sparing(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
+def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
     """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable."""
     return with_rules(problem, [Possible(task.name, task.formula) for task in others], labels)
 
 
 def achievable(
-    problem: Problem, past: Past, system: TransitionSystem, *, spared: Collection[Task] | None = None
+    problem: Problem, past: Past, system: TransitionSystem, *, others: Collection[Task] | None = None
 ) -> tuple[Problem, Plan] | None:
     """Return a problem with tasks that can still be satisfied together, and a cheapest plan for them; None for none.
 
@@ -102,13 +102,13 @@ def achievable(
         problem: the problem with all tasks.
         past: the past, with which every plan begins.
         system: the system ahead; its start is the present.
-        spared: other tasks that the plan must keep satisfiable, like the tasks left out; None to keep none so.
+        others: other tasks that the plan must keep satisfiable, like the tasks left out; None to keep none so.
     """
     labels, tasks = [*past.labels, system.label(system.start)], problem.tasks
     while tasks:
         fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
         left_out = [task for task in problem.tasks if task not in tasks]
-        kept = fewer if spared is None else sparing(fewer, [*spared, *left_out], labels)
+        kept = fewer if others is None else keeping_satisfiable(fewer, [*others, *left_out], labels)
         try:
             return fewer, continue_cheaply(kept, past, system)
         except NoPlanError as error:

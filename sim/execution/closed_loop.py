@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import cast
 
+from prefplan import replanning
 from prefplan.errors import ModelError, PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
@@ -14,7 +15,6 @@ from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan
 from prefplan.problem import Problem, Task
-from prefplan.replanning import Past, achievable, continue_cheaply, damaged, sparing, tasks_lost_by, valued, violated
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.execution.run_ledger import ledger_of
@@ -24,7 +24,7 @@ from sim.perception.world_model import spots_in
 MAX_REPLANS = 10
 """Greatest number of new plans in one execution."""
 
-GoOn = Callable[[Problem, Past, TransitionSystem], Plan]
+GoOn = Callable[[Problem, replanning.Past, TransitionSystem], Plan]
 """Returns a new plan, which begins with the past; raises NoPlanError if there is none."""
 
 
@@ -87,7 +87,7 @@ class ClosedLoop:
     @property
     def pursuit(self) -> Pursuit:
         """The result so far."""
-        return Pursuit(self.plan, self._replans, self._retries, violated(self._problem, self._labels))
+        return Pursuit(self.plan, self._replans, self._retries, replanning.violated(self._problem, self._labels))
 
     @property
     def _labels(self) -> list[frozenset[str]]:
@@ -169,7 +169,7 @@ class ClosedLoop:
         self._replans += 1
         detail: dict[str, object] = {"reason": surprise, "plan": list(actions)}
         detail |= {"cost": self.plan.cost, "preference": self.plan.preference}
-        if broken := damaged(self._problem, self._labels):
+        if broken := replanning.damaged(self._problem, self._labels):
             detail["violated"] = list(broken)
         if spots := spots_in(actions, run.scene, state):
             detail["spots"] = spots
@@ -187,7 +187,8 @@ class ClosedLoop:
             _GivenUp: no task can be done any more.
         """
         past, labels = self._past(), self._labels
-        problem = self._failures.with_detours(sparing(self._goal, self._left_out(self._goal), labels), labels)
+        kept = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
+        problem = self._failures.with_detours(kept, labels)
         try:
             plan = self._go_on(problem, past, system)
         except NoPlanError as error:
@@ -196,16 +197,16 @@ class ClosedLoop:
             surprise = self._why_no_plan(surprise, error)
             self._leave_tasks_out(surprise, past, system)
             return surprise, system
-        self.plan = self._worth(plan, past, system)
+        self.plan = self._valued(plan, past, system)
         return surprise, system
 
     def _left_out(self, goal: Problem) -> list[Task]:
         """Return the tasks that a smaller problem leaves out."""
         return [task for task in self._problem.tasks if task.name not in goal.names]
 
-    def _worth(self, plan: Plan, past: Past, system: TransitionSystem) -> Plan:
+    def _valued(self, plan: Plan, past: replanning.Past, system: TransitionSystem) -> Plan:
         """Return a plan with its costs and penalty for all tasks, including those left out."""
-        return plan if self._goal is self._problem else valued(self._problem, past, plan, system)
+        return plan if self._goal is self._problem else replanning.valued(self._problem, past, plan, system)
 
     def _is_unaffected(self, system: TransitionSystem) -> bool:
         """Return whether the rest of the plan has the same labels and costs in a new model as it was predicted to."""
@@ -229,11 +230,11 @@ class ClosedLoop:
             trace.append((label, cost))
         return [*trace, (system.label(state) & self._problem.task_propositions, 0)]
 
-    def _past(self) -> Past:
+    def _past(self) -> replanning.Past:
         """Return the executed actions, and the observed state before each of them."""
         steps = self.run.steps
         before = self._states[: len(steps)]
-        return Past(
+        return replanning.Past(
             tuple(step.action for step in steps),
             tuple(step.cost for step in steps),
             tuple(before),
@@ -243,7 +244,7 @@ class ClosedLoop:
     def _why_no_plan(self, surprise: str, error: NoPlanError) -> str:
         """Return in a sentence why there is no longer a plan for all tasks."""
         why, spared = [surprise], {task.name for task in self._left_out(self._goal)}
-        if broken := violated(self._goal, self._labels):
+        if broken := replanning.violated(self._goal, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
         elif error.reason.kind == "rule" and spared.issuperset(error.reason.tasks):
             why.append(f"what is left to do would make {' and '.join(error.reason.tasks)} impossible")
@@ -255,24 +256,24 @@ class ClosedLoop:
             why.append(str(error.reason))
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
 
-    def _leave_tasks_out(self, why: str, past: Past, system: TransitionSystem) -> None:
+    def _leave_tasks_out(self, why: str, past: replanning.Past, system: TransitionSystem) -> None:
         """Continue with those tasks alone that can be done without making one of the others impossible for good.
 
         Raises:
             _GivenUp: there are none, or they need no further action.
         """
         goal = self._goal
-        found = achievable(goal, past, system)
+        found = replanning.achievable(goal, past, system)
         if found is None:
             raise _GivenUp(why)
         possible, plan = found
-        lost = tasks_lost_by(self._problem, past, plan, system)
+        lost = replanning.tasks_lost_by(self._problem, past, plan, system)
         spoils = [task.name for task in self._left_out(possible) if task.name in lost]
-        kept = achievable(goal, past, system, spared=self._left_out(goal)) if spoils else found
+        kept = replanning.achievable(goal, past, system, others=self._left_out(goal)) if spoils else found
         if kept is None or len(kept[1].actions) <= len(past.actions):
             raise _GivenUp("; ".join([why, *self._what_could_be(possible, plan, spoils)]))
-        self._goal, self._go_on = kept[0], continue_cheaply
-        self.plan = self._worth(kept[1], past, system)
+        self._goal, self._go_on = kept[0], replanning.continue_cheaply
+        self.plan = self._valued(kept[1], past, system)
         left_out = [name for name in goal.names if name not in possible.names]
         words = [f"{' and '.join(left_out)} left out"] if left_out else []
         if harmful := [name for name in possible.names if name not in self._goal.names]:

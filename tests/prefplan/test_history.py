@@ -35,7 +35,7 @@ from prefplan.replanning import (
     continue_cheaply,
     continued,
     damaged,
-    sparing,
+    keeping_satisfiable,
     tasks_lost_by,
     valued,
     violated,
@@ -199,7 +199,7 @@ def test_what_can_still_be_done_leaves_other_tasks_possible(
     formulas: dict[str, str], left: list[str] | None, cost: int | None
 ) -> None:
     tasks = [LATER, *(Task(name, formula) for name, formula in formulas.items())]
-    found = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR, spared=())
+    found = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR, others=())
     assert (found and ([*found[0].names], found[1].cost)) == (left and (left, cost))
     at_any_price = achievable(Problem(DETOUR, tasks, Order()), Past(), DETOUR)
     assert at_any_price is not None and at_any_price[0].names == tuple(formulas)
@@ -209,8 +209,8 @@ def test_what_can_still_be_done_leaves_other_tasks_possible(
 def test_what_is_lost_already_is_spared_no_more() -> None:
     problem = Problem(DETOUR, [Task("goal", "F far")], Order())
     past = Past(("short",), (1,), ("s",), (frozenset("a"),))
-    assert continue_cheaply(sparing(problem, [LATER], [*past.labels, frozenset()]), past, DETOUR).cost == 3
-    assert continue_cheaply(sparing(problem, [LATER], [frozenset()]), Past(), DETOUR).cost == 5
+    assert continue_cheaply(keeping_satisfiable(problem, [LATER], [*past.labels, frozenset()]), past, DETOUR).cost == 3
+    assert continue_cheaply(keeping_satisfiable(problem, [LATER], [frozenset()]), Past(), DETOUR).cost == 5
 
 
 PUDDLE = TransitionSystem.from_transitions(
