@@ -11,7 +11,7 @@ from pathlib import Path
 import prefplan as pp
 from experiments.cli.files import make_folder
 from experiments.figures import plans
-from prefplan.text import condense
+from prefplan.text.layout import condense
 
 SIZE, START = (20, 20), (0, 0)
 """Cells, of unit cost."""

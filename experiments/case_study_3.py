@@ -22,7 +22,7 @@ from experiments.report.recordings import Recording, keep
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome, show_outcome
 from prefplan import Plan, Scenario, pareto_front
-from prefplan.text import number
+from prefplan.text.layout import number
 from sim.rendering.clips import compose
 from sim.world.scene import Scene
 

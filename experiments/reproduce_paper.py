@@ -27,7 +27,7 @@ from experiments.paper.study import Report, Study
 from experiments.paper.table import RESULTS, compare_times
 from experiments.regression.front_comparison import compare
 from prefplan.logic.good_prefix import is_satisfied
-from prefplan.text import condense, number
+from prefplan.text.layout import condense, number
 
 PRINTED_PLAN, DRAWN_PLAN = "EEWNNW", "EEWNNE"
 """The satisfying plan as Example 2 prints it, and as the red arrows in Figure 1 show it."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, overload
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
 from prefplan.plan import PAIR, Plan, point_of
-from prefplan.text import in_columns, listed, number
+from prefplan.text.layout import in_columns, listed, number
 
 if TYPE_CHECKING:
     # Loaded only when a front is drawn or converted to a table.

@@ -9,12 +9,12 @@ from fractions import Fraction
 from itertools import accumulate
 from typing import cast
 
-from prefplan.display_names import DisplayNames
 from prefplan.drawing.cell_map import CellMap, map_picture
 from prefplan.drawing.timeline import timeline
 from prefplan.drawing.trail import Cell
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.text import number, numbered
+from prefplan.text.display_names import DisplayNames
+from prefplan.text.layout import number, numbered
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""
@@ -95,7 +95,7 @@ class Plan:
         return self.listing()
 
     def listing(self, *, most: int | None = None, whole: str = "") -> str:
-        """Return `steps`, with at most some of the actions; arguments as in `prefplan.text.numbered`."""
+        """Return `steps`, with at most some of the actions; arguments as in `prefplan.text.layout.numbered`."""
         actions = numbered(list(map(self.display.action, self.actions)), most=most, whole=whole)
         relaxed = [f"  {bought.words(self.display.task(bought.task))}" for bought in self.relaxations]
         return "\n".join([actions or "(nothing to do)", *relaxed])

@@ -10,7 +10,6 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Unpack
 
-from prefplan.assumptions import assumptions
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, admits, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
@@ -155,7 +154,7 @@ class Planner:
             tuple(plans),
             resolution=self.problem.resolution,
             claimed=any(o.measure.claimed for o in self.problem.objectives),
-            assumptions=assumptions(self.problem),
+            assumptions=self.problem.assumptions,
             stats=self.stats,
             **ending,
         )

@@ -7,16 +7,15 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 
-from prefplan.display_names import DisplayNames, labels_of
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.dfa import Automaton, first_accepted, is_idempotent
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_automaton
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
+from prefplan.models.past import Past
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.past import Past
 from prefplan.preferences.contracts import Span, check_claim
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
@@ -27,6 +26,8 @@ from prefplan.preferences.objective import (
     check_objective_names,
     preferences_of,
 )
+from prefplan.text.display_names import DisplayNames, labels_of
+from prefplan.text.layout import number
 
 NO_PAST = Past()
 """The past of a problem whose plans begin at its system's start."""
@@ -206,6 +207,19 @@ class Problem:
             rule_automata=self.rule_automata if tasks is None else (),
         )
         return problem
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """A sentence for every assumption under which a front is exact."""
+        notes = []
+        if self.resolution is not None:
+            notes.append(f"Costs are rounded to multiples of {number(self.resolution)}; the front is exact for those.")
+        for objective in self.objectives:
+            if objective.measure.claimed:
+                called = "the preference" if self.is_bi_objective else objective.name
+                claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
+                notes.append(f"{claim}, tested on random costs only.")
+        return tuple(notes)
 
     @property
     def resolution(self) -> Number | None:

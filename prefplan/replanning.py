@@ -15,8 +15,8 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.logic.tasks import Possible, Rule, Task
+from prefplan.models.past import Past
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.past import Past
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum

@@ -18,7 +18,7 @@ from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
 from prefplan.plan import PAIR
-from prefplan.text import number
+from prefplan.text.layout import number
 
 PICTURES = Path(__file__).parents[1] / "gallery"
 

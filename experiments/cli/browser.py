@@ -8,7 +8,7 @@ from functools import cache
 
 import jinja2
 
-from prefplan.text import number
+from prefplan.text.layout import number
 
 
 def open_page(address: str) -> None:

@@ -20,7 +20,7 @@ from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
 from prefplan.scenario.files import FOLDER
 from prefplan.search.bounds import FrontLimits, PlanLimits
-from prefplan.text import number
+from prefplan.text.layout import number
 
 
 def chosen_plan(planner: Planner, options: argparse.Namespace, *, keep_on_interrupt: bool = False) -> Plan:

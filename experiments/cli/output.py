@@ -12,7 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.assumptions import assumptions
 from prefplan.front import Front, Reason, Stats, UnfinishedError
 from prefplan.plan import Plan, Purchase
 from prefplan.scenario.decode import Scenario
@@ -120,5 +119,5 @@ def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
     costs, *lines = str(plan).split("\n")
     console.print(f"{scenario.name}: {costs}", style="bold")
     console.print(Text("\n".join(lines)))
-    for note in assumptions(scenario.problem()):
+    for note in scenario.problem().assumptions:
         console.print(note, style="dim")

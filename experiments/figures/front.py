@@ -16,7 +16,7 @@ from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from prefplan.text import number
+from prefplan.text.layout import number
 
 SIZE_IN = (6.4, 4.4)
 """Inches."""

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from prefplan.front import Front
-from prefplan.text import number
+from prefplan.text.layout import number
 
 PANEL_IN = 3.4
 """Width and height of a panel with two objectives, inches."""

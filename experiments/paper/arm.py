@@ -12,7 +12,7 @@ from experiments.figures.figures import drawing, write_figure
 from experiments.paper.study import Study
 from prefplan import Front, Plan, Scenario
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.text import number
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome

@@ -16,7 +16,7 @@ from experiments.cli.console import Console
 from experiments.cli.files import write_bytes
 from experiments.regression.front_comparison import FrontPoint, compare
 from prefplan import Front, PrefplanError
-from prefplan.text import number
+from prefplan.text.layout import number
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
 """Verdicts. Erratum: the paper contradicts itself, and ours agrees with its other statement; measured: for times."""

@@ -17,7 +17,7 @@ from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.problem import Problem
 from prefplan.scenario.decode import Scenario
-from prefplan.text import condense, number
+from prefplan.text.layout import condense, number
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome

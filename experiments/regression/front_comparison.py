@@ -9,7 +9,7 @@ from fractions import Fraction
 from prefplan.exact_costs import Number, exact, prints_as, to_number
 from prefplan.front import Front
 from prefplan.plan import Plan, point_of
-from prefplan.text import condense, number
+from prefplan.text.layout import condense, number
 
 FrontPoint = tuple[Number, ...]
 """(cost, preference), or all costs and then all preferences, in the user's units."""

@@ -26,7 +26,7 @@ from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem, Rule, Task
 from prefplan.scenario.decode import Scenario
-from prefplan.text import number
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording

@@ -17,7 +17,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.plan import Plan
 from prefplan.preferences.kinds import Order
 from prefplan.scenario.decode import Model, Scenario
-from prefplan.text import condense, listed, number
+from prefplan.text.layout import condense, listed, number
 
 Explanation = tuple[str, list[str]]
 """A headline on why a plan costs what it costs, and further sentences."""

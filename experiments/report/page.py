@@ -18,7 +18,7 @@ from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from prefplan.front import Front
 from prefplan.scenario.decode import Scenario
-from prefplan.text import number
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording

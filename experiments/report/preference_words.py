@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from prefplan.display_names import DisplayNames
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.plan import Plan
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
-from prefplan.text import listed, number
+from prefplan.text.display_names import DisplayNames
+from prefplan.text.layout import listed, number
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from prefplan.front import Front
-from prefplan.text import number
+from prefplan.text.layout import number
 
 WORDS = {
     "wish": "{name} at most {value}",

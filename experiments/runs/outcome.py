@@ -11,13 +11,13 @@ from rich.console import Console
 
 from experiments.cli.output import plan_json
 from experiments.runs.certificates import in_a_line
-from prefplan.display_names import DisplayNames
 from prefplan.exact_costs import Number
 from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
-from prefplan.text import condense, number
+from prefplan.text.display_names import DisplayNames
+from prefplan.text.layout import condense, number
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from prefplan.drawing import svg
 from prefplan.exact_costs import Number
-from prefplan.text import number
+from prefplan.text.layout import number
 
 WIDTH_PX = 760.0
 LINE_PX = 22.0

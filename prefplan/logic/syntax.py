@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from prefplan.errors import FormulaError, choices, told
-from prefplan.names import NAME, RESERVED
+from prefplan.text.names import NAME, RESERVED
 
 NESTING = 120
 """Deeper formulas are refused, since recursion might overflow the stack."""

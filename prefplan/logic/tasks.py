@@ -8,11 +8,11 @@ from typing import Annotated, TypeVar
 
 from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed, told
 from prefplan.exact_costs import Number, exact
-from prefplan.forms import Form, check_fields
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, is_temporal
 from prefplan.logic.normal_form import parse, parse_rule
-from prefplan.names import check_names
+from prefplan.text.forms import Form, check_fields
+from prefplan.text.names import check_names
 
 Text = Annotated[str, Form('text, such as "F p"')]
 

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError, check_known
 from prefplan.exact_costs import Number
-from prefplan.forms import Form, check_fields
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
-from prefplan.names import Names
+from prefplan.text.forms import Form, check_fields
+from prefplan.text.names import Names
 
 
 @dataclass(frozen=True)

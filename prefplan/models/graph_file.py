@@ -17,7 +17,7 @@ from prefplan.models.graph_network import Network, connected, coordinates_of, la
 from prefplan.models.graph_readers import Listing, Table, ending, read
 from prefplan.models.several_costs import with_costs
 from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
-from prefplan.names import check_names
+from prefplan.text.names import check_names
 
 LARGEST_COST = 1e15
 """Costs of a file are floats, which represent all whole numbers up to this exactly."""

@@ -11,12 +11,12 @@ import numpy as np
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.forms import Form, check_fields
 from prefplan.limits import available_memory
 from prefplan.models.generated import OnDemand
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.names import Names, check_names
+from prefplan.text.forms import Form, check_fields
+from prefplan.text.names import Names, check_names
 
 MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 

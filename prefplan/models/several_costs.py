@@ -8,7 +8,7 @@ from dataclasses import replace
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact
 from prefplan.models.transition_system import DEFAULT_COST, EdgeCosts, TransitionSystem
-from prefplan.names import check_names
+from prefplan.text.names import check_names
 
 Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""

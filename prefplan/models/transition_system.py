@@ -10,11 +10,11 @@ from typing import Any
 import networkx as nx
 import numpy as np
 
-from prefplan.display_names import DisplayNames
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, told
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number, whole_numbers
-from prefplan.names import check_names
+from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import check_names
 
 DEFAULT_COST = "cost"
 """Name of a cost that is given as a number."""

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
-from prefplan.forms import Form
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.decomposition import decompose
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
@@ -26,6 +25,7 @@ from prefplan.preferences.terms import (
     Violation,
     WeightedRate,
 )
+from prefplan.text.forms import Form
 
 OVER = ("cost", "violation")
 

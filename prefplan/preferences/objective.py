@@ -27,11 +27,11 @@ import numpy as np
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, told
 from prefplan.exact_costs import Units, common_unit
-from prefplan.forms import check_fields
-from prefplan.names import check_names
 from prefplan.preferences.expression import divides, scaled
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
+from prefplan.text.forms import check_fields
+from prefplan.text.names import check_names
 
 TASK_LIMIT = 20
 """Most tasks: tables over all satisfied sets have 2^N entries."""

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 
 from prefplan.errors import ModelError, PrefplanError, ScenarioError, prefixed, told
 from prefplan.exact_costs import Number
-from prefplan.forms import Form
 from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_file import GraphFileModel
@@ -22,6 +21,7 @@ from prefplan.preferences.objective import DEFAULT_PREFERENCE, NamedPreference
 from prefplan.problem import Problem
 from prefplan.scenario.files import contents, path_of, text_of
 from prefplan.scenario.tables import chosen, decode, decode_table
+from prefplan.text.forms import Form
 
 Model = GraphModel | GraphFileModel | GridModel | ManipulationModel
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 from prefplan.errors import ScenarioError, check_known, choices
 from prefplan.exact_costs import Number
-from prefplan.forms import Form, types_of
+from prefplan.text.forms import Form, types_of
 
 T = TypeVar("T")
 

@@ -22,10 +22,10 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
-from prefplan.display_names import DisplayNames
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario
-from prefplan.text import number
+from prefplan.text.display_names import DisplayNames
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck

@@ -22,12 +22,12 @@ from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.names import NAME
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
+from prefplan.text.names import NAME
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck

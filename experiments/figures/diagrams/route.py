@@ -14,7 +14,7 @@ from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, re
 from prefplan.front import Front
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan, worth
-from prefplan.text import number
+from prefplan.text.layout import number
 
 MOST_EDGES = 90
 """Greatest number of edges of a graph that is drawn whole."""

@@ -8,7 +8,7 @@ from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.errors import PrefplanError
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.text import number
+from prefplan.text.layout import number
 
 MOST_STATES = 40
 """Greatest number of states of a transition system that is drawn: larger ones are illegible."""

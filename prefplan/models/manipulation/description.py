@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from prefplan.display_names import DisplayNames, labels_of
 from prefplan.errors import ModelError, check_known
-from prefplan.forms import Form, check_fields
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.state import ManipulationState
@@ -22,7 +20,9 @@ from prefplan.models.manipulation.surroundings import (
     check_robot,
     with_height,
 )
-from prefplan.names import Names, check_names
+from prefplan.text.display_names import DisplayNames, labels_of
+from prefplan.text.forms import Form, check_fields
+from prefplan.text.names import Names, check_names
 
 
 @dataclass(frozen=True)

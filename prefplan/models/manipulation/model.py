@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from prefplan.display_names import DisplayNames
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import check_costs, cost_names
@@ -14,6 +13,7 @@ from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator,
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.transition_system import TransitionSystem
+from prefplan.text.display_names import DisplayNames
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from prefplan.errors import ModelError, check_known
-from prefplan.names import check_names
+from prefplan.text.names import check_names
 
 Point = tuple[float, float, float]
 

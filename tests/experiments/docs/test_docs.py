@@ -11,7 +11,7 @@ from scenario_texts import shipped_front
 import prefplan
 import sim
 from experiments import scenarios
-from prefplan.text import number
+from prefplan.text.layout import number
 
 inventory = pytest.importorskip("sphinx.util.inventory")
 build_main = pytest.importorskip("sphinx.cmd.build").build_main

@@ -16,9 +16,9 @@ from experiments.report.explanations import Explanation, NamedPlan, explain, exp
 from experiments.report.preference_words import in_words, shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan import Ledger, Scenario
-from prefplan.display_names import DisplayNames
 from prefplan.preferences.kinds import Deadline, Due, Expression, Max, Order, Sum, WeightedSum
 from prefplan.scenario.decode import loads
+from prefplan.text.display_names import DisplayNames
 
 CAMPUS = """
 [model]

@@ -23,7 +23,7 @@ from experiments.report.wishes import FOUND, WORDS, wishes
 from prefplan import Front, pareto_front
 from prefplan.exact_costs import Number
 from prefplan.scenario.decode import loads
-from prefplan.text import number
+from prefplan.text.layout import number
 
 LARGE = 2**53
 """The next whole number is no double."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any
 
 from prefplan.errors import ModelError
-from prefplan.forms import Form
+from prefplan.text.forms import Form
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """A name that a formula may contain."""

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from prefplan.text import numbered
+from prefplan.text.layout import numbered
 
 LONG = [f"go r{k}" for k in range(1, 41)]
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 import prefplan as pp
-from prefplan.display_names import LONGEST_LABEL
 from prefplan.scenario.decode import loads
+from prefplan.text.display_names import LONGEST_LABEL
 
 SHELF = """
 [model]
