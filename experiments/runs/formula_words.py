@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until
+from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.problem import Task
@@ -49,10 +49,8 @@ def _goals(formula: Formula) -> set[str]:
     match formula:
         case Until(_, right) | BoundedRelease(_, right):
             return _goals(right)
-        case And(left, right) | Or(left, right):
-            return _goals(left) | _goals(right)
-        case Next(operand):
-            return _goals(operand)
+        case And(operands) | Or(operands):
+            return set().union(*map(_goals, operands))
         case Literal(name, True):
             return {name}
     return set()
@@ -93,17 +91,17 @@ def _goal_words(formula: Formula, phrases: Mapping[str, str]) -> str | None:
             return phrases.get(name, name) if positive else f"not {phrases.get(name, name)}"
         case Until(_, right, 0, None):
             return _goal_words(right, phrases)
-        case Or():
-            words = [_goal_words(member, phrases) for member in _members(formula, Or)]
+        case Or(operands):
+            words = [_goal_words(operand, phrases) for operand in operands]
             return None if None in words else " or ".join(map(str, words))
-        case And():
+        case And(operands):
             now: list[str] = []
             later: list[str] = []
-            for member in _members(formula, And):
-                wanted = _goal_words(member, phrases)
+            for operand in operands:
+                wanted = _goal_words(operand, phrases)
                 if wanted is None:
                     return None
-                (later if isinstance(member, Until) else now).append(f"({wanted})" if " or " in wanted else wanted)
+                (later if isinstance(operand, Until) else now).append(f"({wanted})" if " or " in wanted else wanted)
             return ", then ".join(" and ".join(words) for words in (now, later) if words)
     return None
 
@@ -118,12 +116,12 @@ def words_of(formula: Formula) -> str:
             return "anything" if value else "the impossible"
         case Literal(name, positive):
             return name if positive else f"no {name}"
-        case And():
-            return " and ".join(_part(member) for member in _members(formula, And))
-        case Or():
-            return " or ".join(_part(member) for member in _members(formula, Or))
-        case Next(operand):
-            return f"one action later {_part(operand)}"
+        case And(operands):
+            return " and ".join(map(_part, operands))
+        case Or(operands):
+            return " or ".join(map(_part, operands))
+        case Until(Truth(True), right, 1, 1):
+            return f"one action later {_part(right)}"
         case Until(left, right, low, high):
             when = _steps(low, high)
             if left != TRUE:
@@ -145,12 +143,5 @@ def _steps(low: int, high: int | None) -> str:
 
 def _part(formula: Formula) -> str:
     """Return a part of a formula in words, in brackets where it would be ambiguous without them."""
-    alone = isinstance(formula, Truth | Literal | Next) or (isinstance(formula, Until) and formula.left == TRUE)
+    alone = isinstance(formula, Truth | Literal) or (isinstance(formula, Until) and formula.left == TRUE)
     return words_of(formula) if alone else f"({words_of(formula)})"
-
-
-def _members(formula: Formula, kind: type[And] | type[Or]) -> list[Formula]:
-    """Return the operands of nested connectives of one kind, such as all of `(a & b) & c`."""
-    if isinstance(formula, kind):
-        return _members(formula.left, kind) + _members(formula.right, kind)
-    return [formula]

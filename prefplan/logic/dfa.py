@@ -19,23 +19,19 @@ A state is *satisfied* when every infinite continuation satisfies the formula, i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from itertools import chain, combinations
 
 from prefplan.errors import FormulaError
 from prefplan.limits import check_limits
-from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until, later, propositions_of
-from prefplan.logic.mtbdd import CHECKED_EVERY, Diagram, Diagrams, leaf, leaves, paths
+from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Or, Truth, Until, later, propositions_of
+from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
 from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
-
-DIAGRAMS_CHECKED_EVERY = 16
-"""Number of diagrams that are searched for their leaves between two checks of the limits."""
 
 READINGS_TRIED = 2**14
 """Most pairs of a state and a label for which idempotence is decided."""
@@ -126,66 +122,43 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
 
 
 class _Obligations:
-    """The obligations met so far, numbered, and which of them imply which."""
+    """The obligations met so far, numbered."""
 
     def __init__(self) -> None:
         self.formulas: list[Formula] = []
-        self._weaker: list[set[int]] = []
-        self._weaker_than: dict[Formula, set[int]] = {}
-        self._until: dict[tuple[Formula, Formula, int], list[tuple[float, int]]] = {}
+        self._implies = cache(lambda one, other: implies(self.formulas[one], self.formulas[other]))
 
     def add(self, formula: Formula) -> int:
         """Return the number of a new obligation."""
-        number = len(self.formulas)
         self.formulas.append(formula)
-        self._weaker.append(self._weaker_than.setdefault(formula, set()))
-        if isinstance(formula, Until):
-            self._add_until(number, formula)
-        return number
-
-    def _add_until(self, number: int, formula: Until) -> None:
-        """Record which obligations imply an until, and which it implies."""
-        if formula.low == 0:
-            for stronger in _stronger(formula.right):
-                self._weaker_than.setdefault(stronger, set()).add(number)
-        # An until with an upper bound implies the one with a larger bound.
-        high = math.inf if formula.high is None else formula.high
-        others = self._until.setdefault((formula.left, formula.right, formula.low), [])
-        for bound, other in others:
-            if bound < high:
-                self._weaker[other].add(number)
-            else:
-                self._weaker[number].add(other)
-        others.append((high, number))
+        return len(self.formulas) - 1
 
     def irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
         """Return the weakest of some sets of obligations, each without those that others in it imply."""
-        whole = {clause: self._with_implied(clause) for clause in clauses}
+        clauses = list(clauses)
+        numbers = frozenset[int]().union(*clauses)
+        weaker = {one: {other for other in numbers if other != one and self._implies(one, other)} for one in numbers}
+        implied = {clause: clause.union(*(weaker[number] for number in clause)) for clause in clauses}
         kept: list[frozenset[int]] = []
-        for number, clause in enumerate(sorted(whole, key=lambda one: len(whole[one])), 1):
-            if number % CHECKED_EVERY == 0:
-                check_limits()
-            if not any(other <= whole[clause] for other in kept):
+        for clause in sorted(implied, key=lambda one: len(implied[one])):
+            check_limits()
+            if not any(other <= implied[clause] for other in kept):
                 kept.append(clause)
-        return frozenset(map(self._without_implied, kept))
-
-    def _with_implied(self, clause: frozenset[int]) -> frozenset[int]:
-        return clause.union(*(self._weaker[number] for number in clause))
-
-    def _without_implied(self, clause: frozenset[int]) -> frozenset[int]:
-        return clause.difference(*(self._weaker[number] for number in clause))
+        return frozenset(clause.difference(*(weaker[number] for number in clause)) for clause in kept)
 
 
-def _stronger(formula: Formula) -> frozenset[Formula]:
-    """Return obligations within a formula each of which implies it."""
-    match formula:
-        case And(left, right):
-            return _stronger(left) & _stronger(right)
-        case Or(left, right):
-            return _stronger(left) | _stronger(right)
-        case Until(_, right, 0):
-            return _stronger(right) | {formula}
-    return frozenset({formula})
+def implies(one: Formula, other: Formula) -> bool:
+    """Return whether an obligation implies a formula, as far as the operators show."""
+    match other:
+        case And(operands):
+            return all(implies(one, operand) for operand in operands)
+        case Or(operands):
+            return any(implies(one, operand) for operand in operands)
+        case Until(left, right, low, high):
+            if isinstance(one, Until) and (one.left, one.right, one.low) == (left, right, low):
+                return high is None or (one.high is not None and one.high <= high)
+            return low == 0 and implies(one, right)
+    return one == other
 
 
 def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], int | None]:
@@ -196,14 +169,14 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
 
     @cache
     def obligations(f: Formula) -> Diagram:
-        """Return the antichain of a formula's obligations from the next letter on."""
+        """Return the antichain of what a formula asks for from the next letter on."""
         match f:
             case Truth(value):
                 return _TRUE if value else _FALSE
-            case And(left, right):
-                return both(obligations(left), obligations(right))
-            case Or(left, right):
-                return either(obligations(left), obligations(right))
+            case And(operands):
+                return _joined(both, map(obligations, operands))
+            case Or(operands):
+                return _joined(either, map(obligations, operands))
         return frozenset({frozenset({met.add(f)})})
 
     @cache
@@ -212,19 +185,16 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
         match f:
             case Literal(name, positive):
                 return diagrams.branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
-            case Next(operand):
-                return obligations(operand)
-            case Until(left, right, low, high):
-                goes_on = high is None or high > 0
-                waits = both(read(left), obligations(later(f))) if goes_on else _FALSE
+            case And(operands):
+                return _joined(both, map(read, operands))
+            case Or(operands):
+                return _joined(either, map(read, operands))
+            case Until(left, right, low):
+                waits = both(read(left), obligations(later(f)))
                 return waits if low else either(read(right), waits)
-            case BoundedRelease(left, right, low, high):
-                waits = either(read(left), obligations(later(f))) if high else _TRUE
+            case BoundedRelease(left, right, low):
+                waits = either(read(left), obligations(later(f)))
                 return waits if low else both(read(right), waits)
-            case And(left, right):
-                return both(read(left), read(right))
-            case Or(left, right):
-                return either(read(left), read(right))
         return obligations(f)
 
     queue: list[Antichain] = [obligations(formula)]  # type: ignore[list-item]
@@ -240,35 +210,30 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
 
     transitions: list[Diagram] = []
     for state in queue:
-        after: Diagram = _FALSE
-        for clause in sorted(map(sorted, state)):
-            together: Diagram = _TRUE
-            for obligation in clause:
-                together = both(together, read(met.formulas[obligation]))
-            after = either(after, together)
+        clauses = [[read(met.formulas[k]) for k in clause] for clause in sorted(map(sorted, state))]
+        after = _joined(either, [_FALSE, *(_joined(both, [_TRUE, *clause]) for clause in clauses)])
         transitions.append(diagrams.map(after, enter))
     return transitions, number.get(_TRUE)
 
 
+def _joined(connective: Callable[[Diagram, Diagram], Diagram], operands: Iterable[Diagram]) -> Diagram:
+    """Join diagrams in pairs, then what results: one after the other, thousands would take quadratic time."""
+    joined = list(operands)
+    while len(joined) > 1:
+        joined = [reduce(connective, joined[k : k + 2]) for k in range(0, len(joined), 2)]
+    return joined[0]
+
+
 def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
     """Return the states from which every infinite path meets the goal."""
-    predecessors: list[list[int]] = [[] for _ in transitions]
-    missing = []
-    for state, diagram in enumerate(transitions):
-        if state % DIAGRAMS_CHECKED_EVERY == DIAGRAMS_CHECKED_EVERY - 1:
-            check_limits()
-        after = leaves(diagram)
-        missing.append(len(after))
-        for end in after:
-            predecessors[end].append(state)
-    found, queue = {goal}, [goal]
-    for state in queue:
-        for before in predecessors[state]:
-            missing[before] -= 1
-            if missing[before] == 0 and before not in found:
-                found.add(before)
-                queue.append(before)
-    return found
+    successors = []
+    for diagram in transitions:
+        check_limits()
+        successors.append(set(leaves(diagram)))
+    met = {goal}
+    while more := {state for state, ends in enumerate(successors) if ends <= met} - met:
+        met |= more
+    return met
 
 
 def _minimise(

@@ -1,11 +1,12 @@
-"""Syntactically co-safe LTL (Definition 2) as syntax trees in negation normal form.
+"""Syntactically co-safe LTL (Definition 2) in negation normal form.
 
-Counting operators, such as `F[0,5] a`, count actions. They are not expanded to nested `X`, which would make trees as
-deep as the bound.
+Counting operators, such as `F[0,5] a`, count actions. They are not expanded to nested next operators, which would make
+formulas as deep as the bound.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from prefplan.logic.syntax import split
@@ -36,32 +37,23 @@ class Literal(_Node):
 
 @dataclass(frozen=True)
 class And(_Node):
-    """Both hold."""
+    """All operands hold, two or more; none of them is an `And`."""
 
-    left: Formula
-    right: Formula
+    operands: tuple[Formula, ...]
 
 
 @dataclass(frozen=True)
 class Or(_Node):
-    """At least one holds."""
+    """At least one operand holds, of two or more; none of them is an `Or`."""
 
-    left: Formula
-    right: Formula
-
-
-@dataclass(frozen=True)
-class Next(_Node):
-    """The operand holds at the next position."""
-
-    operand: Formula
+    operands: tuple[Formula, ...]
 
 
 @dataclass(frozen=True)
 class Until(_Node):
-    """`right` holds at some position between `low` and `high`, and `left` at every earlier one; F a is true U a.
+    """`right` holds at some position between `low` and `high` >= 1, and `left` at every earlier one.
 
-    Without a bound `high` is None.
+    Without a bound `high` is None. F a is true U a, and X a is true U[1,1] a.
     """
 
     left: Formula
@@ -74,7 +66,7 @@ class Until(_Node):
 class BoundedRelease(_Node):
     """The dual of a bounded until: `right` holds from `low` to `high`, or to the first position where `left` holds.
 
-    It is co-safe because of the bound. G[0,5] a is false R[0,5] a.
+    It is co-safe because of the bound, which is at least 1. G[0,5] a is false R[0,5] a.
     """
 
     left: Formula
@@ -83,53 +75,47 @@ class BoundedRelease(_Node):
     high: int
 
 
-Formula = Truth | Literal | And | Or | Next | Until | BoundedRelease
+Formula = Truth | Literal | And | Or | Until | BoundedRelease
 
 TRUE, FALSE = Truth(True), Truth(False)
 
 
-def negate(formula: Formula) -> Formula:
-    """Return the negation of a formula without temporal operators, in negation normal form."""
+def joined(connective: type[And] | type[Or], operands: Iterable[Formula]) -> And | Or:
+    """Return the conjunction or disjunction of two or more formulas."""
+    flat: list[Formula] = []
+    for operand in operands:
+        flat += operand.operands if isinstance(operand, connective) else [operand]
+    return connective(tuple(flat))
+
+
+def operands_of(formula: Formula) -> tuple[Formula, ...]:
+    """Return the formulas that a formula's outermost operator joins."""
     match formula:
-        case Truth(value):
-            return Truth(not value)
-        case Literal(name, positive):
-            return Literal(name, not positive)
-        case And(left, right):
-            return Or(negate(left), negate(right))
-        case Or(left, right):
-            return And(negate(left), negate(right))
-    raise ValueError(f"{formula} has a temporal operator")
+        case And(operands) | Or(operands):
+            return operands
+        case Until(left, right) | BoundedRelease(left, right):
+            return left, right
+    return ()
 
 
 def is_temporal(formula: Formula) -> bool:
     """Return whether a formula has a temporal operator."""
-    match formula:
-        case Next() | Until() | BoundedRelease():
-            return True
-        case And(left, right) | Or(left, right):
-            return is_temporal(left) or is_temporal(right)
-    return False
+    return isinstance(formula, Until | BoundedRelease) or any(map(is_temporal, operands_of(formula)))
 
 
 def propositions_of(formula: Formula) -> frozenset[str]:
     """Return the names of the atomic propositions in a formula."""
-    match formula:
-        case Literal(name):
-            return frozenset({name})
-        case Next(operand):
-            return propositions_of(operand)
-        case And(left, right) | Or(left, right) | Until(left, right) | BoundedRelease(left, right):
-            return propositions_of(left) | propositions_of(right)
-    return frozenset()
+    if isinstance(formula, Literal):
+        return frozenset({formula.name})
+    return frozenset().union(*map(propositions_of, operands_of(formula)))
 
 
-def later(formula: Until | BoundedRelease) -> Until | BoundedRelease:
-    """Return a counting operator as it is at the next position: with its bounds less by one."""
+def later(formula: Until | BoundedRelease) -> Formula:
+    """Return what a temporal operator asks for from the next position on: its bounds are less by one there."""
+    if formula.high == 1:
+        return formula.right
     low = max(0, formula.low - 1)
-    if isinstance(formula, Until):
-        return replace(formula, low=low, high=None if formula.high is None else formula.high - 1)
-    return replace(formula, low=low, high=formula.high - 1)
+    return replace(formula, low=low) if formula.high is None else replace(formula, low=low, high=formula.high - 1)
 
 
 def holds(formula: Formula, label: frozenset[str]) -> bool:
@@ -139,10 +125,10 @@ def holds(formula: Formula, label: frozenset[str]) -> bool:
             return value
         case Literal(name, positive):
             return (name in label) == positive
-        case And(left, right):
-            return holds(left, label) and holds(right, label)
-        case Or(left, right):
-            return holds(left, label) or holds(right, label)
+        case And(operands):
+            return all(holds(operand, label) for operand in operands)
+        case Or(operands):
+            return any(holds(operand, label) for operand in operands)
     raise ValueError(f"{formula} has a temporal operator")
 
 
@@ -153,14 +139,12 @@ def _text(formula: Formula, strength: int) -> str:
             return "true" if value else "false"
         case Literal(name, positive):
             return ("" if positive else "!") + (f'"{name}"' if split(name, None) else name)
-        case And(left, right):
-            text, own = f"{_text(left, 2)} & {_text(right, 3)}", 2
-        case Or(left, right):
-            text, own = f"{_text(left, 1)} | {_text(right, 2)}", 1
-        case Next(operand):
-            return f"X {_text(operand, 4)}"
+        case And(operands):
+            text, own = " & ".join(_text(operand, 3) for operand in operands), 2
+        case Or(operands):
+            text, own = " | ".join(_text(operand, 2) for operand in operands), 1
         case Until(Truth(True), right, low, high) if low == high:
-            return f"X[{low}] {_text(right, 4)}"
+            return f"X{'' if low == 1 else f'[{low}]'} {_text(right, 4)}"
         case Until(Truth(True), right, low, high):
             return f"F{_bounds(low, high)} {_text(right, 4)}"
         case BoundedRelease(Truth(False), right, low, high):

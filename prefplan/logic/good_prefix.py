@@ -6,12 +6,11 @@ continuation that falsifies it is searched for. To falsify a formula at a positi
 - `a`: a does not hold there; `!a`: it does
 - `f & g`: falsify f or falsify g
 - `f | g`: falsify both
-- `X f`: falsify f at the next position
 - `f U g`: falsify g, and either falsify f or falsify `f U g` at the next position
 - `f R g`, bounded: falsify g, or falsify f and falsify `f R g` at the next position
 
-A counting operator counts down: `f U[2,5] g` becomes `f U[1,4] g` at the next position, and g is not read before its
-lower bound is 0.
+A counting operator counts down: `f U[2,5] g` becomes `f U[1,4] g` at the next position, and `f U[0,1] g` becomes g;
+g is not read before its lower bound is 0.
 
 Obligations passed on to the next position never become due, so the falsifying words are those along which obligations
 can be passed on for ever. There are finitely many sets of obligations: such a word exists exactly if a set recurs.
@@ -27,20 +26,7 @@ from copy import copy
 from functools import cache
 from itertools import tee
 
-from prefplan.logic.formula import (
-    And,
-    BoundedRelease,
-    Formula,
-    Literal,
-    Next,
-    Or,
-    Truth,
-    Until,
-    holds,
-    is_temporal,
-    later,
-    propositions_of,
-)
+from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Or, Truth, Until, later, propositions_of
 
 Label = frozenset[str]
 
@@ -107,32 +93,25 @@ def _passed_on(obligations: _ObligationSet, label: Label | None) -> Iterator[_Ob
             continue
         formula, rest = now[0], now[1:]
         options: list[tuple[tuple[Formula, ...], frozenset[Literal], frozenset[Formula]]] = []
-        if isinstance(formula, Truth) or (label is not None and not is_temporal(formula)):
-            if not holds(formula, label or frozenset()):
+        match formula:
+            case Truth(False):
                 options = [(rest, literals, due)]
-        else:
-            match formula:
-                case Literal(name, positive):
-                    # No label falsifies both a and !a.
-                    if Literal(name, not positive) not in literals:
-                        options = [(rest, literals | {formula}, due)]
-                case And(left, right):
-                    options = [((right, *rest), literals, due), ((left, *rest), literals, due)]
-                case Or(left, right):
-                    options = [((left, right, *rest), literals, due)]
-                case Next(operand):
-                    options = [(rest, literals, due | {operand})]
-                case Until(left, right, low, high):
-                    first = (right,) if low == 0 else ()
-                    options = [((*first, left, *rest), literals, due)]
-                    if high != 0:
-                        options += [((*first, *rest), literals, due | {later(formula)})]
-                    else:
-                        options = [((right, *rest), literals, due)]
-                case BoundedRelease(left, right, low, high):
-                    options = [((right, *rest), literals, due)] if low == 0 else []
-                    if high != 0:
-                        options += [((left, *rest), literals, due | {later(formula)})]
+            case Literal(name, positive) if label is not None:
+                if (name in label) != positive:
+                    options = [(rest, literals, due)]
+            case Literal(name, positive) if Literal(name, not positive) not in literals:
+                # No label falsifies both a and !a.
+                options = [(rest, literals | {formula}, due)]
+            case And(operands):
+                options = [((operand, *rest), literals, due) for operand in reversed(operands)]
+            case Or(operands):
+                options = [((*operands, *rest), literals, due)]
+            case Until(left, right, low):
+                first = (right,) if low == 0 else ()
+                options = [((*first, left, *rest), literals, due), ((*first, *rest), literals, due | {later(formula)})]
+            case BoundedRelease(left, right, low):
+                options = [((right, *rest), literals, due)] if low == 0 else []
+                options += [((left, *rest), literals, due | {later(formula)})]
         for option in options:
             if option not in met:
                 met.add(option)

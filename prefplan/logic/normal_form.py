@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from functools import reduce
+from collections.abc import Collection, Iterable, Iterator
 
 from prefplan.errors import FormulaError
-from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Next, Or, Truth, Until
-from prefplan.logic.syntax import NESTING, Part, error_at, one_line, read, split
+from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until, joined
+from prefplan.logic.syntax import Part, error_at, one_line, read, split, unquoted
 
 _BEFORE, _TEMPORAL, _STRONG = ("!", "X", "F", "G"), ("X", "F", "U", "M"), {"W": "U", "R": "M"}
 
 MOST_PARTS = 20_000
 """Largest number of nodes of a normal form: each `<->` and `^` doubles its operands."""
-
-MOST_HEIGHT = 350
-"""Largest height of a normal form, where `a & b & c` is `(a & b) & c`, so that recursion does not overflow."""
 
 
 def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: bool = True) -> Formula:
@@ -27,18 +23,18 @@ def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: boo
         temporal: read `Fa` as `F a` unless `Fa` is one of these names.
 
     Returns:
-        The syntax tree in negation normal form.
+        The formula in negation normal form.
 
     Raises:
         FormulaError: for a syntax error (with the column, counted from 1), an unknown proposition (with the nearest
             valid one), or a part that is not co-safe (naming it, and what can be written instead).
     """
-    text, known = one_line(text), None if propositions is None else sorted(propositions)
-    tree = read(text, propositions=known, temporal=temporal)
+    text, names = one_line(text), None if propositions is None else sorted(propositions)
+    tree = read(text, names=names, temporal=temporal)
     try:
-        return _NormalForm(text)(tree, True)
+        return _normal_form(tree, text, True)
     except _UnsafeError as error:
-        message = f"not co-safe: {error.why(text)}, which no finite plan shows{_instead(text, tree, error, known)}"
+        message = f"not co-safe: {error.why}, which no finite plan shows{_instead(text, tree, error, names)}"
         raise error_at(text, message, error.part.start) from None
 
 
@@ -48,14 +44,13 @@ def parse_rule(text: str, *, propositions: Iterable[str] | None = None) -> Formu
     Raises:
         FormulaError: as in `parse`, but for a part that makes the formula not a safety formula.
     """
-    text, known = one_line(text), None if propositions is None else sorted(propositions)
-    tree = read(text, propositions=known)
+    text, names = one_line(text), None if propositions is None else sorted(propositions)
+    tree = read(text, names=names)
     try:
-        return _NormalForm(text)(tree, False)
+        return _normal_form(tree, text, False)
     except _UnsafeError as error:
-        what = text[error.part.start : error.part.end]
-        message = f"no safety formula: no finite plan breaks {what!r}, which asks for something at any later time"
-        raise error_at(text, message, error.part.start) from None
+        asks = f"no finite plan breaks {error.part.text!r}, which asks for something at any later time"
+        raise error_at(text, f"no safety formula: {asks}", error.part.start) from None
 
 
 class _UnsafeError(Exception):
@@ -65,116 +60,90 @@ class _UnsafeError(Exception):
         super().__init__()
         self.part, self.positive = part, positive
 
-    def why(self, text: str) -> str:
-        what = repr(text[self.part.start : self.part.end])
+    @property
+    def why(self) -> str:
+        what = repr(self.part.text)
         if self.part.sign in ("F", "G"):
             return f"{what} must hold for ever" if self.positive else f"{what} is negated, so that it must never hold"
         return f"{what}{'' if self.positive else ' is negated, and'} may be met by what holds for ever"
 
 
-class _NormalForm:
-    """Converts the parts of a formula, or their negations, to negation normal form."""
+def _normal_form(tree: Part, text: str, positive: bool) -> Formula:
+    """Return a formula that is not too large, or its negation.
 
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._sizes: dict[tuple[int, bool], int] = {}
-        self._heights: dict[tuple[int, bool], int] = {}
-        self._found: dict[tuple[int, bool], Formula] = {}
+    Raises:
+        _UnsafeError: it is not co-safe.
+    """
 
-    def __call__(self, part: Part, positive: bool) -> Formula:
-        """Return a part, or its negation if not `positive`.
+    def size(part: Part) -> int:
+        nodes = 1 + sum(map(size, part.parts)) * (2 if part.sign in ("<->", "^") else 1)
+        if nodes > MOST_PARTS:
+            raise error_at(text, f"more than {MOST_PARTS} parts without `<->` and `^`", part.start)
+        return nodes
 
-        Raises:
-            _UnsafeError: it is not co-safe.
-        """
-        key = id(part), positive
-        if key not in self._found:
-            found = self._formula(part, positive)
-            below = [(id(one), sign) for one in part.parts for sign in (True, False)]
-            self._sizes[key] = size = 1 + sum(self._sizes.get(one, 0) for one in below)
-            if size > MOST_PARTS:
-                raise error_at(self._text, f"more than {MOST_PARTS} parts without `<->` and `^`", part.start)
-            own = len(part.parts) if len(part.parts) <= NESTING else MOST_PARTS.bit_length()
-            self._heights[key] = height = own + max((self._heights.get(one, 0) for one in below), default=0)
-            if height > MOST_HEIGHT:
-                raise error_at(self._text, f"nested more than {MOST_HEIGHT} deep", part.start)
-            self._found[key] = found
-        return self._found[key]
-
-    def _formula(self, part: Part, positive: bool) -> Formula:
-        match part.sign:
-            case "name":
-                return Literal(part.name, positive)
-            case "true" | "false":
-                return Truth((part.sign == "true") == positive)
-            case "!":
-                return self(part.parts[0], not positive)
-            case "&" | "|":
-                return _joined(
-                    And if (part.sign == "&") == positive else Or, [self(one, positive) for one in part.parts]
-                )
-            case "->":
-                return (Or if positive else And)(self(part.parts[0], not positive), self(part.parts[1], positive))
-            case "<->" | "^":
-                first, second = part.parts
-                same = (part.sign == "<->") == positive
-                return Or(And(self(first, True), self(second, same)), And(self(first, False), self(second, not same)))
-        return self._temporal(part, positive)
-
-    def _temporal(self, part: Part, positive: bool) -> Formula:
-        low, high = part.low, part.high
-        if part.sign in ("X", "F", "G") and low == high:
-            operand = self(part.parts[0], positive)
-            return operand if not low else Next(operand) if low == 1 else Until(TRUE, operand, low, high)
-        left: Formula = Truth((part.sign == "F") == positive)
-        if len(part.parts) > 1:
-            left = self(part.parts[0], positive)
-        right = self(part.parts[-1], positive)
-        if part.sign in ("W", "M"):  # a W b is b R (a | b), and a M b is b U (a & b)
-            left, right = right, (Or if (part.sign == "W") == positive else And)(left, right)
-        if high == 0:
-            return right
-        if (part.sign in ("F", "U", "M")) == positive:
-            return Until(left, right, low, high)
-        if right == TRUE or (low == 0 and (left == TRUE or right == FALSE)):
-            return right
-        if left == TRUE or right == FALSE:  # then left has to hold before the lower bound
-            return left if isinstance(left, Truth) or low == 1 else Until(TRUE, left, 0, low - 1)
-        if high is None:
-            raise _UnsafeError(part, positive)
-        return BoundedRelease(left, right, low, high)
+    size(tree)
+    return _signed(tree, positive)
 
 
-def _joined(operator: type[And] | type[Or], operands: list[Formula]) -> Formula:
-    """Join operands from the left, or into a balanced tree if there are many."""
-    if len(operands) <= NESTING:
-        return reduce(operator, operands)
-    while len(operands) > 1:
-        pairs = zip(operands[::2], operands[1::2], strict=False)
-        joined: list[Formula] = [operator(left, right) for left, right in pairs]
-        operands = joined + operands[len(joined) * 2 :]
-    return operands[0]
+def _signed(part: Part, positive: bool) -> Formula:
+    """Return a part, or its negation if not `positive`."""
+    match part.sign, part.parts:
+        case "name", _:
+            return Literal(unquoted(part.text), positive)
+        case "true" | "false", _:
+            return Truth((part.sign == "true") == positive)
+        case "!", (operand,):
+            return _signed(operand, not positive)
+        case "&" | "|", operands:
+            return joined(And if (part.sign == "&") == positive else Or, [_signed(one, positive) for one in operands])
+        case "->", (left, right):
+            return joined(Or if positive else And, [_signed(left, not positive), _signed(right, positive)])
+        case "<->" | "^", (left, right):
+            same = (part.sign == "<->") == positive
+            pairs = [(_signed(left, sign), _signed(right, sign == same)) for sign in (True, False)]
+            return joined(Or, [joined(And, pair) for pair in pairs])
+    return _temporal(part, positive)
 
 
-def _instead(text: str, tree: Part, error: _UnsafeError, known: Sequence[str] | None) -> str:
+def _temporal(part: Part, positive: bool) -> Formula:
+    low, high = part.low, part.high
+    *before, right = [_signed(operand, positive) for operand in part.parts]
+    left = before[0] if before else Truth((part.sign == "F") == positive)
+    if part.sign in ("W", "M"):  # a W b is b R (a | b), and a M b is b U (a & b)
+        left, right = right, joined(Or if (part.sign == "W") == positive else And, [left, right])
+    if high == 0:
+        return right
+    if not before and low == high:
+        return Until(TRUE, right, low, high)
+    if (part.sign in ("F", "U", "M")) == positive:
+        return Until(left, right, low, high)
+    if right == TRUE or (low == 0 and (left == TRUE or right == FALSE)):
+        return right
+    if left == TRUE or right == FALSE:  # then left has to hold before the lower bound
+        return left if isinstance(left, Truth) or low == 1 else Until(TRUE, left, 0, low - 1)
+    if high is None:
+        raise _UnsafeError(part, positive)
+    return BoundedRelease(left, right, low, high)
+
+
+def _instead(text: str, tree: Part, error: _UnsafeError, names: Collection[str] | None) -> str:
     """Return, in words, the task and the rule that are nearest to a formula that is not co-safe."""
     conjuncts = list(_conjuncts(tree))
     whole = next(one for one in conjuncts if one.start <= error.part.start and error.part.end <= one.end)
     others = [one for one in conjuncts if one is not whole]
-    task, rule = _task_instead(text, whole, others, error), text[whole.start : whole.end]
-    choices = (("task", task), ("rule", rule))
-    options = [f"the {kind} {new!r}" for kind, new in choices if _reads(new, known, kind == "task")]
-    found = f"; write {' or '.join(options)}" if options else ""
-    word = text[error.part.start : error.part.end]
-    if parts := split(word, known):
-        found += f"; {word!r} is read as {' '.join(parts)!r}: put a name in quotes"
-    return found
+    nearest = {"task": _task_instead(text, whole, others, error), "rule": whole.text}
+    options = [f"the {kind} {new!r}" for kind, new in nearest.items() if _reads(new, names, kind == "task")]
+    hint = f"; write {' or '.join(options)}" if options else ""
+    word = error.part.text
+    if parts := split(word, names):
+        hint += f"; {word!r} is read as {' '.join(parts)!r}: put a name in quotes"
+    return hint
 
 
-def _reads(text: str, known: Sequence[str] | None, positive: bool) -> bool:
+def _reads(text: str, names: Collection[str] | None, positive: bool) -> bool:
     """Return whether a text is a valid task, or a valid rule if not `positive`."""
     try:
-        _NormalForm(text)(read(text, propositions=known), positive)
+        _normal_form(read(text, names=names), text, positive)
     except (FormulaError, _UnsafeError):
         return False
     return True
@@ -192,8 +161,7 @@ def _task_instead(text: str, whole: Part, others: list[Part], error: _UnsafeErro
     """Return a formula near to one that is not co-safe; it need not be valid, and may be empty."""
 
     def words(part: Part, *, weak: bool = True) -> str:
-        own = text[part.start : part.end]
-        return f"({own})" if weak and part.parts and part.sign not in _BEFORE else own
+        return f"({part.text})" if weak and part.parts and part.sign not in _BEFORE else part.text
 
     part, operand = error.part, error.part.parts[-1]
     denied = part.sign == "F" and whole.sign == "!" and whole.parts[0] is part

@@ -8,7 +8,7 @@ never taken for operators.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from prefplan.errors import FormulaError, choices, told
@@ -40,11 +40,9 @@ _COUNTING = {"X", "F", "G", "U", "R"}
 
 _SYMBOLS = sorted({text for text in (*_PREFIX, *_INFIX, "(", ")") if not NAME.fullmatch(text)}, key=len, reverse=True)
 _BOUNDS = re.compile(r"\[\s*(\d+)\s*(?:(,|:|\.\.)\s*(\d*)\s*)?\]", re.ASCII)
-_VISIBLE = re.compile(r"\S")
-_TOKEN = re.compile(
-    "|".join([r'"[^"]+"', r"'[^']+'", NAME.pattern, r"\d+", _BOUNDS.pattern, r"\[!\]", *map(re.escape, _SYMBOLS)]),
-    re.ASCII,
-)
+_WORDS = [r'"[^"]+"', r"'[^']+'", NAME.pattern, r"\d+", _BOUNDS.pattern, r"\[!\]", *map(re.escape, _SYMBOLS)]
+_TOKEN = re.compile("|".join([*_WORDS, r"(?P<foreign>\S)", r"(?=\s*\Z)"]), re.ASCII)
+"""A token: of the text, a character that begins none, or the empty one at the end."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +51,9 @@ class Part:
 
     Attributes:
         sign: its operator, in one spelling; `name`, `true` or `false` for a leaf.
-        parts: its operands.
+        parts: its operands; of `&` and `|` as many as are written in a row.
         start: first column of its text, from 0.
-        end: column after it.
-        name: name of a proposition.
+        text: its text.
         low: least number of steps of a counting operator.
         high: greatest number of steps; None for no bound.
     """
@@ -64,10 +61,14 @@ class Part:
     sign: str
     parts: tuple[Part, ...]
     start: int
-    end: int
-    name: str = ""
+    text: str
     low: int = 0
     high: int | None = None
+
+    @property
+    def end(self) -> int:
+        """The column after its text."""
+        return self.start + len(self.text)
 
 
 def error_at(text: str, message: str, column: int) -> FormulaError:
@@ -82,185 +83,189 @@ def one_line(text: str) -> str:
     return re.sub(r"\s", " ", text)
 
 
-def split(name: str, known: Collection[str] | None) -> tuple[str, str] | None:
+def unquoted(name: str) -> str:
+    """Return the name of a proposition as it was written, without quotes."""
+    return name.strip("\"'")
+
+
+def split(word: str, names: Collection[str] | None) -> tuple[str, str] | None:
     """Return a word such as `GFa` as (operators, name), with an empty name for `GF`; None if it is a name itself.
 
     Args:
-        name: the word.
-        known: the valid names; None if any name is valid.
+        word: the word.
+        names: the valid names; None if any name is valid.
     """
-    if known is not None and name in known:
+    if names is not None and word in names:
         return None
-    letters = len(name) - len(name.lstrip("FGX"))
-    for end in range(1, letters + 1) if known is not None else {letters} - {0}:
-        rest = name[end:]
-        if rest and (rest in _CONSTANTS or rest in known if known is not None else rest[0].isalpha()):
-            return name[:end], rest
-    return (name, "") if letters == len(name) > 1 else None
+    letters = len(word) - len(word.lstrip("FGX"))
+    for end in range(1, letters + 1) if names is not None else {letters} - {0}:
+        rest = word[end:]
+        if rest and (rest in _CONSTANTS or rest in names if names is not None else rest[0].isalpha()):
+            return word[:end], rest
+    return (word, "") if letters == len(word) > 1 else None
 
 
-def read(text: str, *, propositions: Sequence[str] | None, temporal: bool = True) -> Part:
+def read(text: str, *, names: Collection[str] | None, temporal: bool = True) -> Part:
     """Return the tree of a formula.
 
-    Arguments are those of `normal_form.parse`; the text is on one line, and the names are sorted.
+    Args:
+        text: the formula, on one line.
+        names: the valid names; None if any name is valid.
+        temporal: as in `normal_form.parse`.
 
     Raises:
         FormulaError: for a syntax error or an unknown name, with the column.
     """
-    return _Parser(text, propositions, temporal).read()
+    return _Parser(text, names, temporal).read()
 
 
-@dataclass(frozen=True)
-class _Token:
-    text: str
-    start: int
-    end: int
+Bounds = tuple[int, int | None]
 
 
 class _Parser:
-    """A precedence-climbing parser."""
+    """A precedence-climbing parser; the depth of what is read counts the operators and brackets around it."""
 
-    def __init__(self, text: str, propositions: Sequence[str] | None, temporal: bool) -> None:
-        self.text, self.propositions, self.temporal = text, propositions, temporal
-        self.tokens = [*self.scan(), _Token("", len(text.rstrip()), len(text))]
-        self.position = self.depth = 0
-        self.opened: list[_Token] = []
+    def __init__(self, text: str, names: Collection[str] | None, temporal: bool) -> None:
+        self.text, self.names, self.temporal = text, names, temporal
+        self.tokens = list(_TOKEN.finditer(text))
+        self.position = 0
+        self.opened: list[int] = []
+        for token in self.tokens:
+            if token["foreign"]:
+                raise self.error(f"{token[0]!r} means nothing in a formula", token.start())
+
+    @property
+    def token(self) -> str:
+        """The next token; empty at the end."""
+        return self.tokens[self.position][0]
+
+    @property
+    def column(self) -> int:
+        """Where the next token begins."""
+        return self.tokens[self.position].start()
 
     def error(self, message: str, column: int) -> FormulaError:
         return error_at(self.text, message, column)
 
-    def scan(self) -> Iterator[_Token]:
-        at = 0
-        while found := _VISIBLE.search(self.text, at):
-            token = _TOKEN.match(self.text, found.start())
-            if token is None:
-                raise self.error(f"{found[0]!r} means nothing in a formula", found.start())
-            at = token.end()
-            yield _Token(token[0], token.start(), at)
-
-    @property
-    def token(self) -> _Token:
-        return self.tokens[self.position]
-
-    def advance(self) -> _Token:
+    def advance(self) -> str:
+        """Return the next token, and go on to the one after it."""
         self.position += 1
-        return self.tokens[self.position - 1]
+        return self.tokens[self.position - 1][0]
 
-    def nested(self, column: int, *, by: int = 1) -> None:
-        self.depth += by
-        if self.depth > NESTING:
+    def part(self, sign: str, parts: tuple[Part, ...], start: int, bounds: Bounds = (0, None)) -> Part:
+        """Return a part that ends where the last token read does."""
+        return Part(sign, parts, start, self.text[start : self.tokens[self.position - 1].end()], *bounds)
+
+    def nested(self, depth: int, column: int) -> int:
+        """Return a depth, unless it is too large for recursion."""
+        if depth > NESTING:
             raise self.error(f"nested more than {NESTING} deep", column)
+        return depth
 
     def read(self) -> Part:
-        part = self.binary()
-        if self.token.text == ")":
-            raise self.error("')' closes no bracket", self.token.start)
-        if self.token.text:
-            raise self.error(f"expected an operator, not {self.token.text!r}", self.token.start)
+        part = self.binary(0)
+        if self.token == ")":
+            raise self.error("')' closes no bracket", self.column)
+        if self.token:
+            raise self.error(f"expected an operator, not {self.token!r}", self.column)
         return part
 
-    def binary(self, weakest: int = 0) -> Part:
+    def binary(self, depth: int, weakest: int = 0) -> Part:
         """Read a formula whose binary operators have at least a precedence level."""
-        start, part, joined, depth = self.token.start, self.unary(), "", self.depth
-        while (sign := _INFIX.get(self.token.text)) and _LEVEL[sign] >= weakest:
-            low, high = self.bounds(sign, self.advance())
-            self.nested(start, by=sign not in _FLAT)
-            last = self.binary(_LEVEL[sign] + (sign not in _TO_THE_RIGHT))
-            self.depth -= sign in _TO_THE_RIGHT
+        start, part, joined = self.column, self.unary(depth), ""
+        while (sign := _INFIX.get(self.token)) and _LEVEL[sign] >= weakest:
+            bounds, to_the_right = self.bounds(sign, self.advance()), sign in _TO_THE_RIGHT
+            below = self.nested(depth + (sign not in _FLAT), start)
+            last = self.binary(below, _LEVEL[sign] + (not to_the_right))
             parts = (*part.parts, last) if joined == sign and sign in _FLAT else (part, last)
-            part, joined = Part(sign, parts, start, self.tokens[self.position - 1].end, low=low, high=high), sign
-        self.depth = depth
+            part, joined = self.part(sign, parts, start, bounds), sign
+            depth = depth if to_the_right else below
         return part
 
-    def bounds(self, sign: str, token: _Token) -> tuple[int, int | None]:
+    def bounds(self, sign: str, operator: str) -> Bounds:
         """Read the bounds of an operator, if there are any."""
-        bounds, found = self.token, _BOUNDS.fullmatch(self.token.text)
-        if sign == "X" and bounds.text == "[!]":
+        column, written = self.column, _BOUNDS.fullmatch(self.token)
+        if sign == "X" and self.token == "[!]":
             self.advance()
-        if found is None:
+        if written is None:
             return _bounds(sign)
         self.advance()
-        low, comma, high = found.groups()
+        low, comma, high = written.groups()
         if sign not in _COUNTING:
-            raise self.error(f"{token.text!r} takes no bounds (X F G U R do)", bounds.start)
+            raise self.error(f"{operator!r} takes no bounds (X F G U R do)", column)
         if (sign == "X") != (comma is None):
-            number = "one number: X[3]" if sign == "X" else f"two bounds: {token.text}[0,5]"
-            raise self.error(f"{token.text!r} takes {number}", bounds.start)
+            number = "one number: X[3]" if sign == "X" else f"two bounds: {operator}[0,5]"
+            raise self.error(f"{operator!r} takes {number}", column)
         digits = 1 + len(str(MOST_STEPS))  # enough to exceed the limit; Python refuses to read thousands of digits
         low, high = low[:digits], high and high[:digits]
         least, most = int(low), int(high) if high else int(low) if sign == "X" else None
         if max(least, most or 0) > MOST_STEPS:
-            raise self.error(f"more than {MOST_STEPS} steps", bounds.start)
+            raise self.error(f"more than {MOST_STEPS} steps", column)
         if most is not None and most < least:
-            raise self.error(f"the bounds {bounds.text} are in the wrong order", bounds.start)
+            raise self.error(f"the bounds {written[0]} are in the wrong order", column)
         return least, most
 
-    def unary(self) -> Part:
-        token = self.token
-        if token.text in _PREFIX:
-            self.advance()
-            sign = _PREFIX[token.text]
-            low, high = self.bounds(sign, token)
-            return self.prefixed([(sign, token.start, low, high)])
-        if token.text == "(":
-            return self.bracketed()
-        return self.atom()
-
-    def begins_formula(self) -> bool:
-        """Return whether the next token begins a formula."""
-        text = self.token.text
-        return (
-            text in _PREFIX
-            or text in _CONSTANTS
-            or text[:1] in {"(", '"', "'"}
-            or (bool(NAME.match(text)) and text not in _INFIX)
-        )
-
-    def prefixed(self, operators: Sequence[tuple[str, int, int, int | None]]) -> Part:
-        """Read the operand of prefix operators, each given as (sign, column, low, high)."""
-        self.nested(operators[0][1], by=len(operators))
-        part = self.unary()
-        self.depth -= len(operators)
-        for sign, start, low, high in reversed(operators):
-            part = Part(sign, (part,), start, self.tokens[self.position - 1].end, low=low, high=high)
+    def unary(self, depth: int) -> Part:
+        start = self.column
+        if self.token == "(":
+            return self.bracketed(self.nested(depth + 1, start))
+        operators = self.operators()
+        if not operators:
+            return self.atom()
+        part = self.unary(self.nested(depth + len(operators), start))
+        for sign, column, bounds in reversed(operators):
+            part = self.part(sign, (part,), column, bounds)
         return part
 
-    def bracketed(self) -> Part:
-        self.nested(self.token.start)
-        self.opened.append(self.advance())
-        part = self.binary()
-        if self.token.text != ")":
-            if self.token.text:
-                raise self.error(f"expected an operator or ')', not {self.token.text!r}", self.token.start)
-            raise self.error("'(' is never closed", self.opened[-1].start)
+    def operators(self) -> list[tuple[str, int, Bounds]]:
+        """Read a prefix operator, or those with which a word such as `GFa` begins, as (sign, column, bounds) each."""
+        word, column = self.token, self.column
+        if sign := _PREFIX.get(word):
+            return [(sign, column, self.bounds(sign, self.advance()))]
+        is_name = NAME.fullmatch(word) and word not in _CONSTANTS
+        signs, rest = (is_name and self.temporal and split(word, self.names)) or ("", "")
+        if rest:
+            self.tokens[self.position] = next(_TOKEN.finditer(self.text, column + len(signs)))
+        elif signs and _begins_formula(self.tokens[self.position + 1][0]):
+            self.advance()
+        else:
+            return []
+        return [(sign, column + k, _bounds(sign)) for k, sign in enumerate(signs)]
+
+    def bracketed(self, depth: int) -> Part:
+        self.opened.append(self.column)
         self.advance()
-        self.opened.pop()
-        self.depth -= 1
+        part = self.binary(depth)
+        if self.token not in (")", ""):
+            raise self.error(f"expected an operator or ')', not {self.token!r}", self.column)
+        column = self.opened.pop()
+        if self.advance() != ")":
+            raise self.error("'(' is never closed", column)
         return part
 
     def atom(self) -> Part:
-        token = self.advance()
-        name, quoted = token.text.strip("\"'"), token.text[:1] in {'"', "'"}
-        known = self.propositions
-        if not quoted and token.text in _CONSTANTS and not (known and name in known):
-            return Part(_CONSTANTS[name], (), token.start, token.end)
+        column, token, names = self.column, self.advance(), self.names
+        name, quoted = unquoted(token), token[:1] in ("'", '"')
+        if not quoted and name in _CONSTANTS and not (names and name in names):
+            return self.part(_CONSTANTS[name], (), column)
         if not NAME.fullmatch(name) or (name in RESERVED and not quoted):
-            what = f"not {token.text!r}" if token.text else "but the formula ends"
-            if not token.text and self.opened:
-                what += f" (the '(' at column {self.opened[-1].start + 1} is never closed)"
-            raise self.error(f"expected a formula, {what}", token.start)
-        operators, rest = (not quoted and self.temporal and split(name, known)) or ("", "")
-        if rest:
-            self.position -= 1
-            self.tokens[self.position] = _Token(rest, token.end - len(rest), token.end)
-        if operators and (rest or self.begins_formula()):
-            return self.prefixed([(sign, token.start + k, *_bounds(sign)) for k, sign in enumerate(operators)])
-        if known is not None and name not in known:
-            hint = choices(name, known) if known else "(there are none; `labels` says which hold in a state)"
-            raise self.error(f"unknown proposition {name!r} {hint}", token.start)
-        return Part("name", (), token.start, token.end, name=name)
+            what = f"not {token!r}" if token else "but the formula ends"
+            if not token and self.opened:
+                what += f" (the '(' at column {self.opened[-1] + 1} is never closed)"
+            raise self.error(f"expected a formula, {what}", column)
+        if names is not None and name not in names:
+            hint = choices(name, names) if names else "(there are none; `labels` says which hold in a state)"
+            raise self.error(f"unknown proposition {name!r} {hint}", column)
+        return self.part("name", (), column)
 
 
-def _bounds(sign: str) -> tuple[int, int | None]:
+def _begins_formula(token: str) -> bool:
+    """Return whether a token begins a formula."""
+    if NAME.match(token):
+        return token not in _INFIX
+    return token in _PREFIX or token in _CONSTANTS or token[:1] in ("(", '"', "'")
+
+
+def _bounds(sign: str) -> Bounds:
     """Return the default bounds of an operator."""
     return (1, 1) if sign == "X" else (0, None)

@@ -76,7 +76,14 @@ def test_an_automaton_that_would_be_too_large_is_refused() -> None:
         automaton("F(a & " + "X " * 18 + "b)")
 
 
-@pytest.mark.parametrize(("text", "size"), [(" & ".join(["a"] * 2000), 3), (" | ".join(["F a"] * 900), 2)])
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        (" & ".join(["a"] * 2000), 3),
+        (" | ".join(["F a"] * 900), 2),
+        ("F(" * 9 + "a" + f"{' & b' * 90})" * 9, 2),
+    ],
+)
 def test_a_long_formula_is_read_without_a_stack_overflow(text: str, size: int) -> None:
     assert automaton(text).size == size
 

@@ -10,7 +10,7 @@ from judge.semantics import holds_now, powerset
 from judge.syntax import random_boolean
 
 from prefplan import FormulaError, parse
-from prefplan.logic.formula import holds, is_temporal, negate, propositions_of
+from prefplan.logic.formula import holds, is_temporal, propositions_of
 
 
 def caret_column(error: FormulaError) -> int:
@@ -129,7 +129,7 @@ def test_nesting_has_a_limit_instead_of_a_stack_overflow(opening: str) -> None:
         parse(opening * 10_000 + "a")
 
 
-@pytest.mark.parametrize("text", ["X" * 200 + "a", " ^ ".join(["a"] * 3000), "F(" * 9 + "a" + f"{' & b' * 90})" * 9])
+@pytest.mark.parametrize("text", ["X" * 200 + "a", " ^ ".join(["a"] * 3000)])
 def test_what_is_deep_without_brackets_has_a_limit_too(text: str) -> None:
     with pytest.raises(FormulaError, match="nested more than [0-9]+ deep"):
         parse(text)
@@ -142,4 +142,4 @@ def test_labels_decide_formulas_without_temporal_operators() -> None:
         for label in powerset("abc"):
             expected = holds_now(drawn, label)
             assert holds(formula, label) == expected, (seed, label)
-            assert holds(negate(formula), label) == (not expected), (seed, label)
+            assert holds(parse(f"!({judge.to_text(drawn)})"), label) == (not expected), (seed, label)
