@@ -75,7 +75,7 @@ def choices(wrong: str, valid: Iterable[str]) -> str:
     return f"(valid: {', '.join(valid)})" if valid else "(there are none)"
 
 
-def told(value: object) -> str:
+def describe(value: object) -> str:
     """Return what a wrong value is, for a message: itself if it is short, and its type."""
     if isinstance(value, type):
         return f"the class {value.__name__}"

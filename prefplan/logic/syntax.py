@@ -11,7 +11,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from prefplan.errors import FormulaError, choices, told
+from prefplan.errors import FormulaError, choices, describe
 from prefplan.text.names import NAME, RESERVED
 
 NESTING = 120
@@ -79,7 +79,7 @@ def error_at(text: str, message: str, column: int) -> FormulaError:
 def one_line(text: str) -> str:
     """Return a formula with line breaks and tabs replaced by spaces, so that columns stay the same."""
     if not isinstance(text, str):
-        raise FormulaError(f'a formula must be text, such as "F p", not {told(text)}')
+        raise FormulaError(f'a formula must be text, such as "F p", not {describe(text)}')
     return re.sub(r"\s", " ", text)
 
 

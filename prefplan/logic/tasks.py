@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, TypeVar
 
-from prefplan.errors import FormulaError, PrefplanError, check_known, prefixed, told
+from prefplan.errors import FormulaError, PrefplanError, check_known, describe, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula, is_temporal
@@ -135,12 +135,12 @@ def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named]
     if isinstance(given, (str, kind)) or not isinstance(given, Iterable):
         raise PrefplanError(
             f'{key}: must be formulas by name, such as {{"NAME": "F p"}}, or a list such as [{example}], '
-            f"not {told(given)}"
+            f"not {describe(given)}"
         )
     found = list(given)
     for i, one in enumerate(found):
         if not isinstance(one, kind):
-            raise PrefplanError(f"{key}[{i}]: must be a {kind.__name__}, such as {example}, not {told(one)}")
+            raise PrefplanError(f"{key}[{i}]: must be a {kind.__name__}, such as {example}, not {describe(one)}")
         check_fields(one, PrefplanError, f"{key}[{i}].")
     return found
 

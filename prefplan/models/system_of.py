@@ -7,7 +7,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 
 import networkx as nx
 
-from prefplan.errors import ModelError, told
+from prefplan.errors import ModelError, describe
 from prefplan.models.transition_system import TransitionSystem
 
 
@@ -46,5 +46,5 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> Transition
     if isinstance(given, Model) and not isinstance(given, type):
         return given.transition_system()
     raise ModelError(
-        f"system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not {told(given)}"
+        f"system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not {describe(given)}"
     )

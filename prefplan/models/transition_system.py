@@ -11,7 +11,7 @@ import networkx as nx
 import numpy as np
 
 from prefplan.drawing.cell_map import CellMap
-from prefplan.errors import ModelError, choices, told
+from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number, whole_numbers
 from prefplan.text.display_names import DisplayNames
 from prefplan.text.names import check_names
@@ -239,7 +239,7 @@ class TransitionSystem:
             try:
                 source, action, target, cost = transition
             except (TypeError, ValueError):
-                what = f"must be (source, action, target, cost), not {told(transition)}"
+                what = f"must be (source, action, target, cost), not {describe(transition)}"
                 raise ModelError(f"transitions[{i}]: {what}") from None
             s, t = (index.setdefault(state, len(index)) for state in (source, target))
             a = action_index.setdefault(action, len(action_index))

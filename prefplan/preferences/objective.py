@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.errors import PreferenceError, PrefplanError, check_known, told
+from prefplan.errors import PreferenceError, PrefplanError, check_known, describe
 from prefplan.exact_costs import Units, common_unit
 from prefplan.preferences.expression import divides, scaled
 from prefplan.preferences.kinds import Preference
@@ -75,11 +75,11 @@ def preferences_of(given: Preference | Sequence[NamedPreference]) -> tuple[Named
     for i, one in enumerate(given):
         if not isinstance(one, NamedPreference):
             raise PreferenceError(
-                f"preference[{i}]: must be like NamedPreference('NAME', Order()), not {told(one)}; a preference alone "
+                f"preference[{i}]: must be like NamedPreference('NAME', Order()), not {describe(one)}; a preference alone "
                 f" needs no list, {EXAMPLES}"
             )
         if isinstance(one.preference, type) or not hasattr(one.preference, "terms"):
-            raise PreferenceError(f"{one.key}: must be a preference, {EXAMPLES}, not {told(one.preference)}")
+            raise PreferenceError(f"{one.key}: must be a preference, {EXAMPLES}, not {describe(one.preference)}")
         if is_dataclass(one.preference):
             check_fields(one.preference, PreferenceError, f"{one.key}.")
     return tuple(given)

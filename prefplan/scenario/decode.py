@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-from prefplan.errors import ModelError, PrefplanError, ScenarioError, prefixed, told
+from prefplan.errors import ModelError, PrefplanError, ScenarioError, describe, prefixed
 from prefplan.exact_costs import Number
 from prefplan.logic.tasks import Rule, Task
 from prefplan.models.graph import GraphModel
@@ -112,7 +112,7 @@ def problem_of(given: ProblemLike) -> Problem:
     if isinstance(given, Problem):
         return given
     raise PrefplanError(
-        f"problem: must be a Problem, a scenario, or the name or path of one, not {told(given)}; "
+        f"problem: must be a Problem, a scenario, or the name or path of one, not {describe(given)}; "
         "Problem(system, tasks, preference) makes one"
     )
 

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from prefplan.errors import ScenarioError, choices, told
+from prefplan.errors import ScenarioError, choices, describe
 
 FOLDER = Path(str(files("prefplan"))).parent / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
@@ -35,7 +35,7 @@ def path_of(scenario: str | Path) -> Path:
     if isinstance(scenario, Path):
         return scenario
     if not isinstance(scenario, str):
-        raise ScenarioError(f"a scenario is loaded by its name or path, not {told(scenario)}")
+        raise ScenarioError(f"a scenario is loaded by its name or path, not {describe(scenario)}")
     if scenario in names():
         return FOLDER / f"{scenario}.toml"
     path, named = Path(scenario), Path(f"{scenario}.toml")

@@ -9,7 +9,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any, TypedDict, Unpack
 
-from prefplan.errors import PreferenceError, PrefplanError, check_known, choices, told
+from prefplan.errors import PreferenceError, PrefplanError, check_known, choices, describe
 from prefplan.exact_costs import Number, inclusive
 from prefplan.limits import MEMORY_SHARE, Limits, available_memory
 from prefplan.problem import Problem
@@ -52,7 +52,7 @@ def limits_of(problem: Problem, **wanted: Unpack[PlanLimits]) -> tuple[Limits, d
             raise PrefplanError(f"{key}: no limit of a search {choices(key, PlanLimits.__annotations__)}")
     max_preference, at_most = wanted.get("max_preference"), wanted.get("at_most") or {}
     if not isinstance(at_most, Mapping):
-        raise PrefplanError(f"at_most: must be bounds by name, such as {{'cost': 40}}, not {told(at_most)}")
+        raise PrefplanError(f"at_most: must be bounds by name, such as {{'cost': 40}}, not {describe(at_most)}")
     names = problem.objective_names
     keys = dict(zip(names, ("max_cost", "max_preference"), strict=True)) if problem.is_bi_objective else {}
     given = [(names[0], wanted.get("max_cost")), *at_most.items()]
@@ -77,7 +77,7 @@ def _limit(wanted: Mapping[str, Any], key: str) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, (Real, Decimal)) or not float(value) >= 0:
-        raise PrefplanError(f"{key}: must be a number >= 0, not {told(value)}")
+        raise PrefplanError(f"{key}: must be a number >= 0, not {describe(value)}")
     return float(value)
 
 

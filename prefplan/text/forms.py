@@ -10,7 +10,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
 
-from prefplan.errors import PrefplanError, told
+from prefplan.errors import PrefplanError, describe
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,14 @@ def check_fields(value: Any, error: type[PrefplanError], prefix: str = "") -> No
         entries = {field.name: given}
         if get_origin(kind) is Mapping and get_origin(get_args(kind)[1]) is Annotated:
             if not isinstance(given, Mapping):
-                raise error(f"{prefix}{field.name}: must be a dict by name, not {told(given)}")
+                raise error(f"{prefix}{field.name}: must be a dict by name, not {describe(given)}")
             kind = get_args(kind)[1]
             entries = {f"{field.name}.{name}": entry for name, entry in given.items()}
         if get_origin(kind) is Annotated:
             inner, form = get_args(kind)
             for where, entry in entries.items():
                 if not fits(inner, entry):
-                    raise error(f"{prefix}{where}: must be {form.code or form.file}, not {told(entry)}")
+                    raise error(f"{prefix}{where}: must be {form.code or form.file}, not {describe(entry)}")
 
 
 def fits(kind: Any, value: Any) -> bool:
