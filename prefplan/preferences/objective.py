@@ -75,8 +75,8 @@ def preferences_of(given: Preference | Sequence[NamedPreference]) -> tuple[Named
     for i, one in enumerate(given):
         if not isinstance(one, NamedPreference):
             raise PreferenceError(
-                f"preference[{i}]: must be like NamedPreference('NAME', Order()), not {describe(one)}; a preference alone "
-                f" needs no list, {EXAMPLES}"
+                f"preference[{i}]: must be like NamedPreference('NAME', Order()), not {describe(one)}; a preference "
+                f"alone needs no list, {EXAMPLES}"
             )
         if isinstance(one.preference, type) or not hasattr(one.preference, "terms"):
             raise PreferenceError(f"{one.key}: must be a preference, {EXAMPLES}, not {describe(one.preference)}")
