@@ -22,13 +22,13 @@ from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.exact_search import ExactSearch, needs_exact_numbers
 from prefplan.search.incumbent import AnytimeSearch, CheapestSearch
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.objective_search import ObjectiveSearch
+from prefplan.search.reference import ReferenceSearch, needs_exact_numbers
 from prefplan.search.vector_search import VectorSearch
 
-AnySearch = Search | AnytimeSearch | CheapestSearch | ExactSearch
+AnySearch = Search | AnytimeSearch | CheapestSearch | ReferenceSearch
 
 
 def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
@@ -267,7 +267,7 @@ class Planner:
             try:
                 search: AnySearch
                 if exact_numbers:
-                    search = ExactSearch(self._reduction.listed_product(self.problem), bounds=bounds)
+                    search = ReferenceSearch(self._reduction.listed_product(self.problem), bounds=bounds)
                 elif len(self.problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
                     raise LimitError("memory")
                 elif self.problem.is_bi_objective:

@@ -1,0 +1,274 @@
+"""Algorithm 1 of the paper (constrained A*) and BOA*, in plain Python over exact numbers: what every search must find.
+
+`_constrained_a_star` is Algorithm 1, with the paper's line numbers; a *label* is what the paper calls a node x. BOA*
+(C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020) is the loop over it: after
+each plan, mu_max falls below that plan's mu. Three things differ from the paper:
+
+- Pruning. As printed, lines 14 and 15 prune nothing; pruning by g_min loses plans of lower mu. Here a label is dropped
+  if another one of its product state is no worse in every entry of the *label key*, which depends on the preference's
+  contract (`_key`): then every continuation is no worse either.
+- Objectives. There may be several costs and preferences. f has a lower bound of each, mu_max is the set of vectors
+  that no plan found so far dominates, and O is ordered by f, entry by entry.
+- Relaxation (Remarks 1 to 6). A label may be read in several ways, for a price, and there are several x_0.
+
+The compiled searches do the same faster, and are tested against this one; what 64 bits cannot hold is left to it.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, partial
+from itertools import chain, product
+from typing import Any
+
+from prefplan.front import Stats
+from prefplan.heuristics.max_min import max_min, task_distances
+from prefplan.limits import Limits
+from prefplan.logic.weighted_dfa import Follower, Reading
+from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.terms import Term
+from prefplan.problem import Problem
+from prefplan.product.product_automaton import Product
+from prefplan.product.starts import Start
+from prefplan.search.driver import Found
+from prefplan.search.plan_extraction import account
+
+BYTES_A_LABEL = 1500
+"""Measured memory of a label with its key, and its share of the tables."""
+
+CHECK_PERIOD = 64
+"""Labels popped between two checks of the limits: a few milliseconds."""
+
+Vector = tuple[Any, ...]
+Counts = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Label:
+    """A path: the paper's node x. There are D costs, N tasks, and P tasks and rules with violation costs.
+
+    Attributes:
+        state: state(x) = (s, q_1, ..., q_N, r_1, ..., r_R), where the path leads.
+        g: (D,) its costs, as whole numbers of `Problem.cost_units`.
+        pcs: (N,) its preference cost set (Definition 4): the costs (D,) of each task.
+        paid: (P,) violation costs, in units.
+        f: lower bounds of the costs, in units, and preferences of all plans that begin with the path.
+        actions: how many.
+        parent: parent(x), or how the path begins.
+        edge: its last edge; -1 at the start.
+    """
+
+    state: Counts
+    g: Counts
+    pcs: tuple[Counts, ...]
+    paid: Counts
+    f: Vector
+    actions: int
+    parent: Label | Start
+    edge: int
+
+
+class ReferenceSearch:
+    """Search for all non-dominated vectors of costs and preferences, whatever numbers a problem has."""
+
+    def __init__(self, product: Product, *, bounds: Mapping[str, Fraction]) -> None:
+        """Make the search ready.
+
+        Args:
+            product: what is searched.
+            bounds: inclusive, of objectives by name, in the user's units.
+
+        Raises:
+            LimitError: a limit was reached.
+        """
+        problem = product.problem
+        self.product, self._problem, self._system = product, problem, problem.system
+        units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
+        named = zip(problem.objective_names, units, strict=True)
+        self._most = [bounds[name] / unit if name in bounds else math.inf for name, unit in named]
+        edge_costs = zip(self._system.edge_costs, problem.cost_units, strict=True)
+        columns = [column.counts(unit).tolist() for column, unit in edge_costs]
+        self._costs: list[Counts] = list(zip(*columns, strict=True))
+        self._distances = [task_distances(product, column) for column in columns]
+        self._readings = cache(self._read)
+        self._open: list[tuple[Vector, int, int, Label]] = []
+        self._undominated: dict[Vector, list[tuple[Vector, Label]]] = defaultdict(list)
+        self._front: list[Vector] = []
+        self._popped = self._made = 0
+
+    @property
+    def work(self) -> Stats:
+        """What was done so far."""
+        return Stats(len(self._undominated), self._popped, self._made, self._made * BYTES_A_LABEL)
+
+    def goals(self, limits: Limits) -> Iterator[Found]:
+        """Yield the front, in order of f (BOA*); stop early, with `limits.ended` set, at a limit."""
+        for start in self.product.starts:
+            self._begin(start)  # lines 1 to 4
+        while (goal := self._constrained_a_star(limits)) is not None:
+            self._front.append(goal.f)
+            yield self._found(goal)
+
+    def _begin(self, start: Start) -> None:
+        """Add x_0 to O. Of a past, only the first cost counts."""
+        rest = (0,) * (len(self._problem.cost_units) - 1)
+        pcs = tuple((start.spent if c is None else c, *rest) for c in start.finished)
+        state = (self.product.start_node, *start.automata)
+        self._add(state, (start.spent, *rest), pcs, start.violations, start, -1)
+
+    def _constrained_a_star(self, limits: Limits) -> Label | None:
+        """Return the label of a goal within mu_max, of least f (Algorithm 1); None for failure, or at a limit."""
+        while self._open:  # line 5
+            *_, x = heapq.heappop(self._open)  # line 6
+            limits.complete_below = x.f[0]
+            if self._must_stop(limits):
+                return None
+            if not self._is_undominated(x) or not self._admits(x.f):  # line 7: g(x) > g_min, or mu_max has fallen
+                continue
+            if self._is_accepting(x.state):  # line 7
+                return x  # line 8
+            acc = self._acc(x.state)
+            for edge, state, prices in self._successors(x.state):  # line 9
+                cost = self._costs[edge]
+                g = _plus(x.g, cost)  # line 10
+                pcs = tuple(c if j in acc else _plus(c, cost) for j, c in enumerate(x.pcs))  # line 11, equation (3)
+                self._add(state, g, pcs, _plus(x.paid, prices), x, edge)  # lines 12 to 18
+        limits.complete_below = math.inf
+        return None  # line 19
+
+    def _add(
+        self, state: Counts, g: Counts, pcs: tuple[Counts, ...], paid: Counts, parent: Label | Start, edge: int
+    ) -> None:
+        """Create a label and add it to O, unless mu is too large, or another label of its product state is no worse."""
+        f = self._f(state, g, pcs, paid)
+        if not self._admits(f):  # line 12
+            return  # line 13
+        actions = parent.actions + 1 if isinstance(parent, Label) else 0
+        y = Label(state, g, pcs, paid, f, actions, parent, edge)  # lines 17 and 18
+        key, others = self._key(y), self._undominated[self._place(y)]
+        if any(_no_worse(other, key) for other, _ in others):  # line 14: g+ >= g_min
+            return
+        others[:] = [pair for pair in others if not _no_worse(key, pair[0])]
+        others.append((key, y))  # line 15
+        self._made += 1
+        heapq.heappush(self._open, (f, actions, self._made, y))  # line 16
+
+    def _must_stop(self, limits: Limits) -> bool:
+        """Return whether a limit is reached, and note it."""
+        self._popped += 1
+        if self._popped % CHECK_PERIOD == 1:
+            if limits.out_of_time:
+                limits.ended = "time"
+            elif self.work.bytes > limits.bytes:
+                limits.ended = "memory"
+        return limits.ended is not None
+
+    def _f(self, state: Counts, g: Counts, pcs: tuple[Counts, ...], paid: Counts) -> Vector:
+        """Return g + h (equation 4) of every cost, infinite if no goal can be reached, and mu of every preference."""
+        h = [max_min(distances, state) for distances in self._distances]
+        if math.inf in h:
+            return (math.inf,)
+        values = (o.measure.value(*self._amounts(o, pcs, paid)) for o in self._problem.objectives)
+        return (*_plus(g, map(int, h)), *values)
+
+    def _admits(self, f: Vector) -> bool:
+        """Return whether a plan with these values is within the user's bounds, and no plan found so far is as good."""
+        is_within = f[0] < math.inf and all(value <= most for value, most in zip(f, self._most, strict=True))
+        return is_within and not any(_no_worse(goal, f) for goal in reversed(self._front))
+
+    def _is_undominated(self, x: Label) -> bool:
+        """Return whether a label has not been replaced by a better one since it was added."""
+        return any(x is other for _, other in self._undominated[self._place(x)])
+
+    def _acc(self, state: Counts) -> set[int]:
+        """Return the tasks that are satisfied in a product state."""
+        pairs = zip(self.product.automata, state[1:], strict=False)
+        return {j for j, (dfa, q) in enumerate(pairs) if q == dfa.automaton.accepting}
+
+    def _is_accepting(self, state: Counts) -> bool:
+        """Return whether all tasks are satisfied or skipped in a product state."""
+        pairs = zip(self.product.automata, state[1:], strict=False)
+        return all(q in (dfa.automaton.accepting, dfa.skipped) for dfa, q in pairs)
+
+    def _successors(self, state: Counts) -> Iterator[tuple[int, Counts, Counts]]:
+        """Yield the edge, the product state and the (P,) prices of each step (Definition 7)."""
+        s, *automata = state
+        for edge in self._system.edges(s):
+            target = int(self.product.targets[edge])
+            label = int(self.product.classes[target])
+            for readings in product(*(self._readings(k, q, label) for k, q in enumerate(automata))):
+                prices = tuple(reading.price for reading in readings[: len(self._problem.priced)])
+                yield edge, (target, *(reading.state for reading in readings)), prices
+
+    def _read(self, k: int, q: int, label: int) -> list[Reading]:
+        """Return the ways in which one automaton may read a class of labels; none if that breaks a rule for good."""
+        automata: Sequence[Follower] = (*self.product.automata, *self.product.rules)
+        return automata[k].readings(q, self.product.class_sets[label])
+
+    def _amounts(
+        self, o: PreferenceObjective, pcs: tuple[Counts, ...], paid: Counts
+    ) -> tuple[list[Fraction], list[Fraction]]:
+        """Return the (P,) costs of tasks, in a preference's cost, and violation costs, in the user's units."""
+        costs = [c[o.cost] * o.units.cost for c in pcs]
+        rules = [Fraction(0)] * (len(paid) - len(costs))
+        return [*costs, *rules], [v * o.units.price for v in paid]
+
+    def _key(self, x: Label) -> Vector:
+        """Return the label key; `prefplan.preferences.objective` says why these entries suffice."""
+        entries = [self._entries(x, objective) for objective in self._problem.objectives]
+        return (*x.g, *chain.from_iterable(entries))
+
+    def _entries(self, x: Label, o: PreferenceObjective) -> Vector:
+        """Return the entries of the label key for one preference."""
+        measure = o.measure
+        if measure.contract == "general":
+            return x.paid
+        costs, paid = self._amounts(o, x.pcs, x.paid)
+        if measure.bi_objective:
+            return (measure.value(costs, paid),)
+        single: list[Term] = [*measure.maxima, *(f for f in measure.formulas if f.contract != "componentwise")]
+        mixed = [f for f in measure.formulas if f.contract == "componentwise"]
+        return (
+            measure.summed(costs, paid),
+            *(term.value(costs, paid) for term in single),
+            *(x.pcs[j][o.cost] for j in sorted({j for f in mixed for j in f.costs})),
+            *(x.paid[j] for j in sorted({j for f in mixed for j in f.violations})),
+        )
+
+    def _place(self, x: Label) -> Vector:
+        """Return what is equal in labels that are compared: the product state, and all costs if mu may be anything."""
+        general = sorted({o.cost for o in self._problem.objectives if o.measure.contract == "general"})
+        return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
+
+    def _found(self, goal: Label) -> Found:
+        """Return a goal with its exact objectives, in the user's units, and its plan (extractPlan)."""
+        units = self._problem.cost_units
+        costs = (count * unit for count, unit in zip(goal.f, units, strict=False))
+        edges, automata, at = [], [goal.state[1:]], goal
+        while isinstance(at.parent, Label):
+            edges.append(at.edge)
+            at = at.parent
+            automata.append(at.state[1:])
+        plan = partial(account, self.product, edges[::-1], automata[::-1], at.parent)
+        return Found(goal.g[0], None, plan, (*costs, *goal.f[len(units) :]))
+
+
+def needs_exact_numbers(problem: Problem) -> bool:
+    """Return whether compiled code would round the keys of labels, or has no keys for a problem's formulas."""
+    if problem.is_bi_objective:
+        return problem.measure.rounds
+    formulas = [formula for objective in problem.objectives for formula in objective.measure.formulas]
+    return any(formula.contract != "componentwise" for formula in formulas)
+
+
+def _plus(one: Counts, other: Iterable[int]) -> Counts:
+    return tuple(a + b for a, b in zip(one, other, strict=True))
+
+
+def _no_worse(one: Vector, other: Vector) -> bool:
+    return all(a <= b for a, b in zip(one, other, strict=True))
