@@ -188,7 +188,7 @@ MISTAKES = [
     (
         "problem(preference=[Order()])",
         "preference[0]: must be like NamedPreference('NAME', Order()), not Order(order=None) (Order); a "
-        'preference alone  needs no list, such as Order(), WeightedSum({"TASK": 1}) or Function(f)',
+        'preference alone needs no list, such as Order(), WeightedSum({"TASK": 1}) or Function(f)',
     ),
     (
         'problem(preference=Order("stock"))',
