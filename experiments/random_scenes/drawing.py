@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-NEAR_M, FAR_M, ASIDE_RAD = 0.31, 0.72, 1.0
+from prefplan.models.manipulation.codes import MAX_CODES
+
+NEAR_M, FAR_M, ASIDE_RAD = 0.25, 0.82, 1.2
 """Locations are drawn at distances from the base between these two, and within this angle of straight ahead."""
 
 PITCHES_M = (0.07, 0.16)
 """Bounds on a scene's pitch, the least distance between the centres of two locations along x or y."""
 
-TO_OBSTACLES_M = (0.04, 0.12)
+TO_OBSTACLES_M = (0.03, 0.1)
 """Bounds on a scene's least distance of the centre of a location from the circle around an obstacle."""
 
 MASSES_KG = (0.004, 3.0)
@@ -18,12 +20,15 @@ MASSES_KG = (0.004, 3.0)
 
 SHELF_DEPTH_M, SHELF_WIDTH_M = 0.24, 0.5
 
+BOARDS_M = (0.11, 0.3)
+"""Bounds on the height of a shelf's upper board; the lower one lies on the table."""
+
 TRIALS = 1000
 """Attempts to place one location or obstacle; if all fail, the whole scene is drawn again."""
 
 
 class NoRoomError(Exception):
-    """A scene has no room for another location or obstacle."""
+    """A scene has no room for another location or obstacle, or more states than the planner can number."""
 
 
 class Drawing:
@@ -52,6 +57,8 @@ class Drawing:
         stacks = {f"top{k}": grounded[k] for k in range(rng.integers(3))}
         self.locations |= {top: f'on = ["{base}"]' for top, base in stacks.items()}
         starts = grounded[: min(count, len(grounded) - 1)]
+        if (len(self.locations) + 1) ** (len(starts) + 1) >= MAX_CODES:
+            raise NoRoomError
         if stacks and rng.random() < 1 / 2:
             starts[-1] = "top0"
         for k, start in enumerate(starts):
@@ -90,7 +97,7 @@ class Drawing:
     def _add_shelf(self) -> None:
         """Add a shelf on one side that is open towards the arm, with a location on each board."""
         side = self._rng.choice([-1, 1])
-        middle, board = np.array([0.62, 0.3 * side]), self._rng.uniform(0.2, 0.3)
+        middle, board = np.array([0.62, 0.3 * side]), self._rng.uniform(*BOARDS_M)
         size = f"[{SHELF_DEPTH_M}, {SHELF_WIDTH_M}, {board + 0.2:.3f}]"
         self.fixtures.append(
             f'shelf = {{ kind = "shelf", {self._at(np.array([*middle, 0.0]))}, size = {size}, yaw = 180, '

@@ -43,10 +43,13 @@ def markdown(records: Records, *, scenes: int, seed: int, about: str) -> str:
             "",
             f"`python -m experiments.random_scenes --scenes {scenes} --seed {seed}`, {about}: {len(records)} of "
             f"{scenes} scenes finished. Each has 4 to 14 cubes, boxes and cylinders of {1000 * MASSES_KG[0]:.0f} g to "
-            f"{MASSES_KG[1]:g} kg, locations from {100 * PITCHES_M[0]:.0f} cm apart, up to three walls up to 50 cm "
+            f"{MASSES_KG[1]:g} kg, locations from {100 * PITCHES_M[0]:.0f} cm apart "
+            "(for 14 objects at most 16: the states of more cannot be numbered), up to three walls up to 50 cm "
             "high, a shelf in every third scene, stacks, two or three tasks, and start poses perturbed by "
             f"{USUAL} (mm and degrees). The cheapest plan of each scene is carried out, also where `prefplan check` "
-            "refuses it: then without the test that refused it. Brackets: 95 % interval (Wilson).",
+            "refuses it: then without the test that refused it. A run is refuted if its log shows otherwise than it "
+            "says, or that it hit something; one that says itself that it exceeded a limit has failed honestly. "
+            "Brackets: 95 % interval (Wilson).",
             "",
             *_cross_table(records),
             "",
@@ -130,5 +133,5 @@ def _list(title: str, records: Records) -> list[str]:
 
 
 def _why(record: RolloutRecord) -> str:
-    reasons = [*record.get("refuted", ()), *record["refusals"]] or [record.get("reason")]
+    reasons = [*record.get("refuted", ()), *record.get("findings", ()), *record["refusals"]] or [record.get("reason")]
     return "".join(f"; {reason}" for reason in reasons if reason)

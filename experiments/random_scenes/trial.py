@@ -38,7 +38,8 @@ UNKNOWN: RolloutRecord = {"allowed": None, "refusals": [], "check_cpu_seconds": 
 COMPLETED, FAILED, REFUTED, ERROR = "completed", "failed honestly", "refuted", "program error"
 NOT_BUILT, TIMED_OUT, CRASHED = "cannot be built", "timed out", "crashed"
 OUTCOMES = (COMPLETED, FAILED, REFUTED, ERROR, NOT_BUILT, TIMED_OUT, CRASHED)
-"""What becomes of a scene. A run is refuted if its log shows otherwise than it says, or an unwanted contact."""
+"""What becomes of a scene. A run is refuted if a check of its log does not hold, or if it hit something, even if it
+says so. A run that says itself that a limit was exceeded has failed honestly."""
 
 
 def try_scene(seed: int, folder: Path, number: int, tell: Callable[[RolloutRecord], None]) -> RolloutRecord:
@@ -99,14 +100,14 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:
     certificate = certify(evidence(scenario, scene, outcome))
     outcome = replace(outcome, certificate=certificate)
     measures = observed(scene.model, outcome)
-    wrong = (*certificate.refuted, *certificate.findings)
-    if wrong or measures["contacts"]:
+    if certificate.refuted or measures["contacts"]:
         result = REFUTED
     else:
         result = COMPLETED if outcome.completed else FAILED
     return measures | {
         "outcome": result,
-        "refuted": [f"{check.name}: {check.words}" for check in wrong],
+        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
         "penetration_mm": round(1000 * penetration(scene, outcome), 2),
         "run_cpu_seconds": round(time.process_time() - began, 1),
     }

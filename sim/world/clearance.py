@@ -31,7 +31,7 @@ def collisions(stations: Sequence[Station]) -> Iterator[str]:
 
 def overlapping(station: Station, other: Station) -> bool:
     """Return whether the objects, walls or plates of two locations overlap or leave no gap for putting objects down."""
-    return _level(station, other) and overlap(_claimed(station), _claimed(other))
+    return _level(station, other) and overlap(*_claimed(station, other))
 
 
 def _level(station: Station, other: Station) -> bool:
@@ -41,8 +41,8 @@ def _level(station: Station, other: Station) -> bool:
 
 
 def _top(station: Station) -> float:
-    """Return the greatest height of objects and walls at a station above the surface that carries it, m."""
-    return max(FLOOR[station.kind] + station.size.high, BIN_HEIGHT_M if station.kind == "bin" else 0.0)
+    """Return the height that objects and walls at a station need above the surface that carries it, m."""
+    return max(FLOOR[station.kind] + station.size.clear, BIN_HEIGHT_M if station.kind == "bin" else 0.0)
 
 
 def check_surroundings(station: Station, model: ManipulationModel) -> None:
@@ -56,9 +56,15 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
     check_free(station.name, outline, station.height, station.height + _top(station), blocks)
 
 
+def obstructed(station: Station, walls: Sequence[Block]) -> bool:
+    """Return whether a fixture reaches into the space that a station needs."""
+    outline, low = covered(station), station.height
+    return any(block.meets(outline, low, low + _top(station)) for block in walls)
+
+
 def _least_distance(station: Station, other: Station) -> float:
     """Return the distance along the line between two stations at which they no longer touch, m, to the millimetre."""
-    moved, fixed = _claimed(station), _claimed(other)
+    moved, fixed = _claimed(station, other)
     apart = station.outline.centre - other.outline.centre
     distance = float(np.hypot(*apart))
     direction = apart / distance if distance else np.array([1.0, 0.0])
@@ -93,9 +99,13 @@ def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
     return [Rectangle(slot.position[:2], half, slot.yaw) for slot in station.slots]
 
 
-def _claimed(station: Station) -> Rectangle:
-    """Return the area that a station covers, with half of the gap to other objects."""
-    return covered(station).grown(OBJECT_GAP_M / 2 - MAX_CONTACT_M)
+def _claimed(*pair: Station) -> list[Rectangle]:
+    """Return the area that each of two stations covers, with half of the gap that putting an object down needs.
+
+    Objects that stand side by side at the start need no gap.
+    """
+    gap = 0.0 if all(station.size.taken for station in pair) else OBJECT_GAP_M
+    return [covered(station).grown(gap / 2 - MAX_CONTACT_M) for station in pair]
 
 
 def covered(station: Station) -> Rectangle:

@@ -17,7 +17,7 @@ from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
-from sim.world.clearance import blocked, check_surroundings, collisions, overlapping
+from sim.world.clearance import blocked, check_surroundings, collisions, obstructed, overlapping
 from sim.world.fixtures import blocks_of, check_shelves
 from sim.world.places import (
     AT_RADIUS_M,
@@ -48,11 +48,12 @@ NEIGHBOUR_DISTANCE_M = 0.12
 def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> TableLayout:
     """Return the stations and slots of a model, placed such that a robot can work at them.
 
-    If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything.
+    If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything. A location
+    that is out of reach is no fault but a warning: a plan may do without it.
 
     Raises:
-        SimulationError: locations out of reach, of an unknown kind, without a definite position, or obstructing others,
-            and objects that the hand cannot grasp. Each fault starts with the location's or the object's key.
+        SimulationError: locations of an unknown kind, without a definite position, or obstructing others, and objects
+            that the hand cannot grasp. Each fault starts with the location's or the object's key.
     """
     check_shelves(model.fixtures)
     faults: list[str] = []
@@ -76,7 +77,6 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
         with collecting(faults):
             check_surroundings(station, model)
     at_slots = RobotAtSlots(arm, model, fixed, slots, sizes)
-    faults += at_slots.faults
     for name, station in stations.items():
         if model.location(name).marks and station.kind != "stove" and not station.height:
             with collecting(faults):
@@ -84,7 +84,7 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
     if faults and judged:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
-    return TableLayout(tuple(stations.values()), slots, shapes)
+    return TableLayout(tuple(stations.values()), slots, shapes, tuple(at_slots.out_of_reach))
 
 
 def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], faults: list[str]) -> dict[str, Station]:
@@ -116,6 +116,7 @@ def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], f
         # Between many others, it is enough if its own fingers are free: the others turn later.
         free += [at for at in options[name] if not blocked(at, others, walls, robot.gripper, alone=True)]
         free += [at for at in options[name] if not any(overlapping(at, other) for other in others)]
+        free.sort(key=lambda at: obstructed(at, walls))
         stations[name] = next((at for at in free if _within_reach(arm, at)), [*free, *options[name]][0])
         tried.add(name)
     return stations
@@ -143,16 +144,20 @@ def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, Obje
     """Return bounds on the dimensions of the objects for which a location must have space.
 
     A movable object may come to any open location. A spot has neither walls nor a rim, so it needs space only for what
-    starts there, or else for the smallest object: a larger one is put there if its neighbours leave space.
+    starts there, or else for the least sides of all: which object fits there depends on what is beside it.
     """
     first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
     movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]
     size = extent([*first, *movable])
-    if _kind(place) != "spot" or place.at is None:
+    if _kind(place) != "spot" or place.at is None or not (first or movable):
         return size
-    smallest = sorted(movable, key=lambda shape: float(shape.half[:2].max()))[:1]
-    tight = extent(first or smallest)
-    return replace(size, half=tight.half, opening=tight.opening)
+    if first:
+        tight = extent(first)
+        taken = len(first) == place.capacity
+        return replace(size, half=tight.half, clear=tight.high, opening=tight.opening, taken=taken)
+    each = [extent([shape]) for shape in movable]
+    least = np.min([one.half for one in each], axis=0)
+    return replace(size, half=least, clear=size.low, opening=min(one.opening for one in each))
 
 
 def _kind(place: Location) -> str:

@@ -111,7 +111,7 @@ class RobotAtSlots:
     """The robot at each slot of a layout.
 
     Attributes:
-        faults: slots that are out of reach.
+        out_of_reach: a message for each slot that is out of reach; it begins with its location's key.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class RobotAtSlots:
         self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
         self._stations, self._slots = stations, slots
         self._blocks = blocks_of(model.fixtures)
-        self.faults: list[str] = []
+        self.out_of_reach: list[str] = []
         self._find_configurations(arm, slots)
         spec = arm.robot.spec()
         lamp = spec.worldbody.add_body(name=LAMP_BODY, mocap=True, pos=[0, 0, -10])
@@ -137,7 +137,7 @@ class RobotAtSlots:
         self._data = mujoco.MjData(self._model)
 
     def _find_configurations(self, arm: Arm, slots: Slots) -> None:
-        """Find a configuration for every slot within reach, and the faults of the others.
+        """Find a configuration for every slot within reach, and the messages about the others.
 
         Not checked are levels of a stack that too few objects reach, and slots where the hand may come from the side:
         near a fixture, and anywhere in a user's own scene.
@@ -150,7 +150,7 @@ class RobotAtSlots:
                 continue
             # An object in a stack is lowest when the lowest objects carry it.
             height = float(slot.position[2]) - storeys * (size.high - size.low) + size.low / 2
-            with collecting(self.faults):
+            with collecting(self.out_of_reach):
                 self._configurations.append((slot.location, _configuration(arm, slot, height)))
 
     def _enclosed(self, slot: Slot) -> bool:

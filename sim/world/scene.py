@@ -137,7 +137,7 @@ def build_scene(
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
-        SimulationError: locations out of reach or obstructing others, or objects that the hand cannot grasp; each
+        SimulationError: locations obstructing others, or objects that the hand cannot grasp; each
             fault starts with its key.
     """
     setup = model.robot_setup
@@ -164,7 +164,7 @@ def build_scene(
         add_fixture(spec, fixture)
     for station in layout.stations:
         add_station(spec, station)
-    warnings = add_objects(spec, model, layout.slots, shapes, own)
+    warnings = layout.warnings + add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
     supports, heavy = _supports(spec, model, layout.stations), [name for name in shapes if shapes[name].is_heavy]
     masses = {name: shape.mass for name, shape in shapes.items()}

@@ -180,14 +180,18 @@ class Extent:
         slim: least half side of any, m.
         low: least height of any, m.
         high: greatest height of any, m.
+        clear: height that must be free above the surface, m.
         opening: greatest width of the open hand, m; 0 for a suction cup.
+        taken: whether `half` and `clear` are those of the objects that fill the location at the start.
     """
 
     half: np.ndarray
     slim: float
     low: float
     high: float
+    clear: float
     opening: float
+    taken: bool = False
 
 
 def about_z(turn: float) -> np.ndarray:
@@ -285,13 +289,15 @@ def extent(shapes: Iterable[ObjectShape]) -> Extent:
     """Return the bounds on the dimensions of shapes; without any, those of a cube of `CUBE_EDGE_M`."""
     known = list(shapes)
     if not known:
-        return Extent(np.full(2, CUBE_EDGE_M / 2), CUBE_EDGE_M / 2, CUBE_EDGE_M, CUBE_EDGE_M, opening(CUBE_EDGE_M))
+        edge = CUBE_EDGE_M
+        return Extent(np.full(2, edge / 2), edge / 2, low=edge, high=edge, clear=edge, opening=opening(edge))
     half = np.array([shape.half for shape in known])
     return Extent(
         half=half[:, :2].max(axis=0),
         slim=float(half[:, :2].min()),
         low=2 * float(half[:, 2].min()),
         high=2 * float(half[:, 2].max()),
+        clear=2 * float(half[:, 2].max()),
         opening=max((opening(width) for shape in known for width in shape.widths), default=0.0),
     )
 

@@ -95,9 +95,9 @@ def test_an_allowed_scene_is_carried_out(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_refused_scene_is_carried_out_without_the_test_that_refused_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = TWO_BEAMS.format(x=0.65).replace("[model.objects]", "unused = { at = [1.6, 0.0] }\n[model.objects]")
+    text = TWO_BEAMS.format(x=0.65).replace("[model.objects]", "unused = { at = [0.45, -0.26] }\n[model.objects]")
     done = tried(text, tmp_path, monkeypatch)
-    assert not done["allowed"] and "beyond its reach" in done["refusals"][0]
+    assert not done["allowed"] and "they would touch" in done["refusals"][0]
     assert done["outcome"] == COMPLETED and done["refuted"] == [], done
 
 

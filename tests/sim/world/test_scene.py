@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.surroundings import Fixture
 from sim.errors import SimulationError
 from sim.robots.panda import PANDA
 from sim.world.contacts import CARRIED_SHARE
@@ -81,8 +83,6 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("locations", "message"),
     [
-        ([Location("far", at=(1.2, 0.0))], r"far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
-        ([Location("back", at=(-0.5, 0.05))], r"back: 0\.50 m from the robot's base, behind it"),
         ([Location("box", at=(0.5, 0.0), kind="bim")], r"box\.kind: .*did you mean 'bin'\?"),
         ([A, Location("b", at=(0.5, 0.04))], r"b: 0\.040 m from 'a', 1\.0 cm too close: .* at least 0\.050 m"),
         ([A, Location("b", at=(0.55, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
@@ -97,6 +97,20 @@ def test_places_that_cannot_work_are_refused_by_name(
 ) -> None:
     with pytest.raises(SimulationError, match=rf"locations\.{message}"):
         layout_of(*locations)
+
+
+@pytest.mark.parametrize(
+    ("location", "message"),
+    [
+        (Location("far", at=(1.2, 0.0)), r"far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
+        (Location("back", at=(-0.5, 0.05)), r"back: 0\.50 m from the robot's base, behind it"),
+    ],
+)
+def test_a_location_out_of_reach_is_warned_of_and_not_refused_since_a_plan_may_do_without_it(
+    layout_of: Callable[..., TableLayout], location: Location, message: str
+) -> None:
+    (warning,) = layout_of(A, location).warnings
+    assert re.match(rf"locations\.{message}", warning), warning
 
 
 def test_only_what_overlaps_is_refused(layout_of: Callable[..., TableLayout]) -> None:
@@ -119,13 +133,59 @@ def test_long_objects_side_by_side_are_turned_such_that_they_fit() -> None:
     assert [row[0].yaw for row in layout.slots.values()] == [0.0, 0.0]
 
 
+def board(name: str, start: str, length: float) -> Object:
+    return Object(name, start, kind="box", size=(0.04, length, 0.03))
+
+
+def test_objects_that_stand_side_by_side_need_no_gap() -> None:
+    """Putting an object down needs one, which trying it out tells; standing there does not."""
+    places = Location("s0", at=(0.5, 0.0)), Location("s1", at=(0.552, 0.0))
+    objects = tuple(Object(f"cube{i}", f"s{i}", size=(0.05,)) for i in range(2))
+    arrange(ManipulationModel("home", COSTS, places, objects), PANDA)
+    with pytest.raises(SimulationError, match=r"0\.049 m from 's0', 0\.1 cm too close"):
+        nearer = places[0], replace(places[1], at=(0.549, 0.0))
+        arrange(ManipulationModel("home", COSTS, nearer, objects), PANDA)
+
+
+def test_the_least_sides_of_all_objects_tell_whether_two_locations_overlap() -> None:
+    """The cube fits beside the long board in no direction, but the thin board does."""
+    places = Location("s0", at=(0.5, 0.0)), Location("s1", at=(0.574, 0.0)), Location("s2", at=(0.5, 0.075))
+    long = replace(board("long", "s0", 0.096), size=(0.053, 0.096, 0.064))
+    objects = (
+        long,
+        Object("cube", "s2", size=(0.053,)),
+        replace(board("thin", "away", 0.058), size=(0.033, 0.058, 0.03)),
+    )
+    away = Location("away", at=(0.5, -0.3))
+    arrange(ManipulationModel("home", COSTS, (*places, away), objects), PANDA)
+
+
+def test_an_object_is_turned_such_that_it_is_not_inside_a_wall() -> None:
+    places = Location("s0", at=(0.5, 0.0)), Location("s1", at=(0.5, 0.07))
+    wall = Fixture("wall", "box", (0.56, 0.035, 0.1), (0.06, 0.3, 0.2))
+    objects = board("board0", "s0", 0.09), board("board1", "s1", 0.03)
+    arrange(ManipulationModel("home", COSTS, places, objects, fixtures=(wall,)), PANDA)
+
+
+def test_below_a_board_there_must_be_room_for_the_lowest_object_only() -> None:
+    shelf = Fixture("shelf", "shelf", (0.6, 0.3, 0.0), (0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.08))
+    places = Location("low", at=(0.55, 0.3)), Location("out", at=(0.4, 0.0)), Location("side", at=(0.4, -0.2))
+    objects = Object("tall", "out", kind="cylinder", size=(0.04, 0.1)), Object("cube", "side", size=(0.04,))
+    arrange(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)), PANDA)
+    with pytest.raises(
+        SimulationError, match=r"locations\.low: the fixture 'shelf' leaves 0\.068 m above it, .* 0\.100 m"
+    ):
+        objects = replace(objects[0], start="low"), objects[1]
+        arrange(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)), PANDA)
+
+
 def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them() -> None:
     tower = [Location("s0", at=(0.75, -0.48))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 16)]
     objects = [Object(f"obj{i}", f"s{i}") for i in range(16)]
     locations = (*tower, Location("edge", at=(0.70, 0.2)))
-    arrange(ManipulationModel("home", COSTS, locations, tuple(objects[:3])), PANDA)
-    with pytest.raises(SimulationError, match=r"locations\.s15: .* beyond its reach"):
-        arrange(ManipulationModel("home", COSTS, locations, tuple(objects)), PANDA)
+    assert arrange(ManipulationModel("home", COSTS, locations, tuple(objects[:3])), PANDA).warnings == ()
+    warnings = arrange(ManipulationModel("home", COSTS, locations, tuple(objects)), PANDA).warnings
+    assert any(re.match(r"locations\.s15: .* beyond its reach", warning) for warning in warnings)
 
 
 def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> None:
