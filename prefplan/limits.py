@@ -49,21 +49,19 @@ def memory_in_use() -> int:
 
 @dataclass
 class Limits:
-    """Limits of a search, and how far it got. As a context manager, it sets the limits that `check_limits` checks.
+    """Limits of a search. As a context manager, it sets the limits that `check_limits` checks.
 
     Limits made in the context of others are never wider than what is left of these.
 
     Attributes:
         seconds: limit of the time since this was made, s.
         bytes: limit of the memory, in addition to what was in use when this was made.
-        ended: `time`, `memory` or `interrupt` once that has stopped a search.
-        complete_below: all goals of lower cost (internal units) have been found.
+        interrupted: whether Ctrl-C has ended what was to stay within them; see `interruptible`.
     """
 
     seconds: float = math.inf
     bytes: float = math.inf
-    ended: str | None = None
-    complete_below: float = 0
+    interrupted: bool = False
     _began: float = field(default_factory=time.perf_counter)
     _in_use_before: int = field(default_factory=memory_in_use)
     _outer: Token[Limits | None] | None = None
@@ -127,7 +125,7 @@ def interruptible(limits: Limits) -> Iterator[None]:
         with limits:
             yield
     except KeyboardInterrupt:
-        limits.seconds, limits.ended = 0.0, "interrupt"
+        limits.seconds, limits.interrupted = 0.0, True
         raise LimitError("interrupt") from None
 
 

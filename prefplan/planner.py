@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, Unpack
+from functools import partial
+from typing import Unpack
 
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, admits, to_number
+from prefplan.exact_costs import Number, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
@@ -21,14 +22,12 @@ from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bi_objective_search import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
-from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.incumbent import AnytimeSearch, CheapestSearch
+from prefplan.search.incumbent import run_cheapest, run_with_incumbent
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.objective_search import ObjectiveSearch
 from prefplan.search.reference import ReferenceSearch, needs_exact_numbers
+from prefplan.search.result import Goal, Result, ended_by
 from prefplan.search.vector_search import VectorSearch
-
-AnySearch = Search | AnytimeSearch | CheapestSearch | ReferenceSearch
 
 
 def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
@@ -119,243 +118,150 @@ class Planner:
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
-        if len(set(over)) == 1:
-            return self._front_of_one(*set(over), keep_on_interrupt=keep_on_interrupt, **wanted)
-        limits, bounds = limits_of(self.problem, **wanted)
-        require_bounds(self.problem, bounds)
-        plans: list[Plan] = []
-        known: Plan | None = None
-        reason: Reason | None = None
-        with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for goal, plan in self._search(limits, bounds):
-                if goal.least_cost is None:
-                    plans.append(plan)
-                else:
-                    known = plan
-            if not plans and not limits.ended:
-                reason = self._why_not(limits, bounds)
-        if known is not None and not plans:
-            plans.append(known)
-        below = None if limits.ended is None else self._below(limits)
-        front = self._front_with(plans, reason=reason, ended=limits.ended, complete_below=below)
-        return front.over(over) if over else front
-
-    def _front_of_one(self, objective: str, **wanted: Any) -> Front:
-        """Return the front of one objective: its best plan."""
-        try:
-            return self._front_with([self.best(objective, **wanted)])
-        except NoPlanError as error:
-            return self._front_with([], reason=error.reason)
-        except UnfinishedError as error:
-            return self._front_with([error.best] if error.best else [], ended=error.ended)
-
-    def _front_with(self, plans: Sequence[Plan], **ending: Any) -> Front:
-        return Front(
-            tuple(plans),
+        one = next(iter(over)) if len(set(over)) == 1 else None
+        result, reason = self._solve(one, keep_on_interrupt=keep_on_interrupt, **wanted)
+        front = Front(
+            tuple(map(self._plan, result.goals or result.incumbents)),
+            reason=reason,
+            ended=result.ended,
+            complete_below=None if result.ended is None or one else self._below(result),
             resolution=self.problem.resolution,
             claimed=any(o.measure.claimed for o in self.problem.objectives),
             assumptions=self.problem.assumptions,
             stats=self.stats,
-            **ending,
         )
+        return front.over(over) if over else front
+
+    def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least total cost within a bound on mu; see `cheapest_plan` and `best`."""
+        return self.best(self.problem.cost_names[0], keep_on_interrupt=keep_on_interrupt, **wanted)
+
+    def preferred(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least mu; see `preferred_plan` and `best`."""
+        if not self.problem.preferences:
+            raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
+        return self.best(self.problem.preferences[0].name, keep_on_interrupt=keep_on_interrupt, **wanted)
 
     def best(self, objective: str, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least value of one objective; see `best_plan`.
 
         With `keep_on_interrupt`, Ctrl-C raises UnfinishedError in place of KeyboardInterrupt.
         """
-        names = self.problem.objective_names
-        if objective not in names:
-            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
-        if self.problem.is_bi_objective:
-            choose = self.cheapest if objective == names[0] else self.preferred
-            return choose(keep_on_interrupt=keep_on_interrupt, **wanted)
-        limits, bounds = limits_of(self.problem, **wanted)
-        require_bounds(self.problem, bounds)
-        place, found = names.index(objective), list[tuple[tuple[Any, ...], Plan]]()
-        with _stopped_by(limits, interrupts=keep_on_interrupt):
-            for goal, plan in self._search(limits, bounds, first=objective):
-                found.append((goal.objectives or (), plan))
-            if not found and not limits.ended:
-                raise NoPlanError(self._why_not(limits, bounds))
-        best = min(found, key=lambda pair: (pair[0][place], *pair[0]))[1] if found else None
-        if limits.ended or best is None:
-            raise UnfinishedError(limits.ended or "", best=best)
-        return best
+        result, reason = self._solve(objective, keep_on_interrupt=keep_on_interrupt, **wanted)
+        if reason is not None:
+            raise NoPlanError(reason)
+        goal = next(iter(result.goals or result.incumbents), None)
+        plan = None if goal is None else self._plan(goal)
+        if plan is not None and result.ended is None:
+            return plan
+        below, within = self._below(result), None
+        if goal is not None and objective == self.problem.objective_names[0] and 0 < result.complete_below < math.inf:
+            gap = 100 * max(goal.cost - result.complete_below, 0) / result.complete_below
+            within = math.ceil(10 * gap) / 10
+        raise UnfinishedError(result.ended or "", complete_below=below, best=plan, within=within)
 
-    def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least total cost within a bound on mu; see `cheapest_plan` and `best`."""
-        cost, *others = self.problem.objective_names
-        if not self.problem.is_bi_objective:
-            return self.best(cost, keep_on_interrupt=keep_on_interrupt, **wanted)
-        limits, bounds = limits_of(self.problem, **wanted)
-        is_bounded = others[0] in bounds
-        if is_bounded:
-            require_bounds(self.problem, bounds)
-        known: tuple[Found, Plan] | None = None
-        with _stopped_by(limits, interrupts=keep_on_interrupt):
-            if self.problem.measure.contract == "general" and not is_bounded:
-                reason = infeasible(self._reduction, limits)
-                if reason is not None:
-                    raise NoPlanError(reason)
-            for goal, plan in self._search(limits, bounds, single=True):
-                if goal.least_cost is None:
-                    return plan
-                known = goal, plan
-            if not limits.ended:
-                raise NoPlanError(self._why_not(limits, bounds))
-        raise self._unfinished(limits, known)
-
-    def _unfinished(self, limits: Limits, known: tuple[Found, Plan] | None) -> UnfinishedError:
-        """Return the error of a search for a cheapest plan that was stopped, given the best plan known by then."""
-        ended, below = limits.ended or "", self._below(limits)
-        if known is None:
-            return UnfinishedError(ended, complete_below=below)
-        goal, plan = known
-        proven = limits.complete_below if limits.complete_below < math.inf else 0
-        least = max(proven, goal.least_cost or 0)
-        gap = 100 * max(goal.cost - least, 0) / least if least else None
-        within = None if gap is None else math.ceil(10 * gap) / 10
-        return UnfinishedError(ended, complete_below=below, best=plan, within=within)
-
-    def preferred(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least mu; see `preferred_plan` and `best`."""
-        if not self.problem.preferences:
-            raise PrefplanError(f"there is no preference {choices('', self.problem.objective_names)}")
-        if not self.problem.is_bi_objective:
-            return self.best(self.problem.preferences[0].name, keep_on_interrupt=keep_on_interrupt, **wanted)
-        _, bounds = limits_of(self.problem, **wanted)
-        cost, preference = self.problem.objective_names
-        front = self.front(
-            keep_on_interrupt=keep_on_interrupt,
-            max_cost=bounds.get(cost),
-            max_seconds=wanted.get("max_seconds"),
-            max_memory=wanted.get("max_memory"),
-        )
-        if front.reason:
-            raise NoPlanError(front.reason)
-        best: Plan | None = front[-1] if front else None
-        smallest = None if best is None else best.preference
-        if best and preference in bounds and not admits(bounds[preference], best.preference):
-            best = None
-        if front.ended:
-            raise UnfinishedError(front.ended, complete_below=front.complete_below, best=best)
-        if best is None:
-            raise NoPlanError(Reason("bound", smallest=smallest))
-        return best
-
-    def _search(
-        self,
-        limits: Limits,
-        bounds: Mapping[str, Fraction],
-        *,
-        first: str | None = None,
-        single: bool = False,
-    ) -> Iterator[tuple[Found, Plan]]:
-        """Yield the goals of the front with their plans, and update `stats`.
-
-        While there is none, plans that need not be on the front may be yielded (`Found.least_cost`).
+    def _solve(
+        self, objective: str | None, *, keep_on_interrupt: bool, **wanted: Unpack[PlanLimits]
+    ) -> tuple[Result, Reason | None]:
+        """Return what a search finds, and why there is no plan if there is none.
 
         Args:
-            limits: of time and memory.
-            bounds: inclusive, of objectives by name.
-            first: of several objectives, the one whose least value is wanted; None for the front.
-            single: only the first goal is wanted.
+            objective: the one whose least value is wanted, the only goal then; None for the front.
+            keep_on_interrupt: whether Ctrl-C counts as a limit.
+            **wanted: see `PlanLimits`.
         """
-        product, began, yielded = self._product, time.perf_counter(), set[Any]()
-        for exact_numbers in (not self._options.compiled or needs_exact_numbers(self.problem), True):
-            try:
-                search: AnySearch
-                if exact_numbers:
-                    search = ReferenceSearch(self._reduction.listed_product(self.problem), bounds=bounds)
-                elif len(self.problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
-                    raise LimitError("memory")
-                elif self.problem.is_bi_objective:
-                    search = self._bi_objective_search(limits, bounds, single=single)
-                else:
-                    search = ObjectiveSearch(product, self._options, bounds=bounds, first=first, max_bytes=limits.bytes)
-                for found in search.goals(limits):
-                    self._account(search, began)
-                    worth = found.least_cost, found.cost if self.problem.is_bi_objective else found.objectives
-                    if worth not in yielded:
-                        yielded.add(worth)
-                        yield found, self._checked(found, search.product)
-                self._account(search, began)
-                return
-            except OverflowError:
-                if exact_numbers:
-                    raise
-                # A number might not fit 64 bits: search again in Python's integers.
-                limits.ended = None
+        names = self.problem.objective_names
+        if objective is not None and objective not in names:
+            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
+        limits, bounds = limits_of(self.problem, **wanted)
+        is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
+        if not is_cheapest:
+            require_bounds(self.problem, bounds)
+        result, reason, began = Result(), None, time.perf_counter()
+        try:
+            with limits:
+                if is_cheapest and self.problem.measure.contract == "general":
+                    # Without a bound, the search for a plan that does not exist need not end.
+                    reason = infeasible(self._reduction, limits)
+                if reason is None:
+                    result = self._search(limits, bounds, objective)
+                    seconds = time.perf_counter() - began
+                    self.stats = replace(result.work, build_seconds=self._reduction.build_seconds, seconds=seconds)
+                    if not result.goals and result.ended is None:
+                        reason = self._why_not(limits, bounds)
+        except (LimitError, KeyboardInterrupt) as error:
+            result = replace(result, ended=ended_by(error))
+        if result.ended == "interrupt" and not keep_on_interrupt:
+            raise KeyboardInterrupt
+        return result if objective is None else result.with_best(names.index(objective)), reason
 
-    def _bi_objective_search(self, limits: Limits, bounds: Mapping[str, Fraction], *, single: bool) -> AnySearch:
-        """Return the compiled search for one cost and one preference that suits the preference's terms.
+    def _search(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
+        """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
+        if self._options.compiled and not needs_exact_numbers(self.problem):
+            with suppress(OverflowError):
+                return choose_search(self._product, self._options, limits, bounds, objective)(limits)
+        product = self._reduction.listed_product(self.problem)
+        single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
+        return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
 
-        Raises:
-            OverflowError: a number might not fit 64 bits.
-        """
-        measure, (cost, preference) = self.problem.measure, self.problem.objective_names
-        max_mu = bounds.get(preference)
-        max_cost = math.floor(bounds[cost] / self.problem.units.cost) if cost in bounds else math.inf
-        prepared = Prepared(self._product, self._options, single=single, max_bytes=limits.bytes)
-        if not measure.bi_objective:
-            return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost)
-        if single and max_mu is None:
-            return CheapestSearch(prepared, max_cost)
-        search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, first_only=single)
-        return search if single else AnytimeSearch(search)
-
-    def _checked(self, found: Found, searched: Product) -> Plan:
+    def _plan(self, goal: Goal) -> Plan:
         """Return the plan of a goal, asserting that its costs and preferences in the model are those of the search."""
-        plan = self._reduction.lifted(found.plan, searched)
-        if found.objectives is not None:
-            worth = tuple(map(to_number, found.objectives))
-            assert tuple(found.plan.objectives.values()) == worth, "the plan is worth something else in the model"
-            return plan
-        assert plan.cost == to_number(found.cost * self.problem.units.cost)
-        assert found.label_mu in (None, in_units(self._product, found.mu))
-        return plan
+        values = tuple(map(to_number, goal.objectives))
+        assert tuple(goal.plan.objectives.values()) == values, "the plan is worth something else in the model"
+        return self._reduction.lifted(goal.plan, goal.product)
 
-    def _account(self, search: AnySearch, began: float) -> None:
-        seconds = time.perf_counter() - began
-        self.stats = replace(search.work, build_seconds=self._reduction.build_seconds, seconds=seconds)
-
-    def _below(self, limits: Limits) -> Number | None:
-        """Return the cost below which a stopped search has found every point, in the user's units; None if it ended."""
-        if limits.complete_below == math.inf:
+    def _below(self, result: Result) -> Number | None:
+        """Return the cost below which a search has every point, in the user's units; None if it ran to its end."""
+        if result.complete_below == math.inf:
             return None
-        return to_number(Fraction(limits.complete_below) * self.problem.units.cost)
+        return to_number(Fraction(result.complete_below) * self.problem.units.cost)
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
         reason = infeasible(self._reduction, limits)
         if reason is not None:
             return reason
-        left: FrontLimits = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes}
         smallest: Number | None = None
-        with suppress(UnfinishedError, PreferenceError):
-            if not self.problem.is_bi_objective:
-                if len(bounds) == 1:
-                    [name] = bounds
-                    smallest = self.best(name, **left).objectives[name]
-            elif self.problem.objective_names[1] not in bounds:
-                smallest = self.cheapest(**left).cost
-            else:
-                left["max_cost"] = bounds.get(self.problem.objective_names[0])
-                front = self.front(**left)
-                smallest = front[-1].preference if front and front.complete else None
+        *others, bounded = sorted(bounds, key=self.problem.objective_names.index)
+        if self.problem.is_bi_objective or not others:
+            left = PlanLimits(
+                at_most={name: bounds[name] for name in others},
+                max_seconds=limits.seconds_left,
+                max_memory=limits.bytes,
+            )
+            with suppress(NoPlanError, UnfinishedError, PreferenceError):
+                smallest = self.best(bounded, **left).objectives[bounded]
         return Reason("bound", smallest=smallest)
 
 
-@contextmanager
-def _stopped_by(limits: Limits, *, interrupts: bool) -> Iterator[None]:
-    """Work within limits: a limit that stops the work is noted in them, and so is Ctrl-C if wanted."""
-    try:
-        with limits:
-            yield
-    except LimitError as error:
-        limits.ended = error.ended
-    except KeyboardInterrupt:
-        if not interrupts:
-            raise
-        limits.ended = "interrupt"
+def choose_search(
+    product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
+) -> Callable[[Limits], Result]:
+    """Return the compiled search that suits a problem.
+
+    Args:
+        product: what is searched.
+        options: how to search.
+        limits: what its tables must fit into.
+        bounds: inclusive, of objectives by name.
+        objective: the one whose least value is wanted; None for the front.
+
+    Raises:
+        LimitError: a limit was reached.
+        OverflowError: a number might not fit 64 bits.
+    """
+    problem = product.problem
+    if len(problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
+        raise LimitError("memory")
+    if not problem.is_bi_objective:
+        return ObjectiveSearch(product, options, bounds=bounds, first=objective, max_bytes=limits.bytes).run
+    cost, preference = problem.objective_names
+    single, max_mu = objective == cost, bounds.get(preference)
+    max_cost = math.floor(bounds[cost] / problem.units.cost) if cost in bounds else math.inf
+    prepared = Prepared(product, options, single=single, max_bytes=limits.bytes)
+    if not problem.measure.bi_objective:
+        return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single).run
+    if single and max_mu is None:
+        return partial(run_cheapest, prepared, max_cost)
+    search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single)
+    return search.run if max_mu is not None else partial(run_with_incumbent, search)

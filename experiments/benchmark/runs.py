@@ -94,9 +94,11 @@ def search_whole_product(problem: Problem, *, options: Options, max_seconds: flo
     """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
     began, limits, product = time.process_time(), Limits(max_seconds, MAX_BYTES), Product(problem)
     astar = BiObjectiveSearch(Prepared(product, options, single=True), cost_only=True)
-    goal = next(astar.goals(limits), None)
-    found = None if goal is None else [[float(goal.cost * product.units.cost)]]
-    return _record(began, astar.work.expanded, found, None if goal is None else 0.0, limits.ended)
+    result = astar.run(limits)
+    if result.ended == "interrupt":
+        raise KeyboardInterrupt
+    found = [[float(goal.objectives[0])] for goal in result.goals] or None
+    return _record(began, result.work.expanded, found, 0.0 if result.goals else None, result.ended)
 
 
 def _record(began: float, expanded: int, found: Points | None, within: float | None, ended: str | None) -> Record:

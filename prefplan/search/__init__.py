@@ -4,7 +4,7 @@
 - `boa_star`, `bi_objective_search`: the same compiled, for one cost and one preference with label keys (g, mu).
 - `ltmoa_star`, `entries`, `lexicographic_queue`, `objective_search`: several costs or preferences.
 - `multi_objective`, `vector_search`: one cost and one preference with longer label keys.
-- `labels`, `driver`: memory of a compiled search, and the loop around it.
+- `labels`, `driver`: memory of a compiled search, and the loop around it. `result`: what a search returns.
 - `bounds`: limits and bounds of objectives as a user gives them.
 - `incumbent`: some plan for a search that is stopped.
 - `plan_extraction`: from product states to a plan. `infeasibility`: why there is none.

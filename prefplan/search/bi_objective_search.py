@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.product.kernels import UNBOUNDED
 from prefplan.search import boa_star
-from prefplan.search.driver import Found, Search, in_units
+from prefplan.search.driver import Search, in_units
 from prefplan.search.labels import AT, COL, NONE
 
 
@@ -28,7 +29,7 @@ class BiObjectiveSearch(Search):
         max_mu: Fraction | None = None,
         max_cost: float = math.inf,
         cost_only: bool = False,
-        first_only: bool = False,
+        single: bool = False,
     ) -> None:
         """Make the search ready.
 
@@ -37,11 +38,11 @@ class BiObjectiveSearch(Search):
             max_mu: inclusive bound of mu, in the user's units.
             max_cost: inclusive bound of the total cost, in units.
             cost_only: find one cheapest goal, whatever its mu (A*).
-            first_only: find the first goal of the front only.
+            single: find the first goal of the front only.
         """
         self.max_cost = max_cost
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
-        self._cost_only, self._first_only = cost_only, first_only
+        self._cost_only, self.single = cost_only, single
         super().__init__(prepared, max_cost)
 
     def reset(self) -> None:
@@ -65,17 +66,18 @@ class BiObjectiveSearch(Search):
             pops = math.ceil(wait)
         return int(boa_star.run(self.memory, self.labels, self._cost_only, pops))
 
-    def _exact_mu(self, label: int) -> int:
-        return int(self.labels.mu[label])
+    def _objectives(self, label: int) -> tuple[Fraction, Fraction]:
+        units, constant = self.product.units, self.product.problem.measure.constant
+        return self._cost(label) * units.cost, int(self.labels.mu[label]) * units.mu + constant
 
     def adopt_states(self, other: Search) -> None:
         """Take over the product states, with their bounds, of another search of the same product."""
         self.states, self.counters[AT.ROWS] = other.states, other.counters[AT.ROWS]
         self.states.known[: other.counters[AT.ROWS], COL.HEAD] = NONE
 
-    def _accept(self, goal: Found) -> bool:
+    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
         if self._cost_only:
             self.counters[[AT.OPEN, AT.NEXT, AT.COUNT]] = 0
-        elif self._first_only:
-            self.limits[1] = self._up_to(goal.cost)
+        elif self.single:
+            self.limits[1] = self._up_to(self._cost(label))
         return True

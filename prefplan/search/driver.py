@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import cached_property
 from operator import attrgetter, mul
 from typing import Any
 
 import numpy as np
 
+from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
-from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product
@@ -36,41 +34,9 @@ from prefplan.search.labels import (
     rehash,
 )
 from prefplan.search.plan_extraction import Waypoint, extract
+from prefplan.search.result import Goal, Result, ended_by
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
-
-
-@dataclass(frozen=True)
-class Found:
-    """A goal.
-
-    Attributes:
-        cost: total cost, units.
-        label_mu: mu of the goal's label, in units; None where that is only a bound.
-        objectives: exact values in the user's units, where there are several costs or preferences.
-        least_cost: for a plan that need not be a point of the front, a lower bound of the cost of every plan, units;
-            None for a point of the front.
-    """
-
-    cost: int
-    label_mu: int | None
-    _extract: Callable[[], tuple[Plan, Any]]
-    objectives: tuple[Any, ...] | None = None
-    least_cost: float | None = None
-
-    @cached_property
-    def _extracted(self) -> tuple[Plan, Any]:
-        return self._extract()
-
-    @property
-    def plan(self) -> Plan:
-        """The plan that leads to the goal."""
-        return self._extracted[0]
-
-    @property
-    def mu(self) -> Any:
-        """Exact preference value in the user's units: a fraction, or a float where a Python function gave it."""
-        return self._extracted[1]
 
 
 def in_units(product: Product, mu: Fraction) -> Fraction:
@@ -83,11 +49,13 @@ class Search(ABC):
 
     Attributes:
         by_cost: whether goals are found in order of the first cost.
+        single: whether the search ends with the first point of the front.
         pops: labels popped between two checks of the limits, which then take a few tens of milliseconds.
     """
 
     labels: Any
     by_cost = True
+    single = False
     pops = 10_000
 
     def __init__(self, prepared: Prepared, max_cost: float) -> None:
@@ -121,6 +89,7 @@ class Search(ABC):
         """Start the search anew: the start states are entered as successors of no label."""
         self.counters = np.zeros(len(AT), dtype=np.int64)
         self.counters[AT.FOUND] = NONE
+        self._lowest, self._found = 0.0, list[tuple[float, int, tuple[Any, ...]]]()
         self.states = States(
             np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
             np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
@@ -144,43 +113,58 @@ class Search(ABC):
         objective = self.product.problem.objectives[0]
         return [math.floor(in_units(self.product, objective.measure.value(*start.amounts(objective))))]
 
-    def goals(self, limits: Limits, *, most_expanded: float = math.inf) -> Iterator[Found]:
-        """Yield non-dominated goals in order of cost; stop early, with `limits.ended` set, at a limit.
+    def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
+        """Search until all goals are found, or a limit or Ctrl-C stops it; see `single`.
 
         Args:
             limits: of time and memory.
             most_expanded: expansions after which to stop; another call continues the search.
         """
-        pending, rank = list[Found](), 0
-        while pending or self.counters[AT.EXPANDED] < most_expanded:
-            end = self._run(int(max(1, min(self.pops, most_expanded - self.counters[AT.EXPANDED]))))
-            self._require_measured()
-            lowest = int(self.counters[AT.LOWEST]) >> (self.product.shift if self.by_cost else 0)
-            limits.complete_below = lowest if self.by_cost else 0
-            if pending and (end == END.EXHAUSTED or lowest > rank):
-                yield from self._settled(pending)
-                pending = []
-            if end == END.EXHAUSTED:
-                limits.complete_below = math.inf
-                return
-            if end == END.GOAL:
-                goal = self._found(int(self.counters[AT.FOUND]))
-                if self._accept(goal):
-                    pending, rank = self._pending(pending, goal), goal.cost if self.by_cost else lowest
-            elif end != END.PAUSED and not self._grow(end, limits):
-                limits.ended = "memory"
-                return
-            if limits.out_of_time:
-                limits.ended = "time"
-                return
+        ended = None
+        try:
+            while not self._is_done and (self._is_pending or self.counters[AT.EXPANDED] < most_expanded):
+                pops = max(1, min(self.pops, most_expanded - self.counters[AT.EXPANDED]))
+                self._advance(int(pops), limits)
+                if not self._is_done and limits.out_of_time:
+                    raise LimitError("time")
+        except (LimitError, KeyboardInterrupt) as error:
+            ended = ended_by(error)
+        goals = [self._goal(label, objectives) for rank, label, objectives in self._found if rank < self._lowest]
+        below = self._lowest if self.by_cost or self._lowest == math.inf else 0
+        return Result(tuple(self._points(goals)), ended, below, self.work)
 
-    def _pending(self, goals: list[Found], goal: Found) -> list[Found]:
-        """Return the goals of one cost to keep when one more is found: here the last, which dominates the others."""
-        return [goal]
+    def _advance(self, pops: int, limits: Limits) -> None:
+        """Run the kernel once; raise LimitError if the search needs more memory than there is."""
+        end = self._run(pops)
+        self._require_measured()
+        if end == END.EXHAUSTED:
+            self._lowest = math.inf
+            return
+        self._lowest = int(self.counters[AT.LOWEST]) >> (self.product.shift if self.by_cost else 0)
+        if end == END.GOAL:
+            label = int(self.counters[AT.FOUND])
+            objectives = self._objectives(label)
+            if self._accept(label, objectives):
+                rank = self._cost(label) if self.by_cost else self._lowest
+                self._found.append((rank, label, objectives))
+        elif end != END.PAUSED and not self._grow(end, limits):
+            raise LimitError("memory")
 
-    def _settled(self, goals: list[Found]) -> Iterator[Found]:
-        """Yield the goals of one cost, after all have been found."""
-        yield from goals
+    @property
+    def _is_done(self) -> bool:
+        return self._lowest == math.inf or (self.single and bool(self._found) and not self._is_pending)
+
+    @property
+    def _is_pending(self) -> bool:
+        """Whether the last goal may still prove to be dominated by another one of equal cost."""
+        return bool(self._found) and self._found[-1][0] >= self._lowest
+
+    def _points(self, goals: list[Goal]) -> list[Goal]:
+        """Return the points of the front among goals in the order in which they were found.
+
+        Here that is the last of each cost, which dominates the others.
+        """
+        return list({goal.cost: goal for goal in goals}.values())
 
     def _require_measured(self) -> None:
         """Raise ModelError if an action was met whose cost was not measured."""
@@ -189,21 +173,24 @@ class Search(ABC):
             assert isinstance(self.product, GeneratedProduct)
             self.product.model.generator.require_measured(state)
 
-    def _exact_mu(self, label: int) -> int | None:
-        """Return a label's mu in units, None where that is only a bound."""
-        return None
+    @abstractmethod
+    def _objectives(self, label: int) -> tuple[Any, ...]:
+        """Return the exact objectives of a goal's label, in the user's units."""
 
     @abstractmethod
-    def _accept(self, goal: Found) -> bool:
-        """Tighten the limits by a goal; return False if its exact objectives show that it is none of the front."""
+    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
+        """Tighten the limits by a goal; return False if its objectives show that it is no point of the front."""
 
-    def _found(self, label: int) -> Found:
+    def _cost(self, label: int) -> int:
+        """Return a label's first cost, units."""
+        return int(self.labels.cost[label]) >> self.product.shift
+
+    def _goal(self, label: int, objectives: tuple[Any, ...]) -> Goal:
         labels = self._labels_to(label)
         codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels].tolist()
         path = self.waypoints(codes, costs)
         start, graph = self._start_of(labels[0], path[0]), self.prepared.graph
-        mu = self._exact_mu(label)
-        return Found(costs[-1] >> self.product.shift, mu, lambda: extract(self.product, graph, path, start))
+        return Goal(self.product, self._cost(label), objectives, lambda: extract(self.product, graph, path, start)[0])
 
     def _labels_to(self, label: int) -> list[int]:
         """Return the labels on the path to one, that of the start first."""

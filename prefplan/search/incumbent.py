@@ -6,16 +6,15 @@ as the one before. A search that finds its first goal early, as most do, never l
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
+from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.search.bi_objective_search import BiObjectiveSearch
-from prefplan.search.driver import Found
+from prefplan.search.result import Goal, Result, ended_by
 
 FIRST_EXPANDED = 100_000
 """Labels expanded in the first turn, about 0.5 s; most plans of 14 tasks are found with fewer."""
@@ -25,74 +24,76 @@ WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 finds better plans, since tasks share paths."""
 
 
-class AnytimeSearch:
-    """A search that knows some plan early, which need not be a point of the front."""
+def run_with_incumbent(search: BiObjectiveSearch, limits: Limits) -> Result:
+    """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
+    expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search)
+    result = search.run(limits, most_expanded=expanded)
+    try:
+        while weights and result.is_paused:
+            while weights and drafts.improve(weights[0], expanded, limits):
+                weights.pop(0)
+            expanded *= 2
+            result = search.run(limits, most_expanded=expanded)
+        if result.ended is None:
+            result = search.run(limits)
+    except (LimitError, KeyboardInterrupt) as error:
+        result = replace(result, ended=ended_by(error))
+    return replace(result, incumbent=drafts.best, work=drafts.work + result.work)
+
+
+class Drafts:
+    """Weighted A* for plans that need not be best.
+
+    Attributes:
+        best: the cheapest plan so far.
+        work: the work so far.
+    """
 
     def __init__(self, search: BiObjectiveSearch) -> None:
-        """Take the exact search."""
-        self.search, self.product, self._work = search, search.product, Stats()
+        """Take the exact search, whose bound of the cost holds for these plans, too."""
+        self._search, self._max_cost = search, search.max_cost
+        self._prepared: Prepared | None = None
+        self.best: Goal | None = None
+        self.work = Stats()
 
-    @property
-    def work(self) -> Stats:
-        """The work so far, that of finding some plan included."""
-        return self._work + self.search.work
+    def improve(self, weight: float, most_expanded: int, limits: Limits) -> bool:
+        """Look for a cheaper plan; return False if that takes more expansions.
 
-    def goals(self, limits: Limits) -> Iterator[Found]:
-        """Yield the goals; while there is none, plans that need not be best, each cheaper than the one before."""
-        expanded, most, weights = FIRST_EXPANDED, self.search.max_cost, list(WEIGHTS)
-        found, light = False, None
-        while weights and not found:
-            for goal in self.search.goals(limits, most_expanded=expanded):
-                found = True
-                yield goal
-            if limits.ended or limits.complete_below == math.inf:
-                return
-            light = light or self._with_single_tasks(limits)
-            while weights and not found:
-                guided = BiObjectiveSearch(light.guided(weights[0]), max_cost=most, cost_only=True)
-                # This search proves no bound.
-                plan = next(guided.goals(replace(limits), most_expanded=expanded), None)
-                self._work += guided.work
-                if plan is None and guided.work.expanded >= expanded:
-                    break
-                weights.pop(0)
-                if plan is not None:
-                    most = plan.cost - 1
-                    yield replace(plan, least_cost=limits.complete_below)
-            expanded *= 2
-        yield from self.search.goals(limits)
+        Raises:
+            LimitError: a limit was reached.
+        """
+        prepared = self._prepared = self._prepared or self._with_single_tasks(limits)
+        guided = BiObjectiveSearch(prepared.guided(weight), max_cost=self._max_cost, cost_only=True)
+        result = guided.run(limits, most_expanded=most_expanded)
+        self.work += result.work
+        if result.ended is not None:
+            raise LimitError(result.ended)
+        if result.goals:
+            [self.best] = result.goals
+            self._max_cost = self.best.cost - 1
+        return not result.is_paused
 
     def _with_single_tasks(self, limits: Limits) -> Prepared:
         """Return the preprocessing with tables of the single tasks alone."""
-        options = replace(self.search.prepared.options, heuristic=1, preference_bound=False)
-        return Prepared(self.product, options, single=False, max_bytes=limits.bytes)
+        options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
+        return Prepared(self._search.product, options, single=False, max_bytes=limits.bytes)
 
 
-class CheapestSearch:
-    """Search for a plan of least cost (A*), then for one of least mu among those."""
+def run_cheapest(prepared: Prepared, max_cost: float, limits: Limits) -> Result:
+    """Search for a plan of least cost (A*), then for one of least mu among those.
 
-    def __init__(self, prepared: Prepared, max_cost: float) -> None:
-        """Take what to search, and an inclusive bound of the total cost, in units."""
-        self.product, self._prepared, self._before = prepared.product, prepared, Stats()
-        self._search: AnytimeSearch | BiObjectiveSearch = AnytimeSearch(
-            BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-        )
-
-    @property
-    def work(self) -> Stats:
-        """The work of both searches so far."""
-        return self._before + self._search.work
-
-    def goals(self, limits: Limits) -> Iterator[Found]:
-        """Yield the plan, after plans that may be dearer or have a greater mu."""
-        alone = self._search
-        assert isinstance(alone, AnytimeSearch)
-        for goal in alone.goals(limits):
-            if goal.least_cost is not None:
-                yield goal
-                continue
-            yield replace(goal, least_cost=goal.cost)
-            preferred = BiObjectiveSearch(self._prepared, max_mu=Fraction(goal.mu), max_cost=goal.cost)
-            preferred.adopt_states(alone.search)
-            self._before, self._search = self.work, preferred
-            yield from preferred.goals(limits)
+    Args:
+        prepared: what to search.
+        max_cost: inclusive bound of the total cost, in units.
+        limits: of time and memory.
+    """
+    astar = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
+    cheapest = run_with_incumbent(astar, limits)
+    if not cheapest.goals:
+        return cheapest
+    [goal] = cheapest.goals
+    preferred = BiObjectiveSearch(prepared, max_mu=Fraction(goal.objectives[1]), max_cost=goal.cost)
+    preferred.adopt_states(astar)
+    result = preferred.run(limits)
+    below = max(goal.cost, result.complete_below)
+    return replace(result, incumbent=goal, complete_below=below, work=cheapest.work + result.work)

@@ -76,8 +76,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
         product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))
     search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
-    left = replace(limits, complete_below=0)
-    found = next(search.goals(left), None) is not None
-    if left.ended:
-        raise LimitError(left.ended)
-    return found
+    result = search.run(limits)
+    if result.ended is not None:
+        raise LimitError(result.ended)
+    return bool(result.goals)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, groupby
+from operator import attrgetter, le
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,12 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView
 from prefplan.product.starts import Start
 from prefplan.search import ltmoa_star
-from prefplan.search.driver import ROWS_AT_FIRST, Found, Search
+from prefplan.search.driver import ROWS_AT_FIRST, Search
 from prefplan.search.entries import BOUND, EntryMap, Paths
 from prefplan.search.labels import AT, COL, States, growth_of
 from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vector, Vectors
 from prefplan.search.plan_extraction import account, extract
+from prefplan.search.result import Goal
 
 VECTORS_MADE_AT_FIRST = 2**14
 
@@ -73,12 +75,12 @@ class ObjectiveSearch(Search):
         )
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
+        self.single = self._first is not None
         self._numbered = not self.prepared.graph.contracted
         require_64_bits(product, view, columns)
         order = self._order()
         self.entries = self.entry_map.arrays(columns, order, self._compared(order), numbered=self._numbered)
         self.by_cost = int(self.entries.order[0]) == 0
-        self._front = list[tuple[Any, ...]]()
         if self._numbered:
             # A successor then comes with the number of its edge, or the index of its costs, in place of a cost.
             numbers = np.arange(len(columns[0]), dtype=np.int64)
@@ -184,19 +186,22 @@ class ObjectiveSearch(Search):
         self.vectors = self.vectors._replace(**{Vectors._fields[end - MORE_VECTORS]: longer})
         return True
 
-    def _found(self, label: int) -> Found:
+    def _cost(self, label: int) -> int:
+        return int(self.labels.key[label, 0]) >> self.product.shift
+
+    def _goal(self, label: int, objectives: tuple[Any, ...]) -> Goal:
         labels = self._labels_to(label)
         codes = self.states.known[self.labels.row[labels], COL.CODE]
         steps, costs = self.labels.step[labels].tolist(), self.labels.key[labels, 0].tolist()
         start, graph = self._starts[steps[0]], self.prepared.graph
         path = self.waypoints(codes, costs)
 
-        def plan() -> tuple[Plan, Any]:
+        def plan() -> Plan:
             if self._numbered and not isinstance(self.product, GeneratedProduct):
-                return account(self.product, steps[1:], [at.automata for at in path], start)
-            return extract(self.product, graph, path, start)
+                return account(self.product, steps[1:], [at.automata for at in path], start)[0]
+            return extract(self.product, graph, path, start)[0]
 
-        return Found(costs[-1] >> self.product.shift, None, plan, self._objectives(label))
+        return Goal(self.product, self._cost(label), objectives, plan)
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal, in the user's units."""
@@ -209,30 +214,27 @@ class ObjectiveSearch(Search):
         values = [self.entry_map.value(o, key, spent) for o in self.problem.objectives]
         return (*(units * count for units, count in zip(self.problem.cost_units, spent, strict=True)), *values)
 
-    def _accept(self, goal: Found) -> bool:
-        worth = dict(zip(self.problem.objective_names, goal.objectives or (), strict=True))
-        if any(worth[name] > bound for name, bound in self._bounds.items()):
+    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
+        values = dict(zip(self.problem.objective_names, objectives, strict=True))
+        if any(values[name] > bound for name, bound in self._bounds.items()):
             return False
         if self._first is not None:
             entry = int(self.entries.order[0])
-            least = int(self.labels.key[self.counters[AT.FOUND], entry])
-            self.limits[entry] = self._up_to(goal.cost) if entry == 0 else least
+            self.limits[entry] = self._up_to(self._cost(label)) if entry == 0 else int(self.labels.key[label, entry])
         return True
 
-    def _pending(self, goals: list[Found], goal: Found) -> list[Found]:
-        return [*goals, goal]
-
-    def _settled(self, goals: list[Found]) -> Iterator[Found]:
-        """Yield those of some goals that no other point dominates, and add them to the front."""
-        if all(o.measure.bi_objective for o in self.problem.objectives):
-            # The kernel itself prunes what an earlier goal dominates.
-            self._front.clear()
-        for goal in sorted(goals, key=lambda goal: goal.objectives or ()):
-            worth = goal.objectives or ()
-            if any(all(a <= b for a, b in zip(other, worth, strict=True)) for other in self._front):
-                continue
-            self._front.append(worth)
-            yield goal
+    def _points(self, goals: list[Goal]) -> list[Goal]:
+        # What a cheaper goal dominates is pruned by the kernel, but for values that only a goal's label shows.
+        ordered = sorted(goals, key=attrgetter("objectives"))
+        pruned = all(o.measure.bi_objective for o in self.problem.objectives)
+        points: list[Goal] = []
+        for _, group in groupby(ordered, key=lambda goal: goal.cost if pruned else 0):
+            kept: list[Goal] = []
+            for goal in group:
+                if not any(all(map(le, other.objectives, goal.objectives)) for other in kept):
+                    kept.append(goal)
+            points += kept
+        return points
 
 
 def _with_costs(view: ProductView, costs: np.ndarray) -> ProductView:

@@ -22,10 +22,11 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, partial
+from functools import cache
 from itertools import chain, product
 from typing import Any
 
+from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.max_min import max_min, task_distances
 from prefplan.limits import Limits
@@ -35,8 +36,8 @@ from prefplan.preferences.terms import Term
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
-from prefplan.search.driver import Found
 from prefplan.search.plan_extraction import account
+from prefplan.search.result import Goal, Result, ended_by
 
 BYTES_A_LABEL = 1500
 """Measured memory of a label with its key, and its share of the tables."""
@@ -76,12 +77,13 @@ class Label:
 class ReferenceSearch:
     """Search for all non-dominated vectors of costs and preferences, whatever numbers a problem has."""
 
-    def __init__(self, product: Product, *, bounds: Mapping[str, Fraction]) -> None:
+    def __init__(self, product: Product, *, bounds: Mapping[str, Fraction], single: bool = False) -> None:
         """Make the search ready.
 
         Args:
             product: what is searched.
             bounds: inclusive, of objectives by name, in the user's units.
+            single: whether only the first point is wanted.
 
         Raises:
             LimitError: a limit was reached.
@@ -100,19 +102,25 @@ class ReferenceSearch:
         self._undominated: dict[Vector, list[tuple[Vector, Label]]] = defaultdict(list)
         self._front: list[Vector] = []
         self._popped = self._made = 0
+        self._complete_below, self._single = 0.0, single
 
     @property
     def work(self) -> Stats:
         """What was done so far."""
         return Stats(len(self._undominated), self._popped, self._made, self._made * BYTES_A_LABEL)
 
-    def goals(self, limits: Limits) -> Iterator[Found]:
-        """Yield the front, in order of f (BOA*); stop early, with `limits.ended` set, at a limit."""
-        for start in self.product.starts:
-            self._begin(start)  # lines 1 to 4
-        while (goal := self._constrained_a_star(limits)) is not None:
-            self._front.append(goal.f)
-            yield self._found(goal)
+    def run(self, limits: Limits) -> Result:
+        """Search for the front in order of f (BOA*), or its first point; a limit or Ctrl-C may stop it before."""
+        goals, ended = list[Goal](), None
+        try:
+            for start in self.product.starts:
+                self._begin(start)  # lines 1 to 4
+            while not (goals and self._single) and (goal := self._constrained_a_star(limits)) is not None:
+                self._front.append(goal.f)
+                goals.append(self._goal(goal))
+        except (LimitError, KeyboardInterrupt) as error:
+            ended = ended_by(error)
+        return Result(tuple(goals), ended, self._complete_below, self.work)
 
     def _begin(self, start: Start) -> None:
         """Add x_0 to O. Of a past, only the first cost counts."""
@@ -122,12 +130,15 @@ class ReferenceSearch:
         self._add(state, (start.spent, *rest), pcs, start.violations, start, -1)
 
     def _constrained_a_star(self, limits: Limits) -> Label | None:
-        """Return the label of a goal within mu_max, of least f (Algorithm 1); None for failure, or at a limit."""
+        """Return the label of a goal within mu_max, of least f (Algorithm 1); None for failure.
+
+        Raises:
+            LimitError: a limit was reached.
+        """
         while self._open:  # line 5
             *_, x = heapq.heappop(self._open)  # line 6
-            limits.complete_below = x.f[0]
-            if self._must_stop(limits):
-                return None
+            self._complete_below = x.f[0]
+            self._check(limits)
             if not self._is_undominated(x) or not self._admits(x.f):  # line 7: g(x) > g_min, or mu_max has fallen
                 continue
             if self._is_accepting(x.state):  # line 7
@@ -138,7 +149,7 @@ class ReferenceSearch:
                 g = _plus(x.g, cost)  # line 10
                 pcs = tuple(c if j in acc else _plus(c, cost) for j, c in enumerate(x.pcs))  # line 11, equation (3)
                 self._add(state, g, pcs, _plus(x.paid, prices), x, edge)  # lines 12 to 18
-        limits.complete_below = math.inf
+        self._complete_below = math.inf
         return None  # line 19
 
     def _add(
@@ -158,15 +169,14 @@ class ReferenceSearch:
         self._made += 1
         heapq.heappush(self._open, (f, actions, self._made, y))  # line 16
 
-    def _must_stop(self, limits: Limits) -> bool:
-        """Return whether a limit is reached, and note it."""
+    def _check(self, limits: Limits) -> None:
+        """Raise LimitError if a limit is reached."""
         self._popped += 1
         if self._popped % CHECK_PERIOD == 1:
             if limits.out_of_time:
-                limits.ended = "time"
-            elif self.work.bytes > limits.bytes:
-                limits.ended = "memory"
-        return limits.ended is not None
+                raise LimitError("time")
+            if self.work.bytes > limits.bytes:
+                raise LimitError("memory")
 
     def _f(self, state: Counts, g: Counts, pcs: tuple[Counts, ...], paid: Counts) -> Vector:
         """Return g + h (equation 4) of every cost, infinite if no goal can be reached, and mu of every preference."""
@@ -245,7 +255,7 @@ class ReferenceSearch:
         general = sorted({o.cost for o in self._problem.objectives if o.measure.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 
-    def _found(self, goal: Label) -> Found:
+    def _goal(self, goal: Label) -> Goal:
         """Return a goal with its exact objectives, in the user's units, and its plan (extractPlan)."""
         units = self._problem.cost_units
         costs = (count * unit for count, unit in zip(goal.f, units, strict=False))
@@ -254,8 +264,8 @@ class ReferenceSearch:
             edges.append(at.edge)
             at = at.parent
             automata.append(at.state[1:])
-        plan = partial(account, self.product, edges[::-1], automata[::-1], at.parent)
-        return Found(goal.g[0], None, plan, (*costs, *goal.f[len(units) :]))
+        path = self.product, edges[::-1], automata[::-1], at.parent
+        return Goal(self.product, goal.g[0], (*costs, *goal.f[len(units) :]), lambda: account(*path)[0])
 
 
 def needs_exact_numbers(problem: Problem) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +14,9 @@ from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.product.formula_programs import compile_programs
 from prefplan.product.starts import Start
 from prefplan.search import multi_objective
-from prefplan.search.driver import Found, Search, in_units
-from prefplan.search.labels import END
-from prefplan.search.plan_extraction import Waypoint
+from prefplan.search.driver import Search, in_units
+from prefplan.search.labels import COL, END
+from prefplan.search.plan_extraction import Waypoint, extract
 
 
 class VectorSearch(Search):
@@ -23,11 +24,11 @@ class VectorSearch(Search):
 
     pops = 2_000
 
-    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float) -> None:
+    def __init__(self, prepared: Prepared, *, max_mu: Fraction | None, max_cost: float, single: bool) -> None:
         """Make the search ready; arguments are those of `BiObjectiveSearch`."""
         problem = prepared.product.problem
         measure = problem.measure
-        self._max_mu = max_mu
+        self._max_mu, self.single = max_mu, single
         self._programs = compile_programs(measure.formulas, prepared.product.units, len(problem.priced))
         general = measure.contract == "general"
         costs = range(measure.tasks) if general else sorted({i for formula in measure.formulas for i in formula.costs})
@@ -95,8 +96,15 @@ class VectorSearch(Search):
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")
         return int(end)
 
-    def _accept(self, goal: Found) -> bool:
-        mu = goal.mu
+    def _objectives(self, label: int) -> tuple[Any, ...]:
+        labels = self._labels_to(label)
+        codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels].tolist()
+        path = self.waypoints(codes, costs)
+        mu = extract(self.product, self.prepared.graph, path, self._start_of(labels[0], path[0]))[1]
+        return self._cost(label) * self.product.units.cost, mu
+
+    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
+        mu = objectives[1]
         if (self._least is not None and mu >= self._least) or (self._max_mu is not None and mu > self._max_mu):
             return False
         self._least = mu

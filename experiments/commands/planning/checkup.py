@@ -161,7 +161,7 @@ def check(
     size = size_of(problem.system, limits)
     return Checkup(
         kind=scenario.model.kind,
-        interrupted=limits.ended == "interrupt",
+        interrupted=limits.interrupted,
         complete=size["states"] is not None and arm.complete and all(task.achievable is not None for task in tasks),
         dropped=scenario.model.network.dropped if isinstance(scenario.model, GraphFileModel) else 0,
         tasks=tasks,

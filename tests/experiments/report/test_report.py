@@ -156,10 +156,6 @@ def test_ctrl_c_leaves_a_page_and_nothing_half_done(report: Run, monkeypatch: py
 
 
 def test_ctrl_c_while_planning_leaves_a_page(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: Planner, *arguments: Any, **options: Any) -> Any:
-        raise KeyboardInterrupt
-        yield
-
     monkeypatch.setattr(Planner, "_search", interrupted)
     result = report("errands.toml")
     assert result.status == 130

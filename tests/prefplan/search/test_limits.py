@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -33,7 +33,8 @@ from prefplan.errors import LimitError, PrefplanError
 from prefplan.limits import Limits, run_within_limits
 from prefplan.search import incumbent
 from prefplan.search.bi_objective_search import BiObjectiveSearch
-from prefplan.search.driver import Found
+from prefplan.search.labels import AT
+from prefplan.search.result import Result
 
 
 def errands(number: int) -> Problem:
@@ -107,12 +108,21 @@ def test_no_time_leaves_no_single_plan(problem: Problem) -> None:
 
 
 def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, monkeypatch: pytest.MonkeyPatch) -> None:
-    first, last = whole[0], whole[-1]
-    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: self.complete_below > first.cost))
+    first, last, run, reached = whole[0], whole[-1], BiObjectiveSearch._run, [0]
+
+    def noted(self: BiObjectiveSearch, pops: int) -> int:
+        end = run(self, pops)
+        reached.append(int(self.counters[AT.LOWEST]) >> self.product.shift)
+        return end
+
+    monkeypatch.setattr(BiObjectiveSearch, "_run", noted)
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: reached[-1] > first.cost))
     with pytest.raises(UnfinishedError, match="time limit: a better plan may exist") as caught:
         preferred_plan(problem, max_seconds=600)
     best = caught.value.best
     assert best is not None and (best.cost, best.preference) == (first.cost, first.preference)
+    reached.clear()
+    reached.append(0)
     with pytest.raises(UnfinishedError, match="no plan is known yet") as caught:
         preferred_plan(problem, max_preference=last.preference, max_seconds=600)
     assert caught.value.best is None
@@ -155,16 +165,16 @@ def test_some_plan_is_known_early_and_how_far_it_may_be_from_the_best(
     """Stopped after three turns of the exact search, with the plans that weighted A* has found between them."""
     problem = errands(tasks)
     exact = cheapest_plan(problem).cost if tasks == 9 else None
-    goals, turns, slow = BiObjectiveSearch.goals, [], Options(heuristic=1, landmarks=False)
+    run, turns, slow = BiObjectiveSearch.run, [], Options(heuristic=1, landmarks=False)
 
-    def stopped(self: BiObjectiveSearch, limits: Limits, *, most_expanded: float = math.inf) -> Iterator[Found]:
+    def stopped(self: BiObjectiveSearch, limits: Limits, *, most_expanded: float = math.inf) -> Result:
         if not len(self.prepared.bounds.added.base):
             turns.append(None)
             if len(turns) == 4:
                 raise LimitError("time") if ended == "time" else KeyboardInterrupt
-        return goals(self, limits, most_expanded=most_expanded)
+        return run(self, limits, most_expanded=most_expanded)
 
-    monkeypatch.setattr(BiObjectiveSearch, "goals", stopped)
+    monkeypatch.setattr(BiObjectiveSearch, "run", stopped)
     monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 8000 if tasks == 9 else 20_000)
     with pytest.raises(UnfinishedError, match="this one costs at most .* % more than the cheapest") as caught:
         Planner(problem, options=slow if tasks == 9 else None).cheapest(keep_on_interrupt=True)

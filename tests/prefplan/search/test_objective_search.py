@@ -94,17 +94,18 @@ def test_one_objective_is_found_by_expanding_no_state_twice(grid: Problem) -> No
         assert [tuple(plan.objectives.values()) for plan in planner.front(over=[name])] == [best]
 
 
-def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(grid: Problem) -> None:
+def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(
+    grid: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = [tuple(plan.objectives.values()) for plan in Planner(grid).front()]
     assert len(whole) > 50 and whole == sorted(whole)
     search = ObjectiveSearch(Product(grid), Options(), bounds={})
-    limits, points = Limits(), []
-    for found in search.goals(limits):
-        points.append(found.objectives)
-        if len(points) == len(whole) // 2:
-            limits.seconds = 0
-    assert limits.ended == "time" and 0 < len(points) < len(whole)
-    below = limits.complete_below * grid.cost_units[0]
+    most = Planner(grid).front().stats.expanded // 2
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda limits: search.work.expanded > most))
+    result = search.run(Limits())
+    points = [goal.objectives for goal in result.goals]
+    assert result.ended == "time" and 0 < len(points) < len(whole)
+    below = result.complete_below * grid.cost_units[0]
     assert [point for point in points if point[0] < below] == [point for point in whole if point[0] < below]
 
 

@@ -1,0 +1,74 @@
+"""What a search returns: the goals that it found, and how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from prefplan.errors import LimitError
+from prefplan.front import Stats
+from prefplan.plan import Plan
+from prefplan.product.product_automaton import Product
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal that a search found.
+
+    Attributes:
+        product: what was searched.
+        cost: first total cost, units.
+        objectives: exact values of all costs and preferences, in the user's units.
+    """
+
+    product: Product
+    cost: int
+    objectives: tuple[Any, ...]
+    _extract: Callable[[], Plan] = field(repr=False)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The plan that leads to the goal, in the system that was searched."""
+        return self._extract()
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a search has found so far.
+
+    Attributes:
+        goals: points of the front, in order of the objectives.
+        ended: what stopped it: `time`, `memory` or `interrupt`; None if nothing did.
+        complete_below: all points of lower cost, units, are among the goals; infinite once the search ran to its end.
+        work: of the search.
+        incumbent: where there is no goal, a plan that need not be a point of the front, if one is known.
+    """
+
+    goals: tuple[Goal, ...] = ()
+    ended: str | None = None
+    complete_below: float = 0
+    work: Stats = Stats()
+    incumbent: Goal | None = None
+
+    @property
+    def incumbents(self) -> tuple[Goal, ...]:
+        """The incumbent, if there is one."""
+        return () if self.incumbent is None else (self.incumbent,)
+
+    def with_best(self, objective: int) -> Result:
+        """Return the same with the goal of least value of one objective only, of least values of the others then."""
+        goals = sorted(self.goals, key=lambda goal: (goal.objectives[objective], *goal.objectives))
+        return replace(self, goals=tuple(goals[:1]))
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether the search may still find its first goal."""
+        return not self.goals and self.ended is None and self.complete_below < math.inf
+
+
+def ended_by(error: LimitError | KeyboardInterrupt) -> str:
+    """Return what stopped a search that an error ended; see `Result.ended`."""
+    return error.ended if isinstance(error, LimitError) else "interrupt"
