@@ -16,7 +16,7 @@ from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
 from prefplan.models.past import Past
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.preferences.contracts import Span, check_claim
+from prefplan.preferences.contracts import Span, check_contract, check_never_falls
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
     TASK_LIMIT,
@@ -93,10 +93,10 @@ class Problem:
         # The attributes of a frozen dataclass can be set only like this.
         self.__dict__.update(
             system=system,
-            tasks=tuple(replace(task, known=known) for task in named_formulas(Task, tasks, "tasks")),
+            tasks=tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks")),
             preferences=named,
             preference=named[0].preference if named else WeightedSum({}),
-            rules=tuple(replace(rule, known=known) for rule in named_formulas(Rule, rules, "rules")),
+            rules=tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules")),
             past=past,
         )
         self._check_number()
@@ -147,7 +147,8 @@ class Problem:
                     edges, unit = self.system.edge_costs[objective.cost], objective.units.cost
                     largest = edges.unit * int(max(edges.costs.tolist(), default=0)) * self.system.size
                     span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
-                    check_claim(formula, self.names, named.key, span)
+                    check_never_falls(formula, self.priced, named.key, span)
+                    check_contract(formula, self.priced, named.key, span)
 
     @property
     def names(self) -> tuple[str, ...]:

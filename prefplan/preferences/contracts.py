@@ -12,7 +12,7 @@ planner derives hold by construction.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -24,6 +24,8 @@ from prefplan.preferences.terms import OpaqueTerm
 CONTRACTS = ("additive", "convex", "componentwise", "general")
 
 TRIALS = 2000
+"""Number of pairs of costs on which a contract is tested; of trajectories there are a quarter of these."""
+
 SEED = 2023
 """Fixed, so that the same preference is always accepted or always refused."""
 
@@ -54,115 +56,125 @@ class Span:
         return self.smallest * rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
 
 
-def check_claim(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-    """Test a contract that the user declared on costs of a problem's size; errors as in the other checks."""
-    check_never_falls(formula, tasks, where, span)
-    check_contract(formula, tasks, where, span)
-
-
 def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str) -> None:
-    """Raise PreferenceError if mu, which is known never to fall or be negative, is too large at large costs."""
+    """Raise PreferenceError if mu, which is proven never to fall or be negative, is too large at large costs."""
     large = [Span().largest] * len(tasks)
     value_at((large, large), formula, tasks, where)
 
 
 def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
-    rng = random.Random(SEED)
+    trials = _Trials(formula, tasks, where, span)
     for _ in range(TRIALS // 4):
         check_limits()
-        before, *others = _trajectory(rng, len(tasks), span)
-        before_value = value_at(before, formula, tasks, where)
-        for after in others:
-            value = value_at(after, formula, tasks, where)
-            if _less(value, before_value):
-                raise PreferenceError(
-                    f"{where}: falls along a trajectory, from {float(before_value):g} "
-                    f"at {text_of_costs(before, tasks)} "
-                    f"to {float(value):g} at {text_of_costs(after, tasks)}"
-                )
-            before, before_value = after, value
+        trajectory = trials.trajectory()
+        before = next(trajectory)
+        for after in trajectory:
+            if after < before:
+                raise PreferenceError(f"{where}: falls along a trajectory, from {before} to {after}")
+            before = after
         for i in formula.violations:
-            dearer = before[0], [v + span.draw(rng) * (k == i) for k, v in enumerate(before[1])]
-            if _less(value := value_at(dearer, formula, tasks, where), before_value):
-                raise PreferenceError(
-                    f"{where}: falls as a violation cost rises, from {float(before_value):g} at "
-                    f"{text_of_costs(before, tasks)} to {float(value):g} at {text_of_costs(dearer, tasks)}"
-                )
+            dearer = trials.at(before.costs, [v + trials.draw() * (k == i) for k, v in enumerate(before.violations)])
+            if dearer < before:
+                raise PreferenceError(f"{where}: falls as a violation cost rises, from {before} to {dearer}")
 
 
 def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
-    """Raise PreferenceError if a pair of random cost vectors refutes a formula's contract."""
-    rng = random.Random(SEED)
+    """Raise PreferenceError if a pair of random cost vectors refutes a formula's contract, if it is not `general`."""
+    if formula.contract == "general":
+        return
+    trials = _Trials(formula, tasks, where, span)
     for _ in range(TRIALS):
         check_limits()
-        match formula.contract:
-            case "componentwise":
-                low, high = _ordered_pair(rng, len(tasks), span)
-                a, b = (value_at(vector, formula, tasks, where) for vector in (low, high))
-                if _less(b, a):
-                    raise PreferenceError(
-                        f"{where}: not componentwise: {float(a):g} at {text_of_costs(low, tasks)} "
-                        f"but only {float(b):g} at {text_of_costs(high, tasks)}"
-                    )
-            case "additive" | "convex":
-                _check_key(rng, formula, tasks, where, span)
+        if formula.contract == "componentwise":
+            trials.compare_costs()
+        else:
+            trials.compare_labels()
 
 
-def _check_key(rng: random.Random, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-    """Raise PreferenceError if, of two random labels with one satisfied set, the better by (cost, mu) falls behind."""
-    n = len(tasks)
-    satisfied = {i for i in range(n) if rng.random() < 0.5}
-    spent = sorted(span.draw(rng) for _ in range(2))
-    frozen = [[span.draw(rng) % (g + span.smallest) for _ in range(n)] for g in spent]
-    paid = [[span.draw(rng) if formula.violations else Fraction(0) for _ in range(n)] for _ in spent]
-    if formula.contract == "additive" and rng.random() < 0.5:
-        spent[1] = spent[0]
-        frozen[1] = [min(c, spent[0]) for c in frozen[1]]
+@dataclass(frozen=True)
+class _Point:
+    """mu at some costs and violation costs."""
 
-    def vector(k: int, more: dict[int, Fraction], total: Fraction) -> CostLists:
-        costs = [frozen[k][i] if i in satisfied else spent[k] + more.get(i, total) for i in range(n)]
-        return costs, paid[k]
+    value: Any
+    costs: list[Fraction]
+    violations: list[Fraction]
+    tasks: Sequence[str]
 
-    start = [vector(k, {}, Fraction(0)) for k in (0, 1)]
-    values = [value_at(v, formula, tasks, where) for v in start]
-    if _less(values[1], values[0]):
-        if spent[0] < spent[1]:
-            return
-        values, start, frozen, paid = values[::-1], start[::-1], frozen[::-1], paid[::-1]
-    total = span.draw(rng)
-    more = {i: span.draw(rng) % (total + span.smallest) for i in range(n) if i not in satisfied and rng.random() < 0.5}
-    ends = [vector(k, more, total) for k in (0, 1)]
-    after = [value_at(v, formula, tasks, where) for v in ends]
-    grew = [y - x for x, y in zip(values, after, strict=True)]
-    same = formula.contract == "convex" or abs(grew[0] - grew[1]) <= TOLERANCE * max(1, *map(abs, after))
-    if _less(after[1], after[0]) or not same:
-        first, second = (
-            f"from {float(values[k]):g} at {text_of_costs(start[k], tasks)} "
-            f"to {float(after[k]):g} at {text_of_costs(ends[k], tasks)}"
-            for k in (0, 1)
-        )
-        raise PreferenceError(f"{where}: not {formula.contract}: mu grows {first}, but {second}")
+    def __lt__(self, other: _Point) -> bool:
+        """Return whether mu is less than at another point, by more than a function may be wrong."""
+        if isinstance(self.value, Fraction):
+            return bool(self.value < other.value)
+        return bool(self.value < other.value - TOLERANCE * max(abs(self.value), abs(other.value)))
+
+    def __str__(self) -> str:
+        """Return the value and the costs in words."""
+        return f"{float(self.value):g} at {text_of_costs((self.costs, self.violations), self.tasks)}"
 
 
-def _trajectory(rng: random.Random, n: int, span: Span) -> list[CostLists]:
-    costs, paid, open_ = [Fraction(0)] * n, [Fraction(0)] * n, set(range(n))
-    result = [(list(costs), list(paid))]
-    for _ in range(rng.randint(1, 2 * n + 2)):
-        step = span.draw(rng)
-        for i in open_:
-            costs[i] += step
-            if rng.random() < 0.3:
-                paid[i] += span.draw(rng)
-        open_ -= {i for i in open_ if rng.random() < 0.3}
-        result.append((list(costs), list(paid)))
-    return result
+class _Trials:
+    """Random costs of N tasks and rules, at which a formula is evaluated."""
 
+    def __init__(self, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
+        self._formula, self._tasks, self._where, self._span = formula, tasks, where, span
+        self._rng, self._size = random.Random(SEED), len(tasks)
 
-def _ordered_pair(rng: random.Random, n: int, span: Span) -> tuple[CostLists, CostLists]:
-    low = [[span.draw(rng) for _ in range(n)] for _ in range(2)]
-    high = [[x + (span.draw(rng) if rng.random() < 0.5 else 0) for x in values] for values in low]
-    return (low[0], low[1]), (high[0], high[1])
+    def draw(self) -> Fraction:
+        return self._span.draw(self._rng)
+
+    def at(self, costs: list[Fraction], violations: list[Fraction]) -> _Point:
+        value = value_at((costs, violations), self._formula, self._tasks, self._where)
+        return _Point(value, costs, violations, self._tasks)
+
+    def trajectory(self) -> Iterator[_Point]:
+        """Yield mu along a trajectory, from its start on."""
+        costs, violations, unsatisfied = [Fraction(0)] * self._size, [Fraction(0)] * self._size, set(range(self._size))
+        yield self.at([*costs], [*violations])
+        for _ in range(self._rng.randint(1, 2 * self._size + 2)):
+            step = self.draw()
+            for i in unsatisfied:
+                costs[i] += step
+                if self._rng.random() < 0.3:
+                    violations[i] += self.draw()
+            unsatisfied -= {i for i in unsatisfied if self._rng.random() < 0.3}
+            yield self.at([*costs], [*violations])
+
+    def compare_costs(self) -> None:
+        """Raise PreferenceError if mu is less at larger costs."""
+        low = [[self.draw() for _ in range(self._size)] for _ in range(2)]
+        high = [[x + (self.draw() if self._rng.random() < 0.5 else 0) for x in values] for values in low]
+        cheap, dear = self.at(*low), self.at(*high)
+        if dear < cheap:
+            raise PreferenceError(f"{self._where}: not componentwise: {cheap} but only {dear}")
+
+    def compare_labels(self) -> None:
+        """Raise PreferenceError if, of two labels with one satisfied set, the better by (cost, mu) falls behind."""
+        tasks, rng, contract = range(self._size), self._rng, self._formula.contract
+        satisfied = {i for i in tasks if rng.random() < 0.5}
+        spent = sorted(self.draw() for _ in range(2))
+        if contract == "additive" and rng.random() < 0.5:
+            spent[1] = spent[0]
+        frozen = [[self.draw() % (g + self._span.smallest) for _ in tasks] for g in spent]
+        violations = [[self.draw() if self._formula.violations else Fraction(0) for _ in tasks] for _ in spent]
+
+        def after(k: int, steps: Sequence[Fraction]) -> _Point:
+            costs = [frozen[k][i] if i in satisfied else spent[k] + steps[i] for i in tasks]
+            return self.at(costs, violations[k])
+
+        better, worse = 0, 1
+        starts = [after(k, [Fraction(0)] * self._size) for k in (better, worse)]
+        if starts[worse] < starts[better]:
+            if spent[0] < spent[1]:
+                return
+            better, worse = worse, better
+        total = self.draw()
+        steps = [self.draw() % (total + self._span.smallest) if rng.random() < 0.5 else total for _ in tasks]
+        ends = [after(k, steps) for k in (0, 1)]
+        first, second = (ends[k].value - starts[k].value for k in (better, worse))
+        error = TOLERANCE * max(1, *(abs(end.value) for end in ends))
+        if ends[worse] < ends[better] or (contract == "additive" and abs(first - second) > error):
+            grows = [f"from {starts[k]} to {ends[k]}" for k in (better, worse)]
+            raise PreferenceError(f"{self._where}: not {contract}: mu grows {grows[0]}, but {grows[1]}")
 
 
 def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where: str) -> Any:
@@ -186,10 +198,6 @@ def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where
             f"{where}: must not be negative, but is {number:g} at {text_of_costs(vector, tasks)}; write max(0, ...)"
         )
     return value
-
-
-def _less(a: Any, b: Any) -> bool:
-    return a < b if isinstance(a, Fraction) else a < b - TOLERANCE * max(abs(a), abs(b))
 
 
 def text_of_costs(vector: CostLists, tasks: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable
@@ -16,31 +17,25 @@ def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
     Recognised are sums, with factors >= 0, of costs, violation costs, |c_i - c_j|, max - min of the same costs,
     max(0, c_i - d) and weighted maxima of costs.
     """
-    parts = _flatten(tree)
-    if parts is None:
+    summands = _summands(tree)
+    if summands is None:
         return None
-    constant, terms = parts.pop(_ONE, Fraction(0)), list[Term]()
+    constant, terms = summands.pop(_ONE, Fraction(0)), list[Term]()
+    for part in list(summands):
+        if isinstance(part, Operation) and part.name == "max" and summands[part] > 0:
+            least, spread = Operation("min", part.operands), _spread(part, summands[part])
+            if spread and summands.get(least) == -summands[part]:
+                terms.append(spread)
+                del summands[part], summands[least]
     linear, violation = [Fraction(0)] * tasks, [Fraction(0)] * tasks
-    for part in list(parts):
-        if isinstance(part, Operation) and part.name == "max" and parts.get(part, 0) > 0:
-            spread = _common_cost_set(part)
-            least = Operation("min", part.operands)
-            if spread and parts.get(least, Fraction(0)) == -parts[part]:
-                factor, members = spread
-                terms.append(SpreadRate(parts.pop(part) * factor, members))
-                del parts[least]
-    for part, factor in parts.items():
-        if factor == 0:
-            continue
-        if factor < 0:
-            return None
-        if isinstance(part, Variable):
-            (violation if part.violation else linear)[part.task] += factor
-            continue
-        term = _convex(part, factor, tasks)
-        if term is None:
-            return None
-        terms.append(term)
+    for part, factor in summands.items():
+        if isinstance(part, Variable) and factor > 0:
+            (violation if part.violation else linear)[part.task] = factor
+        elif factor != 0:
+            term = _convex(part, factor, tasks)
+            if term is None:
+                return None
+            terms.append(term)
     if any(linear):
         terms.append(WeightedRate(tuple(linear)))
     if any(violation):
@@ -48,8 +43,8 @@ def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
     return constant, terms
 
 
-def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:
-    """Return a sum as {summand: factor}; constants have the summand 1."""
+def _summands(tree: Tree) -> dict[Tree, Fraction] | None:
+    """Return a sum as {summand: factor}, or None for a product; constants have the summand 1."""
     result: dict[Tree, Fraction] = {}
 
     def add(node: Tree, by: Fraction) -> bool:
@@ -72,59 +67,54 @@ def _flatten(tree: Tree) -> dict[Tree, Fraction] | None:
     return result if add(tree, Fraction(1)) else None
 
 
-def _linear(tree: Tree) -> tuple[dict[int, Fraction], Fraction] | None:
-    """Return an expression as ({task: factor}, constant), or None if it is not linear in the costs."""
-    parts = _flatten(tree)
-    if parts is None:
-        return None
-    constant = parts.pop(_ONE, Fraction(0))
-    form: dict[int, Fraction] = {}
-    for part, factor in parts.items():
-        if not isinstance(part, Variable) or part.violation:
+def _lines(operands: Iterable[Tree]) -> list[tuple[dict[int, Fraction], Fraction]] | None:
+    """Return operands as ({task: slope}, constant) each, or None if one is not linear in the costs."""
+    lines = []
+    for operand in operands:
+        summands = _summands(operand)
+        if summands is None:
             return None
-        if factor:
-            form[part.task] = factor
-    return form, constant
+        constant, slopes = summands.pop(_ONE, Fraction(0)), {}
+        for part, slope in summands.items():
+            if not isinstance(part, Variable) or part.violation:
+                return None
+            if slope:
+                slopes[part.task] = slope
+        lines.append((slopes, constant))
+    return lines
 
 
-def _common_cost_set(tree: Operation) -> tuple[Fraction, frozenset[int]] | None:
-    """Return (w, tasks) if an operation's operands are w c_i with one common w > 0, else None."""
-    members, factors = set(), set()
-    for operand in tree.operands:
-        linear = _linear(operand)
-        if linear is None or linear[1] != 0 or len(linear[0]) != 1:
-            return None
-        ((task, factor),) = linear[0].items()
-        members.add(task)
-        factors.add(factor)
-    if len(factors) != 1 or min(factors) <= 0:
+def _spread(tree: Operation, factor: Fraction) -> Term | None:
+    """Return factor * (max - min) of a maximum's operands if they are w c_i with one common w > 0, else None."""
+    lines = _lines(tree.operands) or [({}, Fraction(0))]
+    slopes = {slope for line, _ in lines for slope in line.values()}
+    if any(constant != 0 or len(line) != 1 for line, constant in lines) or len(slopes) != 1 or min(slopes) <= 0:
         return None
-    return factors.pop(), frozenset(members)
+    return SpreadRate(factor * slopes.pop(), frozenset(task for line, _ in lines for task in line))
 
 
 def _convex(tree: Tree, factor: Fraction, tasks: int) -> Term | None:
     """Return factor * tree as |c_i - c_j|, tardiness or a weighted maximum, or None."""
-    if not isinstance(tree, Operation) or tree.name not in ("abs", "max"):
+    if not isinstance(tree, Operation) or tree.name not in ("abs", "max") or factor < 0:
         return None
-    forms = [_linear(operand) for operand in tree.operands]
-    if any(form is None for form in forms):
+    lines = _lines(tree.operands)
+    if lines is None:
         return None
-    known = [form for form in forms if form is not None]
     if tree.name == "abs":
-        form, constant = known[0]
-        if len(form) == 2 and constant == 0 and sum(form.values()) == 0:
-            return SpreadRate(factor * max(form.values()), frozenset(form))
+        ((slopes, constant),) = lines
+        if len(slopes) == 2 and constant == 0 and sum(slopes.values()) == 0:
+            return SpreadRate(factor * max(slopes.values()), frozenset(slopes))
         return None
-    if len(known) == 2:
-        for (zero, nothing), (form, constant) in (known, known[::-1]):
-            if not zero and nothing == 0 and len(form) == 1:
-                ((task, slope),) = form.items()
-                if slope > 0 and constant <= 0:
-                    return Tardiness(task, -constant / slope, factor * slope)
+    if any(len(slopes) > 1 or min(slopes.values(), default=0) < 0 for slopes, _ in lines):
+        return None
+    lines.sort(key=lambda line: len(line[0]))
+    if len(lines) == 2 and lines[0] == ({}, 0) and lines[1][0] and lines[1][1] <= 0:
+        ((task, slope),) = lines[1][0].items()
+        return Tardiness(task, -lines[1][1] / slope, factor * slope)
     weights = [Fraction(0)] * tasks
-    for form, constant in known:
-        if constant != 0 or len(form) != 1 or min(form.values()) < 0:
+    for slopes, constant in lines:
+        if constant != 0 or not slopes:
             return None
-        ((task, slope),) = form.items()
+        ((task, slope),) = slopes.items()
         weights[task] = max(weights[task], factor * slope)
     return Maximum(tuple(weights))

@@ -15,7 +15,7 @@ from prefplan.errors import ModelError, PreferenceError, check_known, choices, p
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
 from prefplan.preferences.decomposition import decompose
-from prefplan.preferences.expression import Constant, Operation, Tree, Variable, parse, shape
+from prefplan.preferences.expression import Constant, Operation, Variable, parse, shape
 from prefplan.preferences.terms import (
     Maximum,
     OpaqueTerm,
@@ -144,21 +144,20 @@ class Deadline:
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
-        """Return a convex term for each deadline, or over violation costs one componentwise term."""
-        found = []
+        """Return a convex term for each deadline, or over violation costs componentwise ones."""
+        terms: list[Term | Fraction] = []
         names = _weighed(tasks, rules, self.over)
         for name, due in self.deadlines.items():
             check_known("deadlines", "task", name, names, PreferenceError)
-            weight = _weight(f"deadlines.{name}.weight", due.weight)
-            found.append(Tardiness(names.index(name), _weight(f"deadlines.{name}.by", due.by), weight))
-        if not _over_violation(self.over):
-            return list(found)
-        tree: Tree = Constant(Fraction(0))
-        for term in found:
-            late = Operation("-", (Variable(term.task, True), Constant(term.by)))
-            positive = Operation("max", (Constant(Fraction(0)), late))
-            tree = Operation("+", (tree, Operation("*", (Constant(term.weight), positive))))
-        return [OpaqueTerm(tree, None, "componentwise", len(names))]
+            i, weight = names.index(name), _weight(f"deadlines.{name}.weight", due.weight)
+            by = _weight(f"deadlines.{name}.by", due.by)
+            if _over_violation(self.over):
+                late = Operation("-", (Variable(i, True), Constant(by)))
+                tree = Operation("max", (Constant(Fraction(0)), late))
+                terms.append(OpaqueTerm(tree, None, "componentwise", len(names), weight))
+            else:
+                terms.append(Tardiness(i, by, weight))
+        return terms
 
 
 @dataclass(frozen=True)
@@ -180,17 +179,17 @@ class Expression:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
         names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
         tree = parse(self.expression, names, violation=_over_violation(self.over))
-        known, found = shape(tree), decompose(tree, count)
-        shown = "componentwise" if known.rising else "general"
+        outline, summands = shape(tree), decompose(tree, count)
+        shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, count, claimed=contract not in (shown, "general"))
-        if (known.rising and known.low >= 0) or (found is not None and found[0] >= 0):
+        if (outline.rising and outline.low >= 0) or (summands is not None and summands[0] >= 0):
             check_size(whole, (*tasks, *rules), "expression")
         else:
             check_never_falls(whole, (*tasks, *rules), "expression")
         if whole.claimed:
             check_contract(whole, (*tasks, *rules), "contract")
-        return [whole] if found is None or self.contract == "general" else [found[0], *found[1]]
+        return [whole] if summands is None or self.contract == "general" else [summands[0], *summands[1]]
 
 
 @dataclass(frozen=True)
@@ -232,12 +231,12 @@ class Sum:
         """Return the terms of all parts."""
         if not self.parts:
             raise PreferenceError("terms: a sum needs at least one")
-        found: list[Term | Fraction] = []
+        terms: list[Term | Fraction] = []
         for k, (part, number) in enumerate(self.parts):
             with prefixed(f"terms[{k}].", PreferenceError):
                 weight = _weight("weight", number)
-                found += [_weighted(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
-        return found
+                terms += [_weighted(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
+        return terms
 
 
 def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
@@ -260,8 +259,8 @@ def _weights(
     names = _weighed(tasks, rules, over)
     for name in weights:
         check_known("weights", "task", name, names, PreferenceError)
-    found = [_weight(f"weights.{name}", weights[name]) if name in weights else default for name in names]
-    return (*found, *[Fraction(0)] * (len(tasks) + len(rules) - len(found)))
+    values = [_weight(f"weights.{name}", weights[name]) if name in weights else default for name in names]
+    return (*values, *[Fraction(0)] * (len(tasks) + len(rules) - len(values)))
 
 
 def _weight(where: str, weight: Number) -> Fraction:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from small_models import build
 
-from prefplan import Function, PreferenceError, pareto_front
+from prefplan import Function, PreferenceError, Problem, Rule, TransitionSystem, pareto_front
 
 
 @pytest.mark.parametrize("contract", ["componentwise", "general", "convex"])
@@ -33,6 +33,13 @@ def test_a_python_function_is_a_preference(contract: str) -> None:
 def test_a_function_that_is_no_preference_is_refused(function: Any, message: str) -> None:
     with pytest.raises(PreferenceError, match=f"^preference.function: {message}"):
         build(Function(function))
+
+
+def test_a_function_reads_what_a_rule_costs_that_is_broken() -> None:
+    system = TransitionSystem.from_transitions([("s", "go", "t", 1)], start="s", labels={"t": ["p"]})
+    toll = Function(lambda costs, violations: violations[1], "componentwise")
+    front = pareto_front(Problem(system, {"task": "F p"}, toll, rules=[Rule("rule", "G !p", skip=3)]))
+    assert [(plan.cost, plan.preference) for plan in front] == [(1, 3)]
 
 
 def at_the_end(mu: Callable[[], float]) -> Function:
