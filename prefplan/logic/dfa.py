@@ -118,7 +118,10 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     diagrams = Diagrams()
     transitions, goal = _progress(tree, text, diagrams)
     satisfied = set() if goal is None else _unavoidable(transitions, goal)
-    return _minimise(transitions, satisfied, diagrams, text, tuple(sorted(propositions_of(tree))))
+    merged, classes = _minimise(transitions, satisfied, diagrams)
+    accepting = None if goal is None else classes[goal]
+    dead = next((state for state, diagram in enumerate(merged) if diagram == state != accepting), None)
+    return Automaton(text, tuple(sorted(propositions_of(tree))), tuple(merged), accepting, dead)
 
 
 class _Obligations:
@@ -236,33 +239,16 @@ def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
     return met
 
 
-def _minimise(
-    transitions: list[Diagram], satisfied: set[int], diagrams: Diagrams, text: str, names: tuple[str, ...]
-) -> Automaton:
-    """Merge equivalent states by partition refinement and number them breadth-first."""
-    goal = min(satisfied, default=None)
-    transitions = [goal if state in satisfied else diagram for state, diagram in enumerate(transitions)]
-    block = [int(state in satisfied) for state in range(len(transitions))]
-    while True:
-        into: Callable[[int], int] = block.__getitem__
-        keys: dict[tuple[int, Diagram], int] = {}
-        refined = [
-            keys.setdefault((block[state], diagrams.map(diagram, into)), len(keys))
-            for state, diagram in enumerate(transitions)
-        ]
-        if len(keys) == len(set(block)):
-            break
-        block = refined
-    representative = {b: state for state, b in reversed(list(enumerate(block)))}
-    queue, number = [block[0]], {block[0]: 0}
-    merged = []
-    for b in queue:
-        merged.append(diagrams.map(transitions[representative[b]], block.__getitem__))
-        for end in leaves(merged[-1]):
-            if end not in number:
-                number[end] = len(number)
-                queue.append(end)
-    numbered = tuple(diagrams.map(diagram, number.__getitem__) for diagram in merged)
-    accepting = None if goal is None else number[block[goal]]
-    dead = next((s for s, diagram in enumerate(numbered) if diagram == s != accepting), None)
-    return Automaton(text, names, numbered, accepting, dead)
+def _minimise(transitions: list[Diagram], satisfied: set[int], diagrams: Diagrams) -> tuple[list[Diagram], list[int]]:
+    """Return the transitions between classes of equivalent states, and the class of each state.
+
+    Partition refinement (Moore). Classes are numbered by their first states, hence breadth-first, too.
+    """
+    classes: list[int] = []
+    refined = [int(state in satisfied) for state in range(len(transitions))]
+    while refined != classes:
+        classes, rows = refined, dict[tuple[int, Diagram], int]()
+        into: Callable[[int], int] = classes.__getitem__
+        keys = ((classes[state], diagrams.map(diagram, into)) for state, diagram in enumerate(transitions))
+        refined = [rows.setdefault(key, len(rows)) for key in keys]
+    return [diagram for _, diagram in rows], classes

@@ -136,7 +136,7 @@ def leaves(diagram: Diagram) -> list[Any]:
 
 
 Price = tuple[int, int, tuple[int, ...]]
-"""What was paid, for how many propositions, and the numbers of the offers taken, in order."""
+"""A sum of prices, of how many offers, and their numbers, in order."""
 
 
 def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str, tuple[int, int]]) -> dict[Any, Price]:
@@ -148,26 +148,26 @@ def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str
     Args:
         diagram: the diagram.
         label: the label.
-        offers: propositions that may be added, each with its price and the number of the offer.
+        offers: propositions, not in the label, that may be added, each with its price and the number of the offer.
     """
 
     def read(branch: Branch) -> tuple[Diagram, Diagram]:
         free = branch.high if branch.name in label else branch.low
         return (branch.high if branch.name in offers else free), free
 
-    found: dict[Diagram, dict[Any, Price]] = {}
+    cheapest: dict[Diagram, dict[Any, Price]] = {}
     for d in upwards(diagram, read):
         if not isinstance(d, Branch):
-            found[d] = {d: (0, 0, ())}
+            cheapest[d] = {d: (0, 0, ())}
             continue
-        found[d] = found[read(d)[1]]
-        if d.name in offers and d.name not in label:
+        cheapest[d] = cheapest[read(d)[1]]
+        if d.name in offers:
             price, offer = offers[d.name]
-            found[d] = dict(found[d])
-            for end, (paid, count, taken) in found[d.high].items():
-                dearer = (paid + price, count + 1, tuple(sorted((*taken, offer))))
-                found[d][end] = min(found[d].get(end, dearer), dearer)
-    return found[diagram]
+            cheapest[d] = dict(cheapest[d])
+            for end, (total, count, taken) in cheapest[d.high].items():
+                dearer = (total + price, count + 1, tuple(sorted((*taken, offer))))
+                cheapest[d][end] = min(cheapest[d].get(end, dearer), dearer)
+    return cheapest[diagram]
 
 
 def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:

@@ -47,7 +47,7 @@ class Task:
         relax: relaxations that plans may use.
         skip: price of dropping the task before the first action; None if it may not be dropped.
         label: what people are shown in place of its name; None for the name.
-        known: the valid propositions, to tell `Fa` from `F a`; None until the task is part of a problem.
+        propositions: the valid ones, to tell `Fa` from `F a`; None until the task is part of a problem.
     """
 
     name: str
@@ -58,16 +58,18 @@ class Task:
     ] = ()
     skip: Number | None = None
     label: str | None = field(default=None, kw_only=True)
-    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
+    propositions: frozenset[str] | None = field(
+        default=None, repr=False, compare=False, kw_only=True, metadata={"key": None}
+    )
 
     @property
     def tree(self) -> Formula:
         """The formula's syntax tree.
 
         Raises:
-            FormulaError: it is not a co-safe formula over the known propositions.
+            FormulaError: it is not a co-safe formula over the valid propositions.
         """
-        return parse(self.formula, propositions=self.known)
+        return parse(self.formula, propositions=self.propositions)
 
 
 @dataclass(frozen=True)
@@ -78,22 +80,24 @@ class Rule:
         name: name by which messages and preferences over violation costs refer to it.
         formula: safety formula, as text.
         skip: price of breaking it, paid once, after which it no longer applies; None if it may not be broken.
-        known: as in `Task`.
+        propositions: as in `Task`.
     """
 
     name: str
     formula: Text
     skip: Number | None = None
-    known: frozenset[str] | None = field(default=None, repr=False, compare=False, kw_only=True, metadata={"key": None})
+    propositions: frozenset[str] | None = field(
+        default=None, repr=False, compare=False, kw_only=True, metadata={"key": None}
+    )
 
     @property
     def broken(self) -> Formula:
         """The formula's negation, which its bad prefixes satisfy, as a syntax tree.
 
         Raises:
-            FormulaError: it is not a safety formula over the known propositions.
+            FormulaError: it is not a safety formula over the valid propositions.
         """
-        return parse_rule(self.formula, propositions=self.known)
+        return parse_rule(self.formula, propositions=self.propositions)
 
     @property
     def monitor(self) -> Automaton:
@@ -111,7 +115,7 @@ class Possible(Rule):
     @property
     def monitor(self) -> Automaton:
         """The DFA of its bad prefixes: that of the formula, with accepting and dead state exchanged."""
-        dfa = automaton(parse(self.formula, propositions=self.known), text=self.formula)
+        dfa = automaton(parse(self.formula, propositions=self.propositions), text=self.formula)
         return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
 
 
@@ -137,12 +141,12 @@ def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named]
             f'{key}: must be formulas by name, such as {{"NAME": "F p"}}, or a list such as [{example}], '
             f"not {describe(given)}"
         )
-    found = list(given)
-    for i, one in enumerate(found):
+    formulas = list(given)
+    for i, one in enumerate(formulas):
         if not isinstance(one, kind):
             raise PrefplanError(f"{key}[{i}]: must be a {kind.__name__}, such as {example}, not {describe(one)}")
         check_fields(one, PrefplanError, f"{key}[{i}].")
-    return found
+    return formulas
 
 
 def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
@@ -159,12 +163,12 @@ def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
     _check_name(f"{where}.name", task.name, taken)
     with prefixed(f"{where}.formula: ", FormulaError):
         dfa = automaton(task.tree, text=task.formula)
-    known = sorted(task.known or ())
+    names = sorted(task.propositions or ())
     for k, relaxation in enumerate(task.relax):
         at = f"{where}.relax[{k}]"
-        check_known(f"{at}.assume", "proposition", relaxation.assume, known, PrefplanError)
+        check_known(f"{at}.assume", "proposition", relaxation.assume, names, PrefplanError)
         with prefixed(f"{at}.when: ", FormulaError):
-            condition = parse(relaxation.when, propositions=known, temporal=False)
+            condition = parse(relaxation.when, propositions=names, temporal=False)
             if is_temporal(condition):
                 raise FormulaError(f"'{relaxation.when}' has a temporal operator")
         _check_price(f"{at}.cost", relaxation.cost)

@@ -23,12 +23,12 @@ class Reading:
     Attributes:
         state: automaton state afterwards.
         price: violation cost in units.
-        bought: indices of the relaxations used.
+        relaxations: those used, by number.
     """
 
     state: int
     price: int = 0
-    bought: tuple[int, ...] = ()
+    relaxations: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class WeightedAutomaton:
         return frozenset(self.automaton.propositions).union(*conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
-        """Return the free reading of a label, then the cheapest bought one for each other state.
+        """Return the free reading of a label, then the cheapest one with relaxations for each other state.
 
-        Nothing is bought once the task is satisfied or skipped. Ties go to fewer relaxations, then to the order in
+        Nothing is relaxed once the task is satisfied or skipped. Ties go to fewer relaxations, then to the order in
         which they were written.
         """
         if state == self.skipped:
@@ -78,12 +78,9 @@ class WeightedAutomaton:
                 offers[assumed] = min(offers.get(assumed, (price, i)), (price, i))
         if not offers:
             return [free]
-        bought = {free.state: free} | {
-            after: Reading(after, price, used)
-            for after, (price, _, used) in cheapest_leaves(self.automaton.transitions[state], label, offers).items()
-            if after != free.state
-        }
-        return sorted(bought.values(), key=lambda reading: (len(reading.bought), reading.bought))
+        cheapest = cheapest_leaves(self.automaton.transitions[state], label, offers)
+        relaxed = [Reading(after, price, used) for after, (price, _, used) in cheapest.items() if after != free.state]
+        return [free, *sorted(relaxed, key=lambda reading: (len(reading.relaxations), reading.relaxations))]
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ def _histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_
             for reading in dfa.readings(before.state, label):
                 ends = before.finished is None and reading.state == dfa.automaton.accepting
                 finished, price = k if ends else before.finished, before.price + reading.price
-                bought = (*(before.bought or ()), *((k, relaxation) for relaxation in reading.bought))
+                bought = (*(before.bought or ()), *((k, relaxation) for relaxation in reading.relaxations))
                 key = (reading.state, finished, price if any_price else 0)
                 if key not in best or price < best[key].price:
                     best[key] = _History(reading.state, finished, price, bought)

@@ -155,8 +155,8 @@ def from_dict(
         preferences = _preferences(file)
         if not preferences and len(model.cost_names) == 1:
             raise ScenarioError('preference: missing; write [preference] and below it, for example, kind = "order"')
-    tasks = tuple(replace(task, known=known) for task in file.tasks)
-    rules = tuple(replace(rule, known=known) for rule in file.rules)
+    tasks = tuple(replace(task, propositions=known) for task in file.tasks)
+    rules = tuple(replace(rule, propositions=known) for rule in file.rules)
     first = preferences[0].preference if preferences else WeightedSum({})
     several = None if [NamedPreference(DEFAULT_PREFERENCE, first)] == preferences else tuple(preferences)
     return Scenario(name, path, model, tasks, first, rules, preferences=several)

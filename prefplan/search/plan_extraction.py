@@ -222,7 +222,7 @@ def _purchases(
         for k, (before, after, label) in enumerate(steps, start=first + 1):
             readings = dfa.readings(before[i], label)
             reading = next(reading for reading in readings if reading.state == after[i])
-            bought += [(k, relaxation) for relaxation in reading.bought]
+            bought += [(k, relaxation) for relaxation in reading.relaxations]
         for k, relaxation in bought:
             assumed, _, count = dfa.relaxations[relaxation]
             found.append(Purchase(name, k, assumed, count * price))
