@@ -29,7 +29,7 @@ def map_of(scenario: Scenario) -> PlanMap | None:
     model = scenario.model
     if isinstance(model, GridModel):
         return GridMap(scenario.problem(), model)
-    if isinstance(model, GraphFileModel) and model.network.coordinates is not None:
+    if isinstance(model, GraphFileModel) and model.network.points is not None:
         return RoadMap(scenario.problem(), model.network)
     return None
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap, square
-from prefplan.models.graph_network import Network
+from prefplan.models.graph_file import Network
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 
@@ -58,17 +58,16 @@ class RoadMap(PlanMap):
 
     def __init__(self, problem: Problem, network: Network) -> None:
         """Make the map of the graph of a problem, whose nodes have coordinates."""
-        assert network.coordinates is not None
-        points = network.coordinates.copy()
-        if network.degrees is not None:
-            points[:, 0] *= np.cos(np.radians(points[:, 1].mean() * network.degrees))
+        system, points = network.system, network.points
+        assert points is not None
         low, extent = points.min(axis=0), np.ptp(points, axis=0)
         wide, high = extent / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + 2 * MARGIN
-        ends = np.unique(np.sort(np.stack([network.sources, network.targets], axis=1), axis=1), axis=0)
+        sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
+        ends = np.unique(np.sort(np.stack([sources, system.targets], axis=1), axis=1), axis=0)
         self.problem, self.size = problem, (float(wide), float(high))
         self.points = (points - low) / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + MARGIN - 0.5
         self.lines = self.points[ends]
-        self._index: dict[Any, int] = {name: i for i, name in enumerate(network.states)}
+        self._index: dict[Any, int] = {name: i for i, name in enumerate(system.states)}
 
     def path(self, plan: Plan) -> np.ndarray:
         """Return the (S, 2) points of a plan's states."""

@@ -3,30 +3,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from prefplan.errors import ModelError, check_known, choices, prefixed
+from prefplan.errors import ModelError, check_known, choices
 from prefplan.exact_costs import Number, exact, exact_floats
-from prefplan.models.graph_network import Network, connected, coordinates_of, labels_of, number, numbered
-from prefplan.models.graph_readers import Listing, Table, ending, read
+from prefplan.models.graph_readers import Listing, ending, read
 from prefplan.models.several_costs import with_costs
 from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import check_names
 
 LARGEST_COST = 1e15
 """Costs of a file are floats, which represent all whole numbers up to this exactly."""
 
-NOT_COSTS = ("source", "target", "key", "id", "action")
+ENDS = ("from", "to")
+"""Columns of the nodes that an edge leaves, and leads to."""
+
+NOT_COSTS = (*ENDS, "key", "id", "action")
 """Attributes of edges that are never taken for their cost unasked."""
 
 MOST_PROBED = 1000
 """Number of edges that are looked at to find the attributes that are numbers."""
+
+LABEL = re.compile(r"[^\s,\[\]'\"]+")
+"""A proposition in a list such as `shop bank`, `shop, bank` or `['shop', 'bank']`."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """What the files of a graph hold.
+
+    Attributes:
+        system: its transition system. An action has the name that the file gives, else its target's; the second of
+            several that lead from one node to another is `name#2`.
+        dropped: number of edges left out because another between the same nodes dominates them: no larger in any
+            cost, and smaller in one.
+        points: (S, 2) float64, where a map shows the states; None if one has no coordinates.
+    """
+
+    system: TransitionSystem
+    dropped: int
+    points: np.ndarray | None
 
 
 @dataclass(frozen=True)
@@ -54,21 +79,17 @@ class GraphFileModel:
     file: str | Mapping[str, str]
     start: str | int
     nodes: str | None = None
-    cost: Any = None
+    cost: Annotated[str | Mapping[str, str] | None, Form("the name of an attribute of the edges")] = None
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     propositions: frozenset[str] = frozenset()
     resolution: Number | None = None
 
     def __post_init__(self) -> None:
-        """Check the kind of `cost` and the names of costs."""
-        for key, named in (("file", self.file), ("cost", self.cost)):
-            if isinstance(named, Mapping):
-                if not named:
-                    raise ModelError(f"{key}: names no cost")
-                check_names(named, where=key)
-        for key, attribute in self._cost_attributes.items():
-            if not isinstance(attribute, str) and self.cost is not None:
-                raise ModelError(f"{key}: must be the name of an attribute of the edges, not {attribute!r}")
+        """Check the attributes and the names of costs."""
+        check_fields(self, ModelError)
+        if not self.cost_names:
+            raise ModelError(f"{'file' if self.cost is None else 'cost'}: names no cost")
+        check_names(self.cost_names, where="cost")
 
     @property
     def cost_names(self) -> tuple[str, ...]:
@@ -83,157 +104,195 @@ class GraphFileModel:
         Raises:
             ModelError: as in `network`.
         """
-        with_nodes = isinstance(self.file, str) and ending(self.file) in (".graphml", ".json")
-        read = self.network.labels.values() if with_nodes or ending(self.nodes or "") == ".csv" else ()
-        return self.propositions.union(*self.labels.values(), *read)
+        with_labels = isinstance(self.file, str) and ending(self.file) in (".graphml", ".json")
+        if with_labels or ending(self.nodes or "") == ".csv":
+            return self.network.system.propositions
+        return self.propositions.union(*self.labels.values())
+
+    def transition_system(self) -> TransitionSystem:
+        """Return the graph as a weighted transition system.
+
+        Raises:
+            ModelError: as in `network`.
+        """
+        return self.network.system
 
     @cached_property
     def network(self) -> Network:
         """The graph, read at the first access.
 
         Raises:
-            ModelError: a file cannot be read or is invalid; the message begins with the key.
+            ModelError: a file cannot be read or is invalid, or the start or a label is not of a node; the message
+                begins with the key.
         """
-        name, listing, costs = self._edges()
-        edges, nodes, degrees = listing.edges, listing.nodes, listing.degrees
-        place = f"file: {name}: "
-        if self.nodes is not None:
-            more = read(self.folder, self.nodes, "nodes")
-            nodes, degrees = more.nodes, more.degrees
-            place = f"nodes: {self.nodes}: "
-        with prefixed(place, ModelError):
-            index, labels, coordinates = numbered(nodes), labels_of(nodes), coordinates_of(nodes)
-        with prefixed(f"file: {name}: ", ModelError):
-            found = connected(index, edges, costs)
-        complete = len(found.states) == len(index)
-        return replace(found, labels=labels, coordinates=coordinates if complete else None, degrees=degrees)
-
-    def transition_system(self) -> TransitionSystem:
-        """Return the graph as a weighted transition system.
-
-        Raises:
-            ModelError: as in `network`, or the start or a label is not of a node.
-        """
-        network = self.network
-        index = {name: i for i, name in enumerate(network.states)}
+        edges, costs = self._edges()
+        nodes = edges if self.nodes is None else read(self.folder, self.nodes, "nodes")
+        index, label_of = _numbered(nodes, edges), _labels(nodes)
         check_known("start", "state", str(self.start), index)
-        label_of = dict(network.labels)
-        for name, names in self.labels.items():
+        for name, more in self.labels.items():
             check_known("labels", "state", name, index)
-            label_of[index[name]] = label_of.get(index[name], frozenset()) | frozenset(names)
+            label_of[index[name]] = label_of.get(index[name], frozenset()).union(more)
+        source, target = (np.array([index[name] for name in edges.edges[end]], dtype=np.int64) for end in ENDS)
+        kept = np.flatnonzero(~_dominated(source * len(index) + target, costs))
+        actions, action_names = _actions(edges, kept, index, source[kept])
         resolution = None if self.resolution is None else exact(self.resolution, "resolution")
-        rows = dict(zip(self.cost_names, network.costs, strict=True))
 
-        def build(name: str) -> TransitionSystem:
-            multiples, unit, rounded_to = exact_floats(rows[name], resolution)
+        def build(cost: str) -> TransitionSystem:
+            multiples, unit, rounded_to = exact_floats(costs[self.cost_names.index(cost), kept], resolution)
             return TransitionSystem.from_arrays(
-                states=network.states,
+                states=tuple(index),
                 start=index[str(self.start)],
-                sources=network.sources,
-                targets=network.targets,
-                actions=network.actions,
+                sources=source[kept],
+                targets=target[kept],
+                actions=actions,
                 costs=multiples,
                 unit=unit,
-                action_names=network.action_names,
+                action_names=action_names,
                 label_of=label_of,
                 propositions=self.propositions,
                 resolution=rounded_to,
             )
 
-        return with_costs(self.cost_names, build)
+        system = with_costs(self.cost_names, build)
+        return Network(system, len(source) - len(kept), _points(nodes, len(index)))
 
-    @property
-    def _cost_attributes(self) -> dict[str, Any]:
-        """The attributes that `cost` names, each by its key."""
-        named = self.cost
-        return {f"cost.{key}": one for key, one in named.items()} if isinstance(named, Mapping) else {"cost": named}
-
-    def _edges(self) -> tuple[str, Listing, np.ndarray]:
-        """Return the file of the edges, what it lists, and (C, E) costs of the edges."""
+    def _edges(self) -> tuple[Listing, np.ndarray]:
+        """Return the edges of the first file, and their (C, E) costs."""
         if isinstance(self.file, str):
-            listing = read(self.folder, self.file, "file")
-            attributes = self._chosen_attributes(listing.edges)
-            with prefixed(f"file: {self.file}: ", ModelError):
-                return self.file, listing, np.array([_costs(listing.edges, attribute) for attribute in attributes])
-        (first, *others), costs = self._chosen_files(self.file), []
-        for name in (first, *others):
-            other = read(self.folder, name, "file")
-            listing = other if name == first else listing
-            with prefixed(f"file: {name}: ", ModelError):
-                _check_same_edges(listing.edges, other.edges, first)
-                costs.append(_costs(other.edges, DEFAULT_COST))
-        return first, listing, np.array(costs)
-
-    def _chosen_files(self, files: Mapping[str, str]) -> list[str]:
-        """Return which of several `.gr` files to read: the one that `cost` names, else all."""
-        for key, name in files.items():
+            wanted = self.cost if isinstance(self.cost, Mapping) else {"": self.cost}
+            edges = read(self.folder, self.file, "file")
+            attributes = [_attribute(edges, f"cost.{name}".strip("."), each) for name, each in wanted.items()]
+            return edges, np.array([_costs(edges, attribute) for attribute in attributes])
+        for key, name in self.file.items():
             if ending(name) != ".gr":
-                raise ModelError(
-                    f"file.{key}: must be a file that ends in .gr, not {name!r}; other files have all costs"
-                )
-        if self.cost is None:
-            return list(files.values())
-        if isinstance(self.cost, Mapping):
-            raise ModelError(f"cost: must be one of {', '.join(files)}, or missing for all; each file has one cost")
-        if self.cost not in files:
-            raise _unknown_cost("cost", self.cost, files)
-        return [files[self.cost]]
-
-    def _chosen_attributes(self, edges: Table) -> list[str | None]:
-        """Return the attributes that are costs: those that `cost` names, else `cost`, else the only number, else None.
-
-        Raises:
-            ModelError: there is no such attribute, or there are several to choose from.
-        """
-        probed = {name: column[:MOST_PROBED] for name, column in edges.columns.items() if name not in NOT_COSTS}
-        finite = {name: [math.isfinite(number(value)) for value in column] for name, column in probed.items()}
-        numeric = [name for name, each in finite.items() if all(each)]
-        if self.cost is not None:
-            for key, wanted in self._cost_attributes.items():
-                if wanted not in finite:
-                    raise _unknown_cost(key, wanted, numeric)
-            return list(self._cost_attributes.values())
-        if DEFAULT_COST in finite:
-            return [DEFAULT_COST]
-        sometimes = [name for name, each in finite.items() if any(each)]
-        if len(numeric) != 1 and sometimes:
-            valid = ", ".join(numeric or sometimes)
-            raise ModelError(f"cost: missing; it says which number of an edge is its cost (valid: {valid})")
-        return [numeric[0] if numeric else None]
+                what = f"a file that ends in .gr, not {name!r}; other files have all costs"
+                raise ModelError(f"file.{key}: must be {what}")
+        if self.cost is not None and (not isinstance(self.cost, str) or self.cost not in self.file):
+            raise ModelError(f"cost: must be one of {', '.join(self.file)}, or missing for all; each file has one cost")
+        chosen = list(self.file.values()) if self.cost is None else [self.file[self.cost]]
+        first, *others = (read(self.folder, name, "file") for name in chosen)
+        for other in others:
+            _check_same_edges(first, other)
+        return first, np.array([_costs(edges, DEFAULT_COST) for edges in (first, *others)])
 
 
-def _unknown_cost(key: str, wanted: str, valid: Iterable[str]) -> ModelError:
-    return ModelError(f"{key}: no number {wanted!r} on the edges {choices(wanted, valid)}")
+def _attribute(edges: Listing, key: str, wanted: str | None) -> str | None:
+    """Return the attribute that is a cost: the one wanted, else `cost`, else the only number, else None.
+
+    Raises:
+        ModelError: there is no such attribute, or there are several to choose from.
+    """
+    probed = {name: column[:MOST_PROBED] for name, column in edges.edges.items() if name not in NOT_COSTS}
+    finite = {name: [math.isfinite(_number(value)) for value in column] for name, column in probed.items()}
+    numbers = [name for name, each in finite.items() if all(each)]
+    if wanted is not None and wanted not in finite:
+        raise ModelError(f"{key}: no number {wanted!r} on the edges {choices(wanted, numbers)}")
+    if wanted is not None or DEFAULT_COST in finite:
+        return wanted or DEFAULT_COST
+    sometimes = [name for name, each in finite.items() if any(each)]
+    if len(numbers) != 1 and sometimes:
+        valid = ", ".join(numbers or sometimes)
+        raise ModelError(f"{key}: missing; it says which number of an edge is its cost (valid: {valid})")
+    return numbers[0] if numbers else None
 
 
-def _edge(edges: Table, row: int) -> str:
-    return f"edge from {edges.columns['source'][row]!r} to {edges.columns['target'][row]!r}"
-
-
-def _check_same_edges(edges: Table, other: Table, first: str) -> None:
-    """Raise ModelError unless another file lists the edges of the file `first` in the same order."""
-    rule = "files of several costs must list the same edges in the same order"
-    count, found = (len(table.columns["source"]) for table in (edges, other))
-    for row in range(max(count, found)):
-        if row >= found:
-            raise ModelError(f"no {_edge(edges, row)}, which {first} has; {rule}")
-        if row >= count:
-            raise ModelError(f"{other.at(row)}{_edge(other, row)}, where {first} ends; {rule}")
-        if any(edges.columns[end][row] != other.columns[end][row] for end in ("source", "target")):
-            there = f"where {first} has the {_edge(edges, row)}"
-            raise ModelError(f"{other.at(row)}{_edge(other, row)}, {there}; {rule}")
-
-
-def _costs(edges: Table, attribute: str | None) -> list[float]:
+def _costs(edges: Listing, attribute: str | None) -> list[float]:
     """Return the cost of every edge: its value of an attribute, or 1 for None."""
     if attribute is None:
-        return [1.0] * len(edges.columns["source"])
-    costs = [number(value) for value in edges.columns[attribute]]
-    wrong = next((row for row, cost in enumerate(costs) if not 0 <= cost <= LARGEST_COST), None)
-    if wrong is None:
-        return costs
-    edge, value, cost = edges.at(wrong) + _edge(edges, wrong), edges.columns[attribute][wrong], costs[wrong]
-    if value is None or value == "":
-        raise ModelError(f"{edge}: no {attribute!r}, which is its cost")
-    why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
-    raise ModelError(f"{edge}: {attribute} is {why}: {value!r}")
+        return [1.0] * len(edges.edges["from"])
+    values = edges.edges[attribute]
+    costs = [_number(value) for value in values]
+    for row, cost in enumerate(costs):
+        if not 0 <= cost <= LARGEST_COST:
+            why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
+            raise ModelError(f"{edges.edge(row)}: {attribute} is {why}: {values[row]!r}")
+    return costs
+
+
+def _number(value: Any) -> float:
+    """Return a value of a file as a number; NaN if it is not one."""
+    try:
+        return math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+def _check_same_edges(first: Listing, other: Listing) -> None:
+    """Raise ModelError unless two files list the same edges in the same order."""
+    ends = (zip(*(edges.edges[end] for end in ENDS), strict=True) for edges in (first, other))
+    for row, (one, two) in enumerate(zip_longest(*ends)):
+        if one != two:
+            here, there = (edges.edge(row) for edges in (other, first))
+            rule = "files of several costs must list the same edges in the same order"
+            raise ModelError(f"{here}, where there is {there}; {rule}")
+
+
+def _numbered(nodes: Listing, edges: Listing) -> dict[str, int]:
+    """Return the number of each node; if the files list nodes, all ends of edges must be among them."""
+    listed = nodes.nodes.get("node", [])
+    index = {name: i for i, name in enumerate(dict.fromkeys(listed or edges.edges["from"] + edges.edges["to"]))}
+    if len(index) < len(listed):
+        twice = next(name for i, name in enumerate(listed) if index[name] != i)
+        raise ModelError(f"{nodes.place}node {twice!r} occurs twice")
+    for end in ENDS:
+        for row, name in enumerate(edges.edges[end]):
+            if name not in index:
+                raise ModelError(f"{edges.edge(row)}: {name!r} is not listed as a node")
+    return index
+
+
+def _labels(nodes: Listing) -> dict[int, frozenset[str]]:
+    """Return the propositions of the nodes that have any."""
+    given = enumerate(nodes.nodes.get("labels", ()))
+    return {node: frozenset(LABEL.findall(str(value))) for node, value in given if value}
+
+
+def _points(nodes: Listing, count: int) -> np.ndarray | None:
+    """Return (S, 2) points of a map for the nodes, or None if one has no coordinates."""
+    x, y = (np.array([_number(value) for value in nodes.nodes.get(name, [None] * count)]) for name in ("x", "y"))
+    if not np.isfinite(x + y).all():
+        return None
+    shrunk = 1.0 if nodes.degrees is None else math.cos(math.radians(y.mean() * nodes.degrees))
+    return np.stack([shrunk * x, y], axis=1)
+
+
+def _dominated(pairs: np.ndarray, costs: np.ndarray) -> np.ndarray:
+    """Return (E,) bool, the edges that a parallel edge dominates; parallel edges have the same number in `pairs`."""
+    dominated = np.zeros(len(pairs), dtype=bool)
+    for edges in _groups(pairs):
+        for edge in edges:
+            other, own = costs[:, edges], costs[:, [edge]]
+            dominated[edge] = ((other <= own).all(axis=0) & (other < own).any(axis=0)).any()
+    return dominated
+
+
+def _groups(numbers: np.ndarray) -> list[np.ndarray]:
+    """Return, for each number that occurs more than once, where it does, in order."""
+    order = np.argsort(numbers, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)
+    return [group for group in groups if len(group) > 1]
+
+
+def _actions(
+    edges: Listing, rows: np.ndarray, index: Mapping[str, int], sources: np.ndarray
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return (E,) actions of some edges and the names of all actions, see `Network`.
+
+    Raises:
+        ModelError: edges of one action lead from a node to different nodes.
+    """
+    source, target = (edges.edges[end] for end in ENDS)
+    given = edges.edges.get("action", target)
+    names = dict(index)
+    actions = np.array(
+        [names.setdefault(str(given[row] or target[row]), len(names)) for row in rows.tolist()], dtype=np.int64
+    )
+    for group in _groups(sources * len(names) + actions):
+        first, *others = rows[group]
+        name = str(given[first] or target[first])
+        for number, (edge, row) in enumerate(zip(group[1:], others, strict=True), start=2):
+            if target[row] != target[first]:
+                place = f"{edges.place}action {name!r} leaves node {source[row]!r}"
+                raise ModelError(f"{place} twice, to different nodes")
+            actions[edge] = names.setdefault(f"{name}#{number}", len(names))
+    return actions, tuple(names)

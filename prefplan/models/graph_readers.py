@@ -1,4 +1,4 @@
-"""Readers of graph files: GraphML, node-link JSON, CSV and the DIMACS format, also compressed with gzip."""
+"""Readers of graph files: GraphML and node-link JSON by networkx, CSV and DIMACS line by line; also with gzip."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import warnings
 import zlib
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from io import TextIOWrapper
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from sys import intern
 from typing import Any, BinaryIO, TypeVar, cast
@@ -24,6 +24,9 @@ from prefplan.limits import check_limits
 
 T = TypeVar("T")
 
+Columns = dict[str, list[Any]]
+"""Values of each attribute, one for each node or edge; None or empty where it has none."""
+
 NODE_COLUMNS = ("node", "x", "y", "labels")
 
 EDGE_LISTS = ("edges", "links")
@@ -32,31 +35,10 @@ EDGE_LISTS = ("edges", "links")
 CHALLENGE_DEGREES = 1e-6
 """Unit of the coordinates of the 9th DIMACS challenge, degrees."""
 
-MOST_DIGITS = 18
-"""Longer numbers of nodes and arcs are refused, as Python refuses to parse those of thousands of digits."""
-
 CLOCK_PERIOD = 10_000
 """Nodes, edges or lines read between two checks of the limits; they take up to 0.1 s."""
 
-
-@dataclass(frozen=True)
-class Table:
-    """The nodes or the edges of a file, by columns.
-
-    Attributes:
-        columns: (R,) values of each attribute, None where a row has none. Nodes have their name as `id`, edges their
-            ends as `source` and `target`; an undirected edge has a row for each direction.
-        place: where a row is, for messages, such as `line {}: `.
-        rows: (R,) what is put there.
-    """
-
-    columns: Mapping[str, list[Any]]
-    place: str = ""
-    rows: Sequence[int] = ()
-
-    def at(self, row: int) -> str:
-        """Return the place of a row, which begins a message; empty where the format has none."""
-        return self.place.format(self.rows[row]) if self.place else ""
+_CALLS = count()
 
 
 @dataclass(frozen=True)
@@ -64,14 +46,25 @@ class Listing:
     """What a file lists: nodes, edges or both.
 
     Attributes:
-        nodes: columns `id` and, where there are any, `x`, `y` and `labels`; others are passed over.
-        edges: columns `source`, `target` and the attributes of edges.
+        nodes: column `node` with their names and, where there are any, `x`, `y` and `labels`.
+        edges: columns `from` and `to` with names of nodes, and the attributes; an undirected edge occurs both ways.
+        lines: (E,) the line of each edge; empty if the format has no lines.
         degrees: degrees per unit of the coordinates, if these are longitudes and latitudes; else None.
+        place: the key and the file, as the beginning of a message.
     """
 
-    nodes: Table = Table({"id": []})
-    edges: Table = Table({"source": [], "target": []})
+    nodes: Columns = field(default_factory=dict)
+    edges: Columns = field(default_factory=dict)
+    lines: Sequence[int] = ()
     degrees: float | None = None
+    place: str = ""
+
+    def edge(self, row: int) -> str:
+        """Return where an edge is, as the beginning of a message; `row` may be that after the last."""
+        if row == len(self.edges["from"]):
+            return f"{self.place}the end"
+        line = f"line {self.lines[row]}: " if self.lines else ""
+        return f"{self.place}{line}edge from {self.edges['from'][row]!r} to {self.edges['to'][row]!r}"
 
 
 def ending(name: str) -> str:
@@ -87,208 +80,130 @@ def read(folder: Path, name: str, key: str) -> Listing:
         ModelError: it cannot be read or is invalid; the message begins with the key, the file and, where the format
             has lines, the line.
     """
-    readers = READERS[key]
+    readers, path = READERS[key], folder / name
     if ending(name) not in readers:
         raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and .gz")
-    path = folder / name
+    check_limits()
     with prefixed(f"{key}: {name}: ", ModelError):
+        if not path.is_file():
+            raise ModelError("no such file beside the scenario")
         try:
-            opened = gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")
-            with cast(BinaryIO, opened) as file:
-                return readers[ending(name)](file)
-        except FileNotFoundError:
-            raise ModelError("no such file beside the scenario") from None
-        except (EOFError, zlib.error, gzip.BadGzipFile):
-            raise ModelError("not a complete gzip file") from None
-        except UnicodeDecodeError as error:
-            raise ModelError(f"not UTF-8: {error}") from None
-        except OSError as error:
-            raise ModelError(f"cannot be read ({error.strerror})") from None
+            with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as file:
+                return replace(readers[ending(name)](cast(BinaryIO, file)), place=f"{key}: {name}: ")
+        except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+            raise ModelError(f"cannot be read: {error}") from None
 
 
-def clocked(items: Iterable[T]) -> Iterator[T]:
-    """Yield items; at the first, and then periodically, check the limits of time and memory."""
-    for number, item in enumerate(items):
-        if number % CLOCK_PERIOD == 0:
-            check_limits()
-        yield item
+def _clocked(value: T) -> T:
+    """Return a value, and at every so many calls check the limits of time and memory."""
+    if next(_CALLS) % CLOCK_PERIOD == 0:
+        check_limits()
+    return value
 
 
 def _graphml(file: BinaryIO) -> Listing:
-    ticks = clocked(count())
-
-    def named(name: str | None) -> str:
-        next(ticks)
-        if name is None:
-            raise ModelError("an <edge> lacks 'source' or 'target', or a <node> 'id'")
-        return name
-
     try:
         with warnings.catch_warnings(action="ignore"):
-            graph = nx.read_graphml(file, node_type=named, force_multigraph=True)
+            return _of_graph(nx.read_graphml(file, node_type=_clocked, force_multigraph=True))
     except ParseError as error:
         raise ModelError(f"line {error.position[0]}: not XML: {str(error).partition(':')[0]}") from None
     except (nx.NetworkXError, ValueError, LookupError, TypeError) as error:
         raise ModelError(f"not GraphML: {error}") from None
-    nodes = [{**graph.graph["node_default"], **data, "id": name} for name, data in graph.nodes(data=True)]
-    directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
-    ends = [{"source": source, "target": target} for source, target in directed.edges()]
-    edges = [{**graph.graph["edge_default"], **data} for _, _, data in directed.edges(data=True)]
-    return Listing(
-        Table(_columns(nodes, "id")),
-        Table({**_columns(edges), **_columns(ends, "source", "target")}),
-        1.0 if "4326" in str(graph.graph.get("crs")) else None,
-    )
 
 
 def _node_link(file: BinaryIO) -> Listing:
-    ticks = clocked(count())
-
-    def tick(value: dict[str, Any]) -> dict[str, Any]:
-        next(ticks)
-        return value
-
-    text = file.read().decode()
     try:
-        top = json.loads(text, object_hook=tick)
+        top = {"nodes": [], **json.load(file, object_hook=_clocked), "multigraph": True}
+        edges = next((key for key in EDGE_LISTS if key in top), EDGE_LISTS[0])
+        graph = nx.node_link_graph(top, directed=True, edges=edges)
+        unlisted = list(graph)[len(top["nodes"]) :]
+        if unlisted and top["nodes"]:
+            raise ModelError(f"{unlisted[0]!r} is the end of an edge, but not listed as a node")
+        return _of_graph(graph)
     except json.JSONDecodeError as error:
         raise ModelError(f"line {error.lineno}: not JSON: {error.msg}") from None
-    except RecursionError:
-        raise ModelError("not JSON: nested too deep") from None
-    except ValueError as error:  # an integer of too many digits
-        raise ModelError(f"a number is too long: {error}") from None
-    key = next((key for key in EDGE_LISTS if isinstance(top, dict) and isinstance(top.get(key), list)), None)
-    if key is None:
-        raise ModelError(f"not node-link JSON: there is no list {' or '.join(map(repr, EDGE_LISTS))}")
-    nodes, edges = top.get("nodes", []), top[key]
-    for kind, entries, names in (("nodes", nodes, ("id",)), ("edges", edges, ("source", "target"))):
-        for i, entry in enumerate(entries):
-            _check_names(f"{kind}[{i}]: ", entry, names)
-    rows = list(range(len(edges)))
-    if top.get("directed", True) is not True:
-        back = [k for k in rows if edges[k]["source"] != edges[k]["target"]]
-        edges = [*edges, *({**edges[k], "source": edges[k]["target"], "target": edges[k]["source"]} for k in back)]
-        rows += back
-    graph = top.get("graph")
-    return Listing(
-        Table(_columns(nodes, "id"), "nodes[{}]: ", range(len(nodes))),
-        Table(_columns(edges, "source", "target"), "edges[{}]: ", rows),
-        1.0 if isinstance(graph, dict) and "4326" in str(graph.get("crs")) else None,
-    )
+    except (nx.NetworkXError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+        parts = "'nodes' with an 'id', 'edges' or 'links' with 'source' and 'target'"
+        raise ModelError(f"not node-link JSON ({parts}): {error!r}") from None
 
 
-def _columns(entries: Sequence[Mapping[str, Any]], *names: str) -> dict[str, list[Any]]:
-    """Return a column for each key of some objects; the values of `names` as text."""
-    keys = dict.fromkeys([*names, *(key for entry in entries for key in entry)])
-    return {key: [str(e[key]) if key in names else e.get(key) for e in entries] for key in keys}
+def _of_graph(graph: nx.MultiGraph) -> Listing:
+    """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
+    directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
+    nodes = _columns([data for _, data in graph.nodes(data=True)], graph.graph.get("node_default", {}))
+    edges = _columns([data for *_, data in directed.edges(data=True)], graph.graph.get("edge_default", {}))
+    nodes["node"] = [str(node) for node in graph]
+    edges["from"] = [str(source) for source, _ in directed.edges()]
+    edges["to"] = [str(target) for _, target in directed.edges()]
+    return Listing(nodes, edges, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
 
 
-def _check_names(place: str, entry: Any, names: tuple[str, ...]) -> None:
-    """Check an object of node-link JSON that has names of nodes."""
-    if not isinstance(entry, dict) or not all(name in entry for name in names):
-        raise ModelError(f"{place}must be an object with {' and '.join(map(repr, names))}")
-    for value in (entry[name] for name in names):
-        if isinstance(value, bool) or not isinstance(value, (str, int)):
-            raise ModelError(f"{place}a node's name must be a string or an integer, not {value!r}")
-        if any("\ud800" <= letter <= "\udfff" for letter in str(value)):
-            raise ModelError(f"{place}{value!r} is no text: it has half of a character")
+def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -> Columns:
+    names = dict.fromkeys(chain(default, *entries))
+    return {name: [entry.get(name, default.get(name)) for entry in entries] for name in names}
 
 
 def _csv_edges(file: BinaryIO) -> Listing:
-    return Listing(edges=_csv(file, {"from": "source", "to": "target"}))
+    edges, lines = _csv(file, "from", "to")
+    return Listing(edges=edges, lines=lines)
 
 
 def _csv_nodes(file: BinaryIO) -> Listing:
-    return Listing(nodes=_csv(file, {"node": "id"}, valid=NODE_COLUMNS))
+    nodes, _ = _csv(file, "node")
+    for name in nodes:
+        check_known("line 1", "column", name, NODE_COLUMNS)
+    return Listing(nodes)
 
 
-def _csv(file: BinaryIO, required: Mapping[str, str], *, valid: Sequence[str] = ()) -> Table:
-    """Return a table with a header line; `required` has the columns that it must have, and what they are called."""
-    rows = csv.reader(TextIOWrapper(file, encoding="utf-8-sig", newline=""), skipinitialspace=True, strict=True)
+def _csv(file: BinaryIO, *required: str) -> tuple[Columns, Sequence[int]]:
+    """Return a table with a header line that has some columns, and the lines of its rows."""
+    text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
+    rows = csv.reader(map(_clocked, text), skipinitialspace=True, strict=True)
     try:
         header = next(filter(None, rows), [])
-        for name in required:
-            if name not in header:
-                raise ModelError(f"line 1: no column {name!r} (columns: {', '.join(header) or 'none'})")
-        for name in header:
-            if valid:
-                check_known("line 1", "column", name, valid)
-            if header.count(name) > 1:
-                raise ModelError(f"line 1: two columns {name!r}")
-        return _table(_csv_rows(rows, len(header)), [required.get(name, name) for name in header])
+        for name in (*required, *header):
+            if header.count(name) != 1:
+                wrong = "two columns" if name in header else "no column"
+                raise ModelError(f"line 1: {wrong} {name!r} (columns: {', '.join(header) or 'none'})")
+        return _table(((rows.line_num, row) for row in filter(None, rows)), header)
     except csv.Error as error:
         raise ModelError(f"line {rows.line_num}: not CSV: {error}") from None
 
 
-def _csv_rows(rows: Any, width: int) -> Iterator[tuple[int, list[str]]]:
-    """Yield (line, fields) of every row of a reader that is not empty."""
-    for row in filter(None, rows):
-        if len(row) != width:
-            raise ModelError(f"line {rows.line_num}: {len(row)} columns, where the first line names {width}")
-        yield rows.line_num, row
-
-
 def _dimacs_arcs(file: BinaryIO) -> Listing:
-    lines = _dimacs_lines(file)
-    nodes, arcs = _dimacs_heading(lines, "p sp NODES ARCS")
-    edges = _table(_dimacs_records(lines, "a NODE NODE COST"), ["a", "source", "target", "cost"])
-    _check_dimacs_nodes(edges, ("source", "target"), nodes)
-    if len(edges.rows) != arcs:
-        raise ModelError(f"the line 'p sp' says {arcs} arcs, and there are {len(edges.rows)}")
-    return Listing(edges=edges)
+    rows = _dimacs(file)
+    _, heading = next(rows, (1, []))
+    edges, lines = _table(rows, ["a", "from", "to", "cost"])
+    if heading[:2] + heading[3:] != ["p", "sp", str(len(lines))]:
+        raise ModelError(f"must begin with 'p sp NODES ARCS', not {' '.join(heading)!r}; it has {len(lines)} arcs")
+    return Listing(edges=edges, lines=lines)
 
 
 def _dimacs_nodes(file: BinaryIO) -> Listing:
-    lines = _dimacs_lines(file)
-    (count,) = _dimacs_heading(lines, "p aux sp co NODES")
-    nodes = _table(_dimacs_records(lines, "v NODE X Y"), ["v", "id", "x", "y"])
-    _check_dimacs_nodes(nodes, ("id",), count)
-    return Listing(nodes=nodes, degrees=CHALLENGE_DEGREES)
+    rows = _dimacs(file)
+    next(rows, None)
+    nodes, _ = _table(rows, ["v", "node", "x", "y"])
+    return Listing(nodes, degrees=CHALLENGE_DEGREES)
 
 
-def _dimacs_lines(file: BinaryIO) -> Iterator[tuple[int, list[str]]]:
-    """Yield (number, words) of every line that is neither empty nor a comment."""
-    for number, line in enumerate(file, start=1):
-        words = line.decode(errors="replace").split()
+def _dimacs(file: BinaryIO) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the words of every line but comments, the heading first."""
+    for line, text in enumerate(map(_clocked, TextIOWrapper(file, encoding="utf-8")), start=1):
+        words = text.split()
         if words and words[0] != "c":
-            yield number, words
+            yield line, words
 
 
-def _dimacs_heading(lines: Iterator[tuple[int, list[str]]], form: str) -> list[int]:
-    """Return the numbers in the first line, which must have a form such as `p sp NODES ARCS`."""
-    line, words = next(lines, (1, []))
-    fixed = [word for word in form.split() if word.islower()]
-    numbers = words[len(fixed) :]
-    digits = all(word.isascii() and word.isdigit() and len(word) <= MOST_DIGITS for word in numbers)
-    if len(words) != len(form.split()) or words[: len(fixed)] != fixed or not digits:
-        raise ModelError(f"line {line}: must be {form!r}, not {' '.join(words)!r}")
-    return [int(word) for word in numbers]
-
-
-def _dimacs_records(lines: Iterable[tuple[int, list[str]]], form: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield lines of four words, of which the first is that of a form such as `v NODE X Y`."""
-    for line, words in lines:
-        if len(words) != 4 or words[0] != form[0]:
-            raise ModelError(f"line {line}: must be {form!r}, not {' '.join(words)!r}")
-        yield line, words
-
-
-def _check_dimacs_nodes(table: Table, columns: tuple[str, ...], count: int) -> None:
-    nodes = {str(node) for node in range(1, count + 1)}
-    for column in columns:
-        wrong = next((k for k, name in enumerate(table.columns[column]) if name not in nodes), None)
-        if wrong is not None:
-            raise ModelError(f"{table.at(wrong)}node {table.columns[column][wrong]} is not one of 1 to {count}")
-
-
-def _table(lines: Iterable[tuple[int, list[str]]], names: list[str]) -> Table:
-    """Return (line, fields) of a file as a table with these columns."""
-    columns, numbers = [list[str]() for _ in names], array("q")
-    for number, row in clocked(lines):
-        numbers.append(number)
+def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str]) -> tuple[Columns, Sequence[int]]:
+    """Return the rows of a table as columns, and the line of each row."""
+    columns, lines = [list[Any]() for _ in names], array("q")
+    for line, row in rows:
+        if len(row) != len(names):
+            raise ModelError(f"line {line}: {len(row)} columns, where there must be {len(names)}: {' '.join(names)}")
+        lines.append(line)
         for column, value in zip(columns, row, strict=True):
             column.append(intern(value))
-    return Table(dict(zip(names, columns, strict=True)), "line {}: ", numbers)
+    return dict(zip(names, columns, strict=True)), lines
 
 
 READERS: dict[str, dict[str, Callable[[BinaryIO], Listing]]] = {

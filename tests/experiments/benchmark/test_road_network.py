@@ -14,8 +14,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from experiments import scenarios
 from experiments.benchmark import road_network
-from prefplan import Scenario, cheapest_plan
-from prefplan.models.graph_file import GraphFileModel, Network
+from prefplan import Scenario, TransitionSystem, cheapest_plan
+from prefplan.models.graph_file import GraphFileModel
 
 
 @pytest.fixture(scope="module")
@@ -40,11 +40,13 @@ def test_its_files_hold_the_network(tmp_path: Path) -> None:
     (tmp_path / "city.gr").write_text(road_network.arcs_text(roads))
     (tmp_path / "city.co").write_text(road_network.coordinates_text(roads))
     network = GraphFileModel(tmp_path, "city.gr", "1", nodes="city.co").network
-    assert [int(state) for state in network.states] == list(range(1, len(roads.points) + 1))
-    assert (network.sources.tolist(), network.targets.tolist()) == (roads.sources.tolist(), roads.targets.tolist())
-    assert network.costs.tolist() == [roads.seconds.tolist()]
-    assert network.coordinates is not None and network.dropped == 0
-    north = (network.coordinates[:, 1] * 1e-6 - road_network.SOUTH_WEST_DEG[1]) * road_network.DEGREE_M
+    system = network.system
+    assert [int(state) for state in system.states] == list(range(1, len(roads.points) + 1))
+    made = zip(roads.sources.tolist(), roads.targets.tolist(), roads.seconds.tolist(), strict=True)
+    seconds = [int(count * system.unit) for count in system.costs.tolist()]
+    assert sorted(zip(sources_of(system).tolist(), system.targets.tolist(), seconds, strict=True)) == sorted(made)
+    assert network.points is not None and network.dropped == 0
+    north = (network.points[:, 1] * 1e-6 - road_network.SOUTH_WEST_DEG[1]) * road_network.DEGREE_M
     assert north == pytest.approx(roads.points[:, 1], abs=1)
 
 
@@ -52,8 +54,8 @@ def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made(cit
     model = city.model
     assert isinstance(model, GraphFileModel)
     roads = road_network.road_network()
-    assert len(model.network.states) == len(roads.points) > 50_000
-    assert len(model.network.sources) == len(roads.sources)
+    assert model.network.system.size == len(roads.points) > 50_000
+    assert len(model.network.system.targets) == len(roads.sources)
     made = {str(at + 1): (kind,) for kind, places in road_network.places(roads).items() for at in places}
     assert {name: tuple(kinds) for name, kinds in model.labels.items()} == made
     assert len(list(chain.from_iterable(made.values()))) == 58
@@ -61,13 +63,13 @@ def test_the_scenario_that_ships_is_the_network_and_the_places_that_are_made(cit
 
 def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds(city: Scenario) -> None:
     assert isinstance(city.model, GraphFileModel)
-    network = city.model.network
-    number = {name: i for i, name in enumerate(network.states)}
+    system = city.model.network.system
+    number = {name: i for i, name in enumerate(system.states)}
     kinds = {number[name]: kinds[0] for name, kinds in city.model.labels.items()}
     start = number[str(city.model.start)]
     is_library = np.array([kinds.get(i) == "library" for i in range(len(number))])
     # No library may be passed before the charger, so no road that leaves one is used.
-    seconds = {charged: distances(network, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
+    seconds = {charged: distances(system, [start, *kinds], barred=is_library & (not charged)) for charged in (0, 1)}
     wanted = [("pharmacy", "clinic"), ("depot", "post"), ("bakery", "school"), ("market",), ("charger",)]
     wanted += [("workshop",), ("library", "bank")]
     best = {(start, (0,) * 7): 0.0}
@@ -90,10 +92,15 @@ def test_the_citys_cheapest_plan_costs_what_a_search_from_place_to_place_finds(c
     assert spent == cheapest_plan(city.problem()).cost
 
 
-def distances(network: Network, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:
+def sources_of(system: TransitionSystem) -> np.ndarray:
+    """Return the (E,) states that the edges of a system leave."""
+    return np.repeat(np.arange(system.size), np.diff(system.offsets))
+
+
+def distances(system: TransitionSystem, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:
     """Return driving times from each place to every crossing, without the roads that leave a barred crossing."""
-    kept = ~barred[network.sources]
-    size = len(network.states)
-    ends = network.sources[kept], network.targets[kept]
-    times = dijkstra(csr_array((network.costs[0, kept], ends), shape=(size, size)), indices=places)
+    sources, seconds = sources_of(system), system.costs * float(system.unit)
+    kept = ~barred[sources]
+    ends = sources[kept], system.targets[kept]
+    times = dijkstra(csr_array((seconds[kept], ends), shape=(system.size, system.size)), indices=places)
     return dict(zip(places, times, strict=True))
