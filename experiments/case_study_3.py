@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
@@ -21,7 +20,7 @@ from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome, show_outcome
-from prefplan import Plan, Scenario, pareto_front
+from prefplan import Plan, Scenario, load, pareto_front
 from prefplan.text.layout import number
 from sim.rendering.clips import compose
 from sim.world.scene import Scene
@@ -35,7 +34,7 @@ OUT = Path("out", SCENARIO)
 def main(out: Path = OUT, *, quiet: bool = False) -> int:
     """Plan, carry both plans out with videos and a report in a folder, and return the exit status."""
     console = Console(highlight=False)
-    scenario = scenarios.find(SCENARIO)
+    scenario = load(SCENARIO)
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front, lambda i: f"`prefplan plan {SCENARIO} --plan {i}` prints all")
     console.print()

@@ -13,7 +13,6 @@ from fractions import Fraction
 from pathlib import Path
 
 import prefplan as pp
-from experiments import scenarios
 from experiments.benchmark import table1
 from experiments.case_study_1 import PUBLISHED as FIGURE_3
 from experiments.case_study_2 import PUBLISHED as FIGURE_4
@@ -87,7 +86,7 @@ def examples(report: Report, out: Path) -> None:
     with report.study(
         "Examples 1 to 3", "A robot on a 3 x 3 grid collects dirt, a plant and a rock, and charges."
     ) as study:
-        scenario = scenarios.find("example")
+        scenario = pp.load("example")
         problem = scenario.problem()
 
         # A plan gives a trace of labels; a task is satisfied if the trace is a good prefix of its formula.
@@ -130,7 +129,7 @@ def case_study_1(report: Report, out: Path) -> None:
     with report.study(
         "Case Study 1", "A delivery robot's five tasks, preferred in the order of the customers."
     ) as study:
-        scenario = scenarios.find("case_study_1")
+        scenario = pp.load("case_study_1")
         front = pp.pareto_front(scenario.problem())
         study.compare_front("Figure 3", FIGURE_3, front)
         draw_plans(study, scenario, front, out / "figure_3.svg")
@@ -140,11 +139,11 @@ def case_study_2(report: Report, out: Path) -> None:
     """Compare the front with Figure 4, find which price of skipping phi5 the figure has, and draw the figure."""
     about = "The same town, but two tasks contradict each other, so that they are relaxed for a price."
     with report.study("Case Study 2", about) as study:
-        scenario = scenarios.find("case_study_2")
+        scenario = pp.load("case_study_2")
         front = pp.pareto_front(scenario.problem())
         study.compare_front("Figure 4", FIGURE_4, front)
 
-        with_20 = pp.pareto_front(scenarios.find("case_study_2_skip20").problem())
+        with_20 = pp.pareto_front(pp.load("case_study_2_skip20").problem())
         study.erratum(
             "price of skipping phi5",
             "20 in the text",
@@ -158,7 +157,7 @@ def case_study_2(report: Report, out: Path) -> None:
 def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
     """Compare the model and both ends of the front with the text; if asked, carry both plans out and draw Figure 5."""
     with report.study(arm.TITLE, arm.ABOUT) as study:
-        scenario = scenarios.find("case_study_3")
+        scenario = pp.load("case_study_3")
         front = pp.pareto_front(scenario.problem())
         arm.compare_plans(study, scenario, front)
         for name, index in FIGURE_5.items():

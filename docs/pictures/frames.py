@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome
 from prefplan import Scenario, pareto_front
+from prefplan.scenario.decode import load
 from sim.rendering.clips import compose
 from sim.rendering.overlay import caption_at
 from sim.rendering.quality import DRAFT, FINAL
@@ -40,7 +40,7 @@ FPS, SPEED = 4, 4
 
 def main() -> None:
     """Carry out both plans; keep a frame of each while the sanitizer works last, and a video of both."""
-    scenario = scenarios.find("case_study_3")
+    scenario = load("case_study_3")
     scene = scene_of(scenario)
     front = pareto_front(scenario.problem())
     OUT.mkdir(exist_ok=True)

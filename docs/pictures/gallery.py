@@ -18,6 +18,7 @@ from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
 from prefplan import Front, Scenario, pareto_front
 from prefplan.plan import PAIR
+from prefplan.scenario.decode import load
 from prefplan.text.layout import number
 
 PICTURES = Path(__file__).parents[1] / "gallery"
@@ -46,7 +47,7 @@ def main() -> None:
     """Make the picture of every scenario: maps of its plans, or the preferred plan on the map or carried out."""
     PICTURES.mkdir(exist_ok=True)
     for name in scenarios.names():
-        scenario = scenarios.find(name)
+        scenario = load(name)
         front = front_of(scenario)
         if scenario.model.kind == "manipulation":
             scene = scene_of(scenario)
@@ -98,7 +99,7 @@ def _add_sections(app: Sphinx, page: str, source: list[str]) -> None:
     if page != "gallery":
         return
     for name in scenarios.names():
-        scenario = scenarios.find(name)
+        scenario = load(name)
         app.env.note_dependency(scenario.path)
         source[0] += f"\n{section(scenario)}"
 

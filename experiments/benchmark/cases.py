@@ -25,8 +25,7 @@ from experiments.benchmark.road_front import problem_between
 from experiments.benchmark.road_network import road_network
 from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
-from experiments.scenarios import find
-from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum
+from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum, load
 
 NAMES = ("problem", "method")
 """Entries with which the rows of a table begin."""
@@ -119,7 +118,7 @@ def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
 
 
 def _shipped(name: str) -> Problem:
-    return find(name).problem()
+    return load(name).problem()
 
 
 def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run]:

@@ -7,7 +7,6 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments import scenarios
 from experiments.cli.choice import choose
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan.errors import PrefplanError
@@ -16,7 +15,7 @@ from prefplan.front import Front
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.problem import Problem
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 from prefplan.text.layout import condense, number
 
 if TYPE_CHECKING:
@@ -112,7 +111,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     from experiments.runs.evidence import evidence
     from sim.evidence.certificate import certify
 
-    given = scenario if isinstance(scenario, Scenario) else scenarios.find(str(scenario))
+    given = scenario if isinstance(scenario, Scenario) else load(str(scenario))
     scene = scene_of(given)
     wanted = choose(Planner(given.problem()), plan)
     outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
@@ -131,7 +130,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
 def _named(scenario: Given) -> tuple[str, Problem]:
     if isinstance(scenario, Problem):
         return "problem", scenario
-    found = scenario if isinstance(scenario, Scenario) else scenarios.find(str(scenario))
+    found = scenario if isinstance(scenario, Scenario) else load(str(scenario))
     return found.name, found.problem()
 
 

@@ -1,6 +1,5 @@
-"""The scenario files that ship, found by name or path."""
+"""The scenario files that ship: their names and folder; `prefplan.load` reads one."""
 
-from prefplan.scenario.decode import load as find
 from prefplan.scenario.files import FOLDER, names
 
-__all__ = ["FOLDER", "find", "names"]
+__all__ = ["FOLDER", "names"]

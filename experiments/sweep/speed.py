@@ -15,11 +15,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from experiments import scenarios
 from experiments.cli.arguments import positive
 from experiments.cli.status import DONE
 from experiments.runs.carry_out import begin, scene_of
 from prefplan.planner import Planner
+from prefplan.scenario.decode import load
 from sim.motion.kinematics import Arm
 from sim.motion.planning import MotionPlanner
 from sim.perception.touch import ContactMonitor
@@ -59,7 +59,7 @@ def measure(name: str, *, repeats: int) -> dict[str, str]:
 
     The ratio of a run to its bare steps is the median over the repeats.
     """
-    problem = (scenario := scenarios.find(name)).problem()
+    problem = (scenario := load(name)).problem()
     scene, plan = scene_of(scenario), Planner(problem).cheapest()
 
     def carried_out() -> Rollout:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import shtab
 
-from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete
 from experiments.cli.files import check_new, make_folder, write_bytes
@@ -15,6 +14,7 @@ from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.errors import PrefplanError
+from prefplan.scenario.decode import load
 
 FORMATS = ("glb", "mjcf")
 
@@ -74,7 +74,7 @@ def export(options: argparse.Namespace) -> int:
 def _export_scene(options: argparse.Namespace) -> int:
     if Path(options.source).suffix == ".npz":
         raise PrefplanError(f"{options.source}: --to mjcf takes a scenario's name or file, not the log of a run")
-    scenario = scenarios.find(options.source)
+    scenario = load(options.source)
     folder: Path = options.out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=options.force)
     with loading():

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rich.table import Table
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
@@ -29,6 +28,7 @@ from prefplan.models.manipulation.measured_costs import (
     to_json,
 )
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import load
 
 if TYPE_CHECKING:
     from sim.execution.cost_measurement import Failure
@@ -62,7 +62,7 @@ def measure(options: argparse.Namespace) -> int:
         from experiments.runs.carry_out import scene_of
         from sim.execution.cost_measurement import measure_all, sources, trials
 
-    scenario = scenarios.find(options.scenario, measured=False)
+    scenario = load(options.scenario, measured=False)
     done: list[Measurement] = []
     failures: list[Failure] = []
     interrupted = False

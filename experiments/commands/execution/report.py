@@ -7,7 +7,6 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command, plan_numbers
 from experiments.cli.choice import plan_at
 from experiments.cli.files import make_folder
@@ -17,6 +16,7 @@ from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, no_plan
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
+from prefplan.scenario.decode import load
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -49,7 +49,7 @@ def report(options: argparse.Namespace) -> int:
 
     limits = limits_of(options)
     with limits:
-        scenario = scenarios.find(options.scenario)
+        scenario = load(options.scenario)
     if isinstance(scenario.model, ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load and may not be installed.
         with loading():

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, number
 from experiments.cli.choice import chosen_plan, continuation, plan_name, show_no_plan
@@ -21,7 +20,7 @@ from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome
@@ -49,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     with loading():
         from experiments.runs.outcome import no_outcome_json, outcome_json, show_outcome
 
-    scenario = scenarios.find(options.scenario)
+    scenario = load(options.scenario)
     planner = Planner(scenario.problem())
     name = plan_name(options.plan)
     folder = options.out or Path("out", scenario.name)

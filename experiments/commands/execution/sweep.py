@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command, positive, whole
 from experiments.cli.choice import chosen_plan, plan_name, show_no_plan
@@ -25,7 +24,7 @@ from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.errors import PrefplanError, choices, prefixed
 from prefplan.front import NoPlanError
 from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 
 if TYPE_CHECKING:
     from experiments.sweep.job import Sweep
@@ -85,7 +84,7 @@ def sweep(options: argparse.Namespace) -> int:
         from sim.execution.faults import SPELLINGS
         from sim.world.randomization import KEYS
 
-    scenario, key = scenarios.find(options.scenario), options.find_boundary
+    scenario, key = load(options.scenario), options.find_boundary
     name = f"sweep_{options.plan}" if key is None else f"boundary_{options.plan}_{key}"
     folder = options.out or Path("out", scenario.name, name)
     if options.replay is not None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import shtab
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.completion import complete, scenario_files
@@ -15,6 +14,7 @@ from experiments.cli.console import Console
 from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED
+from prefplan.scenario.decode import load
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -45,7 +45,7 @@ def verify(options: argparse.Namespace) -> int:
         from sim.evidence.signature import check_signature, read_public_key
 
     key = read_public_key(options.key) if options.key else None
-    scenario = scenarios.find(options.scenario) if options.scenario else None
+    scenario = load(options.scenario) if options.scenario else None
     log = read_log(options.log)
     signature = [check_signature(options.log.read_bytes(), key)] if key else []
     certificate = certify(log, scenario=scenario, again=options.resimulate, more=signature)

@@ -6,7 +6,6 @@ import argparse
 import importlib.util
 from typing import TYPE_CHECKING
 
-from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.browser import open_page
 from experiments.cli.choice import chosen_plan, continuation
@@ -19,6 +18,7 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.plan import Plan
 from prefplan.planner import Planner
+from prefplan.scenario.decode import load
 
 if TYPE_CHECKING:
     from experiments.runs.carry_out import Conditions
@@ -57,7 +57,7 @@ def view(options: argparse.Namespace) -> int:
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import Show, watch
 
-    scenario = scenarios.find(options.scenario)
+    scenario = load(options.scenario)
     faults, robot = faults_of(options.fault, scenario), robot_of(options.robot)
     tell_if_compiling(quiet=options.quiet)
     with Bars(quiet=options.quiet) as bars:

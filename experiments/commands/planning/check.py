@@ -13,7 +13,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.console import Console
@@ -23,7 +22,7 @@ from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import number
 
@@ -55,7 +54,7 @@ def check(options: argparse.Namespace) -> int:
     """Check a scenario without planning: its size, each task alone, and what the arm can do in its scene."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options) as limits:
-        scenario = scenarios.find(options.scenario)
+        scenario = load(options.scenario)
     left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes - limits.bytes_taken}
     with Bars(quiet=options.quiet) as bars:
         found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **left)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from experiments import scenarios
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.options import add_options
 from experiments.cli.start import loading, tell_if_compiling
@@ -13,7 +12,7 @@ from experiments.cli.status import DONE, no_plan
 from prefplan.errors import ScenarioError, prefixed
 from prefplan.logic.dfa import automaton
 from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -36,7 +35,7 @@ def draw(options: argparse.Namespace) -> int:
     with loading():
         from experiments.figures.figures import picture_file
     path = picture_file(options.file)
-    status = PICTURES[options.what](scenarios.find(options.scenario), path, options)
+    status = PICTURES[options.what](load(options.scenario), path, options)
     if status == DONE:
         print(path)
     return status

@@ -7,7 +7,6 @@ import shlex
 import sys
 from functools import partial
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import check_bounds, objective_name, tell_if_unchecked
@@ -17,6 +16,7 @@ from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.start import loading, tell_if_compiling
 from experiments.cli.status import DONE, INTERRUPTED, no_plan
 from prefplan.planner import Planner
+from prefplan.scenario.decode import load
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -50,7 +50,7 @@ def front(options: argparse.Namespace) -> int:
         plot = picture_file(options.plot)
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options):
-        scenario = scenarios.find(options.scenario)
+        scenario = load(options.scenario)
         problem = scenario.problem()
         check_bounds(problem, options)
         wanted = [objective_name(problem, name) for name in options.objective or ()]

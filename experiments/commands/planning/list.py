@@ -16,7 +16,7 @@ from experiments.cli.options import add_options
 from experiments.cli.overview import first_sentence
 from experiments.cli.status import DONE
 from prefplan.preferences.objective import Measure
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -28,7 +28,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def list_(options: argparse.Namespace) -> int:
     """List the scenarios that ship, and what each is about."""
-    found = [_entry(scenarios.find(name, measured=False)) for name in scenarios.names()]
+    found = [_entry(load(name, measured=False)) for name in scenarios.names()]
     if options.json:
         output.print_json({"scenarios": found})
         return DONE

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 
-from experiments import scenarios
 from experiments.cli import output
 from experiments.cli.arguments import Commands, add_command
 from experiments.cli.choice import chosen_plan, show_no_plan, tell_if_unchecked
@@ -16,7 +15,7 @@ from experiments.cli.start import tell_if_compiling
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario
+from prefplan.scenario.decode import Scenario, load
 
 MORE = """\
 A limit, or Ctrl-C, may end the search before its plan is found. Then the best plan so far is printed and, for the
@@ -49,7 +48,7 @@ def plan(options: argparse.Namespace) -> int:
     """Print one plan: the cheapest, the preferred, or the cheapest within a bound on the penalty."""
     tell_if_compiling(quiet=options.quiet)
     with limits_of(options):
-        scenario = scenarios.find(options.scenario)
+        scenario = load(options.scenario)
         planner = Planner(scenario.problem())
         try:
             chosen = chosen_plan(planner, options, keep_on_interrupt=True)

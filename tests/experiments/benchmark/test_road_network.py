@@ -12,16 +12,16 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from experiments import scenarios
 from experiments.benchmark import road_network
 from prefplan import Scenario, TransitionSystem, cheapest_plan
 from prefplan.models.graph_file import GraphFileModel
+from prefplan.scenario.decode import load
 
 
 @pytest.fixture(scope="module")
 def city() -> Scenario:
     """The scenario that ships; reading its network takes a second."""
-    return scenarios.find("city")
+    return load("city")
 
 
 def test_every_crossing_leads_to_every_other_one_and_a_seed_gives_the_same_roads() -> None:

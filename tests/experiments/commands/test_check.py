@@ -20,7 +20,7 @@ from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.planner import Planner
-from prefplan.scenario.decode import loads
+from prefplan.scenario.decode import load, loads
 from sim.execution.feasibility import ArmCheck, PlaceCheck
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
@@ -192,7 +192,7 @@ def test_a_general_preference_says_what_it_needs(run: Run, island: Path) -> None
 
 @pytest.mark.parametrize("name", ["example", "case_study_1"])
 def test_no_task_costs_less_in_any_plan_than_alone(name: str) -> None:
-    scenario = scenarios.find(name)
+    scenario = load(name)
     least = {found.name: found.cost for found in checkup.check(scenario).tasks}
     for plan in Planner(scenario.problem()).front():
         for task_name, cost in plan.task_costs.items():
@@ -201,7 +201,7 @@ def test_no_task_costs_less_in_any_plan_than_alone(name: str) -> None:
 
 
 def test_the_states_that_can_be_reached_are_those_of_a_plain_walk() -> None:
-    system = scenarios.find("case_study_3").problem().system
+    system = load("case_study_3").problem().system
     seen, waiting = {system.start}, [system.start]
     while waiting:
         for edge in system.edges(waiting.pop()):

@@ -130,7 +130,7 @@ def test_an_interrupt_has_its_own_status(run: Run, monkeypatch: pytest.MonkeyPat
     def interrupted(_: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.scenarios.find", interrupted)
+    monkeypatch.setattr("experiments.commands.planning.front.load", interrupted)
     result = run("front", "example")
     assert result.status == 130
     assert "Traceback" not in result.err

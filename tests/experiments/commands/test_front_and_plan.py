@@ -10,11 +10,11 @@ import pytest
 from command_line import Run, assert_is_error
 from scenario_texts import DETOUR, PLACES, cup_scenario
 
-from experiments import scenarios
 from experiments.cli.choice import choose
 from prefplan.front import Front, UnfinishedError
 from prefplan.plan import Plan
 from prefplan.planner import Planner
+from prefplan.scenario.decode import load
 
 
 @pytest.fixture
@@ -287,7 +287,7 @@ def test_a_front_that_was_stopped_has_the_plan_of_an_index_or_the_nearest(
 ) -> None:
     """`best` is the index of the plan reported as the best so far, None if the plan asked for is certain."""
     plans = tuple(Plan(cost, -cost, {}, {}, (), ()) for cost in (5, 15, 25))
-    planner = Planner(scenarios.find("detour.toml").problem())
+    planner = Planner(load("detour.toml").problem())
     planner.front = lambda **_: Front(plans, ended="interrupt", complete_below=below)  # type: ignore[method-assign]
     if best is None:
         assert choose(planner, number) is plans[number]
@@ -319,7 +319,7 @@ def test_a_general_preference_asks_for_a_bound_and_takes_it(run: Run, detour: Pa
 @pytest.mark.parametrize("wanted", ["cost", "preference", 0])
 def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str | int) -> None:
     detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
-    planner = Planner(scenarios.find(str(detour)).problem())
+    planner = Planner(load(str(detour)).problem())
     assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments import scenarios
 from experiments.commands import command_line
+from prefplan.scenario.decode import load
 
 PLANNING = ("front", "plan", "automaton", "list", "check")
 """Commands quick enough that their examples are carried out here."""
@@ -49,7 +49,7 @@ def test_every_example_is_a_call_of_its_command_with_a_scenario_that_it_can_take
         assert program == "prefplan"
         options = command_line.parser().parse_args(arguments)
         if getattr(options, "scenario", None):
-            kind = scenarios.find(options.scenario, measured=False).model.kind
+            kind = load(options.scenario, measured=False).model.kind
             assert name not in SIMULATED or kind == "manipulation"
     assert f"prefplan {name}" in line
 

@@ -157,7 +157,7 @@ def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> N
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), EXECUTED.items())
 def test_plans_still_take_what_was_measured(name: str, index: int) -> None:
-    scenario = scenarios.find(name)
+    scenario = load(name)
     outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), shipped_front(name)[index], seed=1)
     assert outcome.rollout.completed, outcome.rollout.reason
     assert [step.action for step in outcome.rollout.steps] == list(outcome.plan.actions)

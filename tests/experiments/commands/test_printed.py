@@ -9,7 +9,6 @@ from command_line import Result, call
 from scenario_texts import shipped_front
 
 import prefplan as pp
-from experiments.scenarios import find
 
 SCENARIOS = ("example", "rover", "case_study_2", "case_study_3")
 """One cost and one preference, several of them, relaxations, and actions of several words."""
@@ -33,11 +32,11 @@ def test_a_front_is_printed_as_the_program_prints_it(name: str, capsys: pytest.C
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_plan_is_printed_as_the_program_prints_it(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program(capsys, "plan", name).out == f"{name}: {pp.cheapest_plan(find(name))}\n"
+    assert program(capsys, "plan", name).out == f"{name}: {pp.cheapest_plan(pp.load(name))}\n"
 
 
 def test_the_assumptions_of_a_front_are_printed() -> None:
-    example = find("example")
+    example = pp.load("example")
     mean = pp.Function(lambda costs, violations: float(costs.sum()), contract="componentwise")
     front = pp.pareto_front(pp.Problem(example.model, example.tasks, mean))
     claim = "That the preference is componentwise is a claim of the scenario, tested on random costs only."

@@ -12,13 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from experiments import scenarios
 from experiments.commands.command_line import main
 from experiments.figures import plans
 from experiments.figures.front import draw, draw_front
 from experiments.figures.maps import map_of
 from prefplan import Front, Plan, Scenario, pareto_front
-from prefplan.scenario.decode import loads
+from prefplan.scenario.decode import load, loads
 
 MUDDY = """
 [model]
@@ -142,7 +141,7 @@ def test_an_incomplete_front_shows_how_far_it_is_complete(axes: Axes, example: S
 
 
 def test_the_legend_lies_on_no_front(tmp_path: Path) -> None:
-    scenario, drawn = scenarios.find("case_study_3"), []
+    scenario, drawn = load("case_study_3"), []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", lambda figure, *args, **options: drawn.append(figure))
         draw(scenario, pareto_front(scenario.problem()), tmp_path / "front.png")

@@ -9,11 +9,12 @@ from types import ModuleType
 
 import pytest
 
-from experiments import case_study_1, case_study_2, reproduce_paper, scenarios
+from experiments import case_study_1, case_study_2, reproduce_paper
 from experiments.cli.console import Console
 from experiments.paper.study import AGREES, DIFFERS, ERRATUM, Report, Study
 from experiments.runs import carry_out
 from prefplan import PrefplanError, pareto_front
+from prefplan.scenario.decode import load
 
 
 @pytest.fixture
@@ -50,7 +51,7 @@ def test_an_erratum_that_cannot_be_confirmed_differs(
 
 
 def test_points_that_are_missing_and_points_too_many_differ() -> None:
-    front = pareto_front(scenarios.find("example").problem())
+    front = pareto_front(load("example").problem())
     study = Study("Figure 9", "")
     study.compare_front("Figure 9", [(5, 5), (9, 3)], front)
     missing, extra, same = study.findings
@@ -94,7 +95,7 @@ def test_each_case_study_on_a_grid_is_a_script_of_its_own(
     assert capsys.readouterr().out.count("agrees\n") == len(study.PUBLISHED)
     name = study.__name__.rpartition(".")[2]
     assert Path("out", name, figure).exists()
-    scenario = scenarios.find(name)
+    scenario = load(name)
     assert [(task.name, task.formula, task.skip) for task in scenario.tasks] == [
         (task.name, task.formula, task.skip) for task in study.TASKS
     ]

@@ -9,7 +9,6 @@ import pytest
 from scenario_texts import shipped_front, task_tables
 
 import prefplan as pp
-from experiments import scenarios
 from experiments.report.data import check_plan, page_data
 from experiments.report.differences import Parking, parkings
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
@@ -40,7 +39,7 @@ SHIPPED = ("case_study_1", "case_study_2_skip20", "case_study_3", "case_study_3_
 
 @cache
 def named(name: str) -> tuple[Scenario, tuple[NamedPlan, ...]]:
-    scenario = scenarios.find(name)
+    scenario = pp.load(name)
     problem = scenario.problem()
     return scenario, tuple(
         NamedPlan(plan, Ledger.of_plan(problem, plan), f"plan {i}" if i else "the cheapest")
@@ -129,7 +128,7 @@ def test_a_plan_on_a_graph_says_what_it_reaches_in_another_order() -> None:
 def test_a_plan_that_keeps_a_deadline_says_so() -> None:
     preferred = named("example")[1][-1].plan
     due = Due(preferred.task_costs["phi1"])
-    scenario = replace(scenarios.find("example"), preference=Deadline({"phi1": due}))
+    scenario = replace(pp.load("example"), preference=Deadline({"phi1": due}))
     problem = scenario.problem()
     cheapest, *_, kept = (NamedPlan(p, Ledger.of_plan(problem, p), "the cheapest") for p in pp.pareto_front(problem))
     headline, _ = explain(scenario, kept, cheapest)

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from scenario_texts import RELAXED_CUP
 
-from experiments import scenarios
 from experiments.runs.captions import captions
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
 from prefplan import Front, ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
-from prefplan.scenario.decode import loads
+from prefplan.scenario.decode import load, loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.execution.closed_loop import Pursuit
 from sim.execution.run_ledger import ledger_of
@@ -51,7 +50,7 @@ def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
         assert cast(ManipulationState, system.states[state]).label == system.label(state)
 
 
-@pytest.mark.parametrize("scenario", [scenarios.find("case_study_3"), loads(RELAXED_CUP)], ids=["arch", "relaxed"])
+@pytest.mark.parametrize("scenario", [load("case_study_3"), loads(RELAXED_CUP)], ids=["arch", "relaxed"])
 def test_a_plan_that_goes_well_costs_what_was_planned(scenario: Scenario) -> None:
     for plan in pareto_front(scenario.problem()):
         end = outcome_of(scenario, plan).ledger.final

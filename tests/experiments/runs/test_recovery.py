@@ -139,7 +139,7 @@ def recover(tmp_path: Path) -> Recover:
 
     def run(scene: str, *faults: str, seed: int) -> Outcome:
         if scene in scenarios.names():
-            scenario: Scenario = scenarios.find(scene)
+            scenario: Scenario = load(scene)
         else:
             (tmp_path / "scene.toml").write_text(HEAD + scene + TAIL)
             scenario = load(tmp_path / "scene.toml")
