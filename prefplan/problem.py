@@ -14,8 +14,8 @@ from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_automaton
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
 from prefplan.models.past import Past
+from prefplan.models.system import System
 from prefplan.models.system_of import SystemLike, system_of
-from prefplan.models.transition_system import TransitionSystem
 from prefplan.preferences.contracts import Span, check_contract, check_never_falls
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
@@ -61,7 +61,7 @@ class Problem:
             preference that does not fit the tasks. The message starts with the key as in a scenario file.
     """
 
-    system: TransitionSystem
+    system: System
     tasks: tuple[Task, ...]
     preference: Preference
     rules: tuple[Rule, ...]
@@ -144,8 +144,7 @@ class Problem:
         for named, objective in zip(self.preferences, self.objectives, strict=True):
             for formula in objective.measure.formulas:
                 if formula.claimed:
-                    edges, unit = self.system.edge_costs[objective.cost], objective.units.cost
-                    largest = edges.unit * int(max(edges.costs.tolist(), default=0)) * self.system.size
+                    largest, unit = self.system.greatest_costs[objective.cost], objective.units.cost
                     span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
                     check_never_falls(formula, self.priced, named.key, span)
                     check_contract(formula, self.priced, named.key, span)
@@ -189,7 +188,7 @@ class Problem:
             return False
         return all(map(is_idempotent, (*self.automata, *self.monitors)))
 
-    def over(self, system: TransitionSystem, tasks: Sequence[int] | None = None) -> Problem:
+    def over(self, system: System, tasks: Sequence[int] | None = None) -> Problem:
         """Return the problem over another system with the same propositions for the tasks, in the same units.
 
         All is kept unless some tasks are given by number, which then have no rules; the preference remains the same.

@@ -16,23 +16,21 @@ from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.logic.tasks import Possible, Rule, Task
 from prefplan.models.past import Past
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 
 
-def continued(problem: Problem, past: Past, system: TransitionSystem) -> Problem:
+def continued(problem: Problem, past: Past, system: System) -> Problem:
     """Return the problem in which every plan begins with the past; the start of `system` is the present."""
     known = problem.system.propositions | system.propositions
     ahead = system.with_first_cost().knowing(known)
     return Problem(ahead, problem.tasks, problem.preference, rules=problem.rules, past=past)
 
 
-def continue_cheaply(
-    problem: Problem, past: Past, system: TransitionSystem, *, max_preference: Number | None = None
-) -> Plan:
+def continue_cheaply(problem: Problem, past: Past, system: System, *, max_preference: Number | None = None) -> Plan:
     """Return the plan of least total cost, and of least mu among those, that begins with the past.
 
     Raises:
@@ -41,7 +39,7 @@ def continue_cheaply(
     return Planner(continued(problem, past, system)).cheapest(max_preference=max_preference)
 
 
-def continue_as_preferred(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
+def continue_as_preferred(problem: Problem, past: Past, system: System) -> Plan:
     """Return the plan of least mu that begins with the past, and of least total cost among those.
 
     Raises:
@@ -91,7 +89,7 @@ def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequen
 
 
 def achievable(
-    problem: Problem, past: Past, system: TransitionSystem, *, others: Collection[Task] | None = None
+    problem: Problem, past: Past, system: System, *, others: Collection[Task] | None = None
 ) -> tuple[Problem, Plan] | None:
     """Return a problem with tasks that can still be satisfied together, and a cheapest plan for them; None for none.
 
@@ -117,7 +115,7 @@ def achievable(
     return None
 
 
-def _breaking(problem: Problem, past: Past, system: TransitionSystem) -> str:
+def _breaking(problem: Problem, past: Past, system: System) -> str:
     """Return the name of the last task that no plan satisfies by itself within the rules, or else of the last task."""
     for task in reversed(problem.tasks):
         try:
@@ -127,7 +125,7 @@ def _breaking(problem: Problem, past: Past, system: TransitionSystem) -> str:
     return problem.names[-1]
 
 
-def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> Plan:
+def valued(problem: Problem, past: Past, plan: Plan, system: System) -> Plan:
     """Return a plan for some of the tasks, which begins with the past, with the costs and mu it has for all tasks."""
     labels, costs = past.along(system, plan.actions)
     worth = Ledger.of(problem, plan.actions, costs[0], labels, plan.relaxations).final
@@ -140,7 +138,7 @@ def valued(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -
     )
 
 
-def tasks_lost_by(problem: Problem, past: Past, plan: Plan, system: TransitionSystem) -> tuple[str, ...]:
+def tasks_lost_by(problem: Problem, past: Past, plan: Plan, system: System) -> tuple[str, ...]:
     """Return the names of the tasks that a plan, which begins with the past, makes unsatisfiable."""
     labels, _ = past.along(system, plan.actions)
     before = damaged(problem, labels[: len(past.labels) + 1])

@@ -10,6 +10,7 @@ import numpy as np
 from prefplan.errors import LimitError, ModelError
 from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.logic.formula import propositions_of
+from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Task
 
@@ -39,17 +40,18 @@ def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
             yield f"tasks[{i}].relax[{k}].when", name
 
 
-def size_of(system: TransitionSystem, limits: Limits) -> dict[str, Any]:
+def size_of(system: System, limits: Limits) -> dict[str, Any]:
     """Return the entries of a `Checkup` about a system's size, None unless all states can be listed within limits."""
     try:
         with interruptible(limits), Limits(LIST_TIMEOUT_S):
             check_limits()
-            reached = reachable(system)
+            table = system.listed
+            reached = reachable(table)
     except (LimitError, ModelError):
         unknown = dict.fromkeys(sorted(system.propositions))
         return {"states": None, "reachable": None, "edges": None, "propositions": unknown}
-    counts = {"states": system.size, "reachable": len(reached), "edges": len(system.targets)}
-    return counts | {"propositions": carriers(system, reached)}
+    counts = {"states": table.size, "reachable": len(reached), "edges": len(table.targets)}
+    return counts | {"propositions": carriers(table, reached)}
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:

@@ -124,7 +124,7 @@ class RoadMap(PlanMap):
 
     def _places(self) -> dict[int, list[str]]:
         """Return the tasks' propositions that each node carries, of the nodes that carry any."""
-        system, used = self.problem.system, self.problem.task_propositions
+        system, used = self.problem.system.listed, self.problem.task_propositions
         shown = np.array([not used.isdisjoint(names) for names in system.label_sets])
         labelled = np.flatnonzero(shown[system.labels]).tolist()
         return {state: sorted(system.label(state) & used) for state in labelled}

@@ -46,7 +46,7 @@ def compare_plans(study: Study, scenario: Scenario, front: Front) -> None:
         f"{first} first; {_in_order(preferred)}, at cost {number(preferred.cost)}",
         agrees=first == "grasp pink" and _in_order(preferred) == "blue, then pink",
     )
-    states = scenario.problem().system.size
+    states = scenario.problem().system.listed.size
     study.compare(
         "states of the model",
         "over 6,000",
@@ -62,7 +62,7 @@ def _states_with_fixed_base(scenario: Scenario) -> int:
     model = scenario.model
     assert isinstance(model, ManipulationModel)
     objects = tuple(replace(obj, fixed=True) if obj.name == "green" else obj for obj in model.objects)
-    return replace(model, objects=objects).transition_system().size
+    return replace(model, objects=objects).transition_system().listed.size
 
 
 def _in_order(plan: Plan) -> str:

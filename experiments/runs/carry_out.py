@@ -15,7 +15,7 @@ from prefplan.errors import ScenarioError
 from prefplan.front import NoPlanError
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.replanning import Past, continue_as_preferred, continue_cheaply
@@ -210,7 +210,7 @@ def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:
     if choice == "preference":
         return continue_as_preferred
 
-    def keep_preference(problem: Problem, past: Past, system: TransitionSystem) -> Plan:
+    def keep_preference(problem: Problem, past: Past, system: System) -> Plan:
         try:
             return continue_cheaply(problem, past, system, max_preference=plan.preference)
         except NoPlanError as error:

@@ -27,22 +27,24 @@ from prefplan.heuristics.projections import Projections, no_projections
 from prefplan.logic.dfa import is_idempotent
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.cost_matrix import cost_matrices
 from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.listing import Listing, listed, moves_of, table
 from prefplan.models.manipulation.operators import read_action
-from prefplan.models.manipulation.quotient import Symmetry, View
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.state_space import Generator, ListedStates, reachable
+from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT, canonical
+from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.moves import GRASP, RELEASE, TRANSIT, TRANSPORT
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import view
 
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
 
-KINDS = {"transit": TRANSIT, "grasp": GRASP, "transport": TRANSPORT, "release": RELEASE}
+KINDS = ("transit", "grasp", "transport", "release")
+"""The kinds of actions, by number."""
 
 NOWHERE = 2**62
 """Stands for the cost of an action that does not exist; larger than any cost."""
@@ -56,9 +58,9 @@ class _Projection:
         number: of the projection.
         tasks: the set.
         space: how its states are encoded.
-        view: its model, and which of its locations are merged.
-        system: its transition system.
-        codes: (S,) int64, of its states.
+        symmetry: its model, and which of its locations are merged.
+        listing: its states.
+        system: its transition system, without costs.
         places: by location of the model, the number here; -1 for merged ones.
         hands: (H,) by pose of the hand in the model, the number here; -1 over merged locations.
     """
@@ -66,9 +68,9 @@ class _Projection:
     number: int
     tasks: tuple[int, ...]
     space: StateCodes
-    view: View
+    symmetry: Symmetry
+    listing: Listing
     system: TransitionSystem
-    codes: np.ndarray
     places: list[int]
     hands: np.ndarray
 
@@ -85,7 +87,7 @@ class Projected:
     def __init__(self, product: GeneratedProduct, apart_entries: int) -> None:
         """Take the product; `apart_entries` as in `Options`."""
         self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
-        self._model, self._space = product.model.view.model, product.model.generator.space
+        self._model, self._space = product.model.symmetry.model, product.model.space
         self._apart_entries = apart_entries
         self._known: dict[tuple[int, ...], _Projection] = {}
 
@@ -111,21 +113,21 @@ class Projected:
         """Return an upper bound of the number of entries of a table of some tasks, not counting marks."""
         return self._entries(tasks, self._view(tasks))
 
-    def _entries(self, tasks: Sequence[int], relaxed: View) -> int:
+    def _entries(self, tasks: Sequence[int], relaxed: Symmetry) -> int:
         locations = len(self._model.locations) - len(relaxed.neutral)
         objects = len(self.objects_of(tasks))
         states = (locations + 2) ** objects * (locations + objects + 2)
         return states * math.prod(int(self.sizes[i]) for i in tasks)
 
-    def _view(self, tasks: Sequence[int]) -> View:
+    def _view(self, tasks: Sequence[int]) -> Symmetry:
         """Return the model without supports, slots and costs, and which of its locations are merged for some tasks."""
         places = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in self._model.locations)
         relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
         if isinstance(self._model.costs, MeasuredCosts):
-            apart = View(relaxed, self._names(tasks), frozenset(), places_alike=False)
+            apart = Symmetry(relaxed, self._names(tasks), frozenset(), places_alike=False)
             if self._entries(tasks, apart) <= self._apart_entries:
                 return apart
-        return View(relaxed, self._names(tasks), frozenset())
+        return Symmetry(relaxed, self._names(tasks), frozenset())
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""
@@ -189,17 +191,13 @@ class Projected:
             kept = self.objects_of(tasks)
             small, start = _without(relaxed, kept, self.product.model.start)
             names = self._names(tasks)
-            seen = View(small, names, frozenset(), places_alike=bool(relaxed.neutral))
-            space = StateCodes(small, start)
-            symmetry = Symmetry(space, seen)
-            first = symmetry.canonical(np.array([space.encode(start, where="start")], dtype=np.int64))
-            generator = Generator.of(space, self.product.model.generator.operators)
-            system = reachable(generator, first.tolist(), names=names, canonical=symmetry.canonical)
-            assert isinstance(system.states, ListedStates)
+            seen = Symmetry(small, names, frozenset(), places_alike=bool(relaxed.neutral))
+            space = StateCodes(small, start, seen.sees_mark)
+            moves = moves_of(space, seen.neutral, seen.unseen)
+            states = listed(space, moves, int(canonical(moves, space.encode(start, where="start"))))
+            system = table(space, states, cost_matrices(small, KINDS, space.hands), names)
             places, hands = self._numbers_in(space, relaxed.neutral)
-            self._known[tasks] = _Projection(
-                len(self._known), tasks, space, seen, system, system.states.codes, places, hands
-            )
+            self._known[tasks] = _Projection(len(self._known), tasks, space, seen, states, system, places, hands)
         return self._known[tasks]
 
     def _least_costs(self, found: _Projection, *, loads_seen: bool) -> np.ndarray:
@@ -212,7 +210,7 @@ class Projected:
         over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
         # All poses over merged locations are one.
         whole, small = np.where(found.hands < 0, poses, found.hands), np.arange(poses)
-        small[[found.space.locations.index(name) for name in found.view.neutral]] = poses
+        small[[found.space.locations.index(name) for name in found.symmetry.neutral]] = poses
         stays = over[:, None] == over[None, :]
         least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
         for kind, costs in enumerate(self.costs.reshape(len(KINDS), number, number)):
@@ -232,24 +230,22 @@ class Projected:
 
     def _edge_costs(self, found: _Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
         """Return the costs of a projection's edges; if `own` is given, 0 for actions that concern no object of it."""
-        system, space = found.system, found.space
-        after = found.codes[system.targets]
-        hands = space.digit(np.repeat(found.codes, np.diff(system.offsets)), 0), space.digit(after, 0)
-        result = np.zeros(len(system.targets), dtype=np.int64)
-        for a, text in enumerate(system.action_names):
-            action = read_action(text)
-            mine = system.actions == a
-            costs = least[KINDS[action.kind], hands[0][mine], hands[1][mine]]
-            if own is None or action.obj in own:
-                result[mine] = costs
-            elif action.kind == "transit":
-                hand, counts = space.digit(after[mine], 0), np.zeros(int(mine.sum()), dtype=bool)
-                single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
-                for o, obj in enumerate(space.objects):
-                    if obj in own:
-                        counts |= (space.digit(after[mine], 1 + o) == hand) & single[np.minimum(hand, len(single) - 1)]
-                result[mine] = np.where(counts, costs, 0)
-        return result
+        states, space = found.listing, found.space
+        costs: np.ndarray = least.ravel()[states.prices]
+        if own is None:
+            return costs
+        actions = [read_action(text) for text in states.action_names]
+        concerns = np.array([action.obj in own for action in actions])[states.actions]
+        after = found.listing.codes[states.targets]
+        hand = space.digit(after, 0)
+        single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
+        alone = (
+            single[np.minimum(hand, len(single) - 1)] & np.array([not action.obj for action in actions])[states.actions]
+        )
+        for o, obj in enumerate(space.objects):
+            if obj in own:
+                concerns |= alone & (space.digit(after, 1 + o) == hand)
+        return np.where(concerns, costs, 0)
 
     def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
         problem = self.product.problem
@@ -267,11 +263,10 @@ class Projected:
         for o, obj in enumerate(space.objects):
             weights[1 + whole.objects.index(obj)] = space.weights[1 + o]
         for pair, d in space.mark_digits.items():
-            if found.view.sees_mark(*pair):
-                weights[whole.mark_digits[pair]] = -space.weights[d]
+            weights[whole.mark_digits[pair]] = -space.weights[d]
         places = [*found.places, space.held]
         slots = [places[x] for x in whole.location]
-        return weights, slots, found.hands.tolist(), [space.locations.index(name) for name in found.view.neutral]
+        return weights, slots, found.hands.tolist(), [space.locations.index(name) for name in found.symmetry.neutral]
 
     def _numbers_in(self, space: StateCodes, alike: Collection[str]) -> tuple[list[int], np.ndarray]:
         """Return `places` and `hands` of a projection, given the names of merged locations."""
@@ -286,11 +281,11 @@ class Projected:
 
     def _numbers(self, found: _Projection) -> np.ndarray:
         numbers = np.zeros(found.space.bound, dtype=np.int32)
-        numbers[found.codes] = np.arange(len(found.codes))
+        numbers[found.listing.codes] = np.arange(found.system.size)
         return numbers
 
 
-def _without(view: View, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
+def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
     """Return a model with only some objects, and only as many merged locations as these need."""
     needed = view.neutral[: len(kept) + 1]
     locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)

@@ -43,7 +43,7 @@ def task_distances(product: Product, costs: Sequence[int]) -> list[Distances]:
     Raises:
         LimitError: a limit was reached.
     """
-    system = product.problem.system
+    system = product.problem.system.listed
     into: Mapping[int, list[tuple[int, int]]] = defaultdict(list)
     for state in range(system.size):
         if state % CHECK_PERIOD == 0:

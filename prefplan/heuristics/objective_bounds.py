@@ -96,7 +96,7 @@ def _costs_to_go(
     """Return the tables of each cost, and what fills further ones; arguments as in `objective_bounds`."""
     if isinstance(product, GeneratedProduct):
         projected = Projected(product, options.apart_entries)
-        each = [projected.with_costs(view.moves.costs) for view in views]
+        each = [projected.with_costs(view.costs) for view in views]
         return [projected_patterns(one) if options.heuristic != 0 else no_patterns() for one in each], each
     listed = [Backward(product, view, sweep=options.sweep) for view in views]
     most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(views)

@@ -12,7 +12,7 @@ from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory
-from prefplan.models.generated import OnDemand
+from prefplan.models.on_demand import OnDemand
 from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields

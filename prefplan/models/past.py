@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,7 @@ class Past:
         """The total cost so far."""
         return to_number(sum(map(exact, self.costs), Fraction(0)))
 
-    def along(
-        self, system: TransitionSystem, actions: Sequence[str]
-    ) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
+    def along(self, system: System, actions: Sequence[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
         """Return the trace of actions that begin with these and go on from a system's start; see `along` there.
 
         Raises:

@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import networkx as nx
 
 from prefplan.errors import ModelError, describe
+from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
 
 
@@ -15,15 +16,15 @@ from prefplan.models.transition_system import TransitionSystem
 class Model(Protocol):
     """The interface of a model, such as `GridModel`."""
 
-    def transition_system(self) -> TransitionSystem:
+    def transition_system(self) -> System:
         """Return its transition system."""
 
 
-SystemLike: TypeAlias = TransitionSystem | Model | nx.Graph
+SystemLike: TypeAlias = System | Model | nx.Graph
 """What a user may give for a transition system, see `system_of`."""
 
 
-def system_of(given: SystemLike, *, start: Hashable | None = None) -> TransitionSystem:
+def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
     """Return the transition system that is given itself, as a model, or as a networkx graph.
 
     Args:
@@ -41,7 +42,7 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> Transition
         return TransitionSystem.from_networkx(given, start=first)
     if start is not None:
         raise ModelError("start: only for a networkx graph; a model or transition system has its own")
-    if isinstance(given, TransitionSystem):
+    if isinstance(given, System):
         return given
     if isinstance(given, Model) and not isinstance(given, type):
         return given.transition_system()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -13,17 +13,12 @@ import numpy as np
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number, whole_numbers
+from prefplan.models.system import Barred, Quotient, System
 from prefplan.text.display_names import DisplayNames
 from prefplan.text.names import check_names
 
 DEFAULT_COST = "cost"
 """Name of a cost that is given as a number."""
-
-Barred = Collection[tuple[frozenset[str], str]]
-"""(propositions, action): the action does not exist in states where all the propositions hold."""
-
-Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...]]
-"""(K,) actions, and the (K + 1,) states before the first action and after each."""
 
 
 @dataclass(frozen=True)
@@ -49,21 +44,8 @@ class EdgeCosts:
 
 
 @dataclass(frozen=True)
-class Quotient:
-    """A smaller system that has, for some propositions, the same plans with the same costs as another.
-
-    Attributes:
-        system: the smaller system.
-        lift: maps a trajectory of the smaller system to one of the other, with the same costs and propositions.
-    """
-
-    system: TransitionSystem
-    lift: Callable[[Trajectory], Trajectory]
-
-
-@dataclass(frozen=True)
-class TransitionSystem:
-    """A weighted transition system T = (S, s0, A, delta, c, AP, L) (Definition 1).
+class TransitionSystem(System):
+    """A weighted transition system (Definition 1) whose states are listed.
 
     States are 0 .. S-1; the actions of state s are the edges `offsets[s]:offsets[s + 1]`, in the model's order.
 
@@ -110,7 +92,7 @@ class TransitionSystem:
 
     @property
     def cost_names(self) -> tuple[str, ...]:
-        """The names of the costs."""
+        """See `System.cost_names`."""
         return (self.cost_name, *(more.name for more in self.more_costs))
 
     @property
@@ -120,25 +102,34 @@ class TransitionSystem:
 
     @property
     def is_large(self) -> bool:
-        """Whether listing all states may take long."""
+        """See `System.is_large`."""
         return False
 
     @property
+    def listed(self) -> TransitionSystem:
+        """This system."""
+        return self
+
+    @property
+    def greatest_costs(self) -> tuple[Fraction, ...]:
+        """See `System.greatest_costs`."""
+        return tuple(edges.unit * int(max(edges.costs.tolist(), default=0)) * self.size for edges in self.edge_costs)
+
+    @property
     def shared_units(self) -> tuple[Fraction, ...]:
-        """For each cost, the largest unit of which all its values are multiples, in the user's units."""
+        """See `System.shared_units`."""
         return tuple(edges.unit * (int(np.gcd.reduce(edges.costs, initial=0)) or 1) for edges in self.edge_costs)
 
     def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
-        """Return a system to search in place of this one if only some propositions matter; here this one.
-
-        Args:
-            names: the propositions that matter.
-            stutter_invariant: whether actions that change none of them may be left out, which never makes a plan worse.
-        """
+        """See `System.quotient`; here this system."""
         return Quotient(self, lambda trajectory: trajectory)
 
+    def decode(self, state: int) -> Hashable:
+        """See `System.decode`."""
+        return self.states[state]
+
     def label(self, state: int) -> frozenset[str]:
-        """Return L(state): the propositions true in a state."""
+        """See `System.label`."""
         return self.label_sets[self.labels[state]]
 
     def edges(self, state: int) -> range:
@@ -149,45 +140,23 @@ class TransitionSystem:
         """Return the first cost of an edge, in the user's units."""
         return to_number(int(self.costs[edge]) * self.unit)
 
-    def step(self, state: int, action: str) -> tuple[int, Number]:
-        """Return the state that an action leads to, and its first cost in the user's units.
-
-        Raises:
-            ModelError: if the action does not exist in that state.
-        """
-        target, costs = self.steps(state, action)
-        return target, to_number(costs[0])
-
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
-        """Return the same as `step`, with every cost."""
+        """See `System.steps`."""
         for edge in self.edges(state):
             if self.action_names[self.actions[edge]] == action:
                 return int(self.targets[edge]), tuple(int(each.costs[edge]) * each.unit for each in self.edge_costs)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
 
-    def along(self, actions: Iterable[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
-        """Return the trace of K actions from the start, (K + 1,) labels, and for each cost its (K,) values.
-
-        Raises:
-            ModelError: if an action is not applicable in its state.
-        """
-        state, costs, labels = self.start, list[tuple[Fraction, ...]](), [self.label(self.start)]
-        for action in actions:
-            state, each = self.steps(state, action)
-            costs.append(each)
-            labels.append(self.label(state))
-        return labels, [tuple(each[d] for each in costs) for d in range(len(self.cost_names))]
-
     def with_first_cost(self) -> TransitionSystem:
-        """Return the system without its further costs."""
+        """See `System.with_first_cost`."""
         return replace(self, more_costs=()) if self.more_costs else self
 
     def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
-        """Return the system with other `propositions`."""
+        """See `System.knowing`."""
         return replace(self, propositions=propositions)
 
     def without(self, barred: Barred) -> TransitionSystem:
-        """Return the system without some actions in some states; see `Barred`."""
+        """See `System.without`."""
         if not barred:
             return self
         labels = np.repeat(self.labels, np.diff(self.offsets))

@@ -65,7 +65,7 @@ def inert_classes(product: Product) -> np.ndarray:
 
 def contract(product: Product) -> Graph | None:
     """Return the contracted graph, or None if it had more than NODE_LIMIT nodes or costs might not fit 64 bits."""
-    system = product.problem.system
+    system = product.problem.system.listed
     if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
         return None
     matters = ~inert_classes(product)[product.classes]

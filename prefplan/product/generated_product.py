@@ -12,11 +12,9 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
-from prefplan.models.manipulation.quotient import ReducedModel
-from prefplan.models.manipulation.slots import FAR_APART
+from prefplan.models.manipulation.reduced_model import ReducedModel
 from prefplan.models.transition_system import EdgeCosts
 from prefplan.problem import Problem
-from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import CODE_LIMIT, Product
 
 LETTERS_LIMIT = 2**14
@@ -26,7 +24,8 @@ LETTERS_LIMIT = 2**14
 class GeneratedProduct(Product):
     """T x A_1 x ... x A_N, of a model T whose states are never listed.
 
-    `offsets`, `targets` and `classes` of `Product` are empty; `costs` is (4 H H,), as in `Moves`.
+    `offsets`, `targets` and `classes` of `Product` are empty; `costs` is (4 H H,), by price, as in
+    `prefplan.models.manipulation.successors.Steps`.
 
     Attributes:
         model: the model; `moves` holds it as arrays for the kernels.
@@ -37,12 +36,11 @@ class GeneratedProduct(Product):
         self.problem, self.model = problem, model
         self.units, self.shift = problem.units, 0
         self._follow(problem)
-        self.nodes = model.generator.space.bound
+        self.nodes = model.space.bound
         self.start_node = model.first
         self._lay_out()
         self.costs = unit_costs(model, problem)
-        letters = self._tabulate_letters()
-        self.moves = _moves(model, self.costs, letters)
+        self.moves, self.letters = model.moves, self._tabulate_letters()
         none = np.zeros(0, dtype=np.int64)
         self.offsets = np.zeros(1, dtype=np.int64)
         self.targets = self.classes = none.astype(np.int32)
@@ -56,11 +54,11 @@ class GeneratedProduct(Product):
         That is so if no task can be relaxed and no action barred, and if all tables and numbers are small enough.
         """
         automata: tuple[Follower, ...] = (*problem.weighted_automata, *problem.rule_automata)
-        states = model.generator.space.bound * math.prod(dfa.size for dfa in automata)
+        states = model.space.bound * math.prod(dfa.size for dfa in automata)
         if model.barred or states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
-            dfa.size * math.prod(len(set(values)) for _, values in model.generator.space.seen(dfa.propositions))
+            dfa.size * math.prod(len(set(values)) for _, values in model.space.seen(dfa.propositions))
             for dfa in automata
         ]
         columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
@@ -69,7 +67,7 @@ class GeneratedProduct(Product):
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
-        space = self.model.generator.space
+        space = self.model.space
         automata: tuple[Follower, ...] = (*self.automata, *self.rules)
         letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
@@ -96,39 +94,7 @@ class GeneratedProduct(Product):
 
 
 def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
-    """Return (4 H H,) one of the costs as in `Moves`, in a problem's units; those not measured stay negative."""
-    matrix = model.generator.costs[cost]
+    """Return (4 H H,) one of the costs, by price, in a problem's units; those not measured stay negative."""
+    matrix = model.actions.costs[cost]
     known = EdgeCosts(matrix.name, np.maximum(matrix.entries.ravel(), 0), matrix.unit).counts(problem.cost_units[cost])
     return np.where(matrix.entries.ravel() < 0, -1, known)
-
-
-def _moves(model: ReducedModel, costs: np.ndarray, letters: np.ndarray) -> Moves:
-    space, symmetry = model.generator.space, model.symmetry
-    description, names = space.model, space.locations
-    marks = {
-        (place.name, obj): space.mark_digits.get((obj, place.marks or ""), 0)
-        for place in description.locations
-        for obj in space.objects
-    }
-    return Moves(
-        radices=np.array(space.radices, dtype=np.int64),
-        weights=np.array(space.weights, dtype=np.int64),
-        costs=costs.astype(np.int64),
-        location=space.location.astype(np.int64),
-        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)).astype(np.int64),
-        over=space.over.astype(np.int64),
-        above=space.above.astype(np.int64),
-        far_apart=FAR_APART,
-        capacity=np.array([place.capacity for place in description.locations], dtype=np.int64),
-        closed=np.array([place.closed for place in description.locations]),
-        fixed=np.array([obj.fixed for obj in description.objects], dtype=np.bool_),
-        supports=np.array([[name in place.on for name in names] for place in description.locations]),
-        clear_of=np.array([[name in place.clear_of for name in names] for place in description.locations]),
-        mark=np.array([[marks[name, obj] for obj in space.objects] for name in names], dtype=np.int64),
-        neutral=symmetry.neutral,
-        places=np.append(symmetry.places, 0),
-        told=np.array(symmetry.told, dtype=np.int64),
-        unseen=np.array(symmetry.unseen, dtype=np.int64),
-        unseen_marks=np.array(symmetry.marks, dtype=np.int64),
-        letters=letters,
-    )

@@ -1,20 +1,10 @@
-"""Kernels: numba functions, compiled once and cached on disk, and the sentinel values that they share."""
+"""Sentinel values that the kernels share."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-from collections.abc import Callable
-from functools import cache
-from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, cast
+from prefplan.kernels import Integer, bare_kernel, kernel
 
-import numba
-import numpy as np
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-Integer: TypeAlias = "int | np.integer[Any]"
+__all__ = ["INFINITE", "NO_EDGE", "UNBOUNDED", "UNREACHABLE", "Integer", "bare_kernel", "kernel"]
 
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
@@ -27,48 +17,3 @@ UNREACHABLE = 2**31 - 1
 
 UNBOUNDED = 2**62
 """A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""
-
-
-def kernel(function: F) -> F:
-    """Compile a function that may allocate arrays."""
-    return _compiled(function)
-
-
-def bare_kernel(function: F) -> F:
-    """Compile a function that allocates no arrays, without reference counting, and inline it into its callers.
-
-    Small functions take half the time without reference counts, and inlining, which avoids passing tuples of arrays,
-    saves another third.
-    """
-    return _compiled(function, _nrt=False, forceinline=True)
-
-
-def _compiled(function: F, **options: Any) -> F:
-    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
-    forget_outdated(Path(dispatcher.stats.cache_path))
-    return cast(F, dispatcher)
-
-
-KERNEL_FOLDERS = ("product", "heuristics", "search")
-"""Folders of `prefplan` that hold all kernels and the constants that these use."""
-
-
-@cache
-def _digest_of_sources() -> str:
-    digest = hashlib.sha256()
-    root = Path(__file__).parents[1]
-    for source in sorted(source for name in KERNEL_FOLDERS for source in (root / name).glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
-def forget_outdated(folder: Path) -> None:
-    """Remove machine code of outdated sources: numba checks a function's own file only, not those of its callees."""
-    stamp = folder / "sources.sha256"
-    if not stamp.exists() or stamp.read_text() != _digest_of_sources():
-        folder.mkdir(parents=True, exist_ok=True)
-        for index in folder.glob("*.nbi"):
-            index.unlink(missing_ok=True)
-        temporary = folder / f"{stamp.name}.{os.getpid()}"
-        temporary.write_text(_digest_of_sources())
-        temporary.rename(stamp)

@@ -47,7 +47,7 @@ class Product:
         sizes: (N,) int64, states of each automaton.
         nodes: number of states of the transition system.
         start_node: the number of the state s0.
-        moves: the model, where its states are generated.
+        moves: the model, where its states are generated, and letters, as in `ProductView`.
         strides: (N + R,) int64.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
         delta: (N, Q, C) int32, state after the free reading of a label class.
@@ -68,11 +68,12 @@ class Product:
             ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
         """
         self.problem = problem
-        system = problem.system
+        system = problem.system.listed
         self._follow(problem)
         self._tabulate()
         self.units = problem.units
-        self.moves, self.start_node = no_moves(), system.start
+        self.moves, self.letters = no_moves(), np.zeros((0, 0, 0), dtype=np.int64)
+        self.start_node = system.start
         self.offsets = system.offsets
         self.targets = system.targets
         costs = system.edge_costs[0].counts(self.units.cost)
@@ -113,7 +114,7 @@ class Product:
         self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
 
     def _tabulate(self) -> None:
-        system = self.problem.system
+        system = self.problem.system.listed
         automata: tuple[Follower, ...] = (*self.automata, *self.rules)
         relevant = [dfa.propositions for dfa in automata]
         mentioned = frozenset().union(*relevant)

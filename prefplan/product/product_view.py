@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.models.manipulation.successors import Moves
 from prefplan.product.contraction import Graph, all_pairs_costs
 from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
-from prefplan.product.moves import Moves
 from prefplan.product.product_automaton import Product
 
 
@@ -32,7 +32,10 @@ class ProductView(NamedTuple):
             nodes that lie on cheaper paths between them; empty unless `macro`.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         shift: number of low bits of costs, which count actions.
-        moves: the model, where its states are generated; there are no edges and classes then.
+        moves: the model, where its states are generated; there are no edges and classes then, and `costs` are by price,
+            as in `prefplan.models.manipulation.successors.Steps`.
+        letters: (N + R, D, r) int64, what each value of a digit adds to the number of the letter that each automaton
+            reads.
         nodes: number of nodes, or of integers that stand for states.
         relaxed: whether there are bought readings.
         pays: whether a step may have a violation cost.
@@ -56,6 +59,7 @@ class ProductView(NamedTuple):
     through: np.ndarray
     ends: np.ndarray
     moves: Moves
+    letters: np.ndarray
     nodes: int
     shift: int
     relaxed: bool
@@ -100,6 +104,7 @@ def view(product: Product, graph: Graph) -> ProductView:
         through=through,
         ends=product.ends,
         moves=product.moves,
+        letters=product.letters,
         nodes=nodes,
         shift=product.shift,
         relaxed=product.relaxed,

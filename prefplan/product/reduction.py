@@ -9,9 +9,9 @@ from functools import cached_property
 
 from prefplan.exact_costs import to_number
 from prefplan.ledger import Ledger
-from prefplan.models.manipulation.quotient import ReducedModel
+from prefplan.models.manipulation.reduced_model import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.transition_system import Quotient
+from prefplan.models.system import Quotient
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct

@@ -6,22 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.models.manipulation.successors import pack, write_steps
 from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
-from prefplan.product.moves import (
-    GRASP,
-    RELEASE,
-    TRANSIT,
-    TRANSPORT,
-    Digits,
-    accepts,
-    count_objects,
-    free_slot,
-    is_clear,
-    pack,
-    scratch_digits,
-    standardize,
-    unpack,
-)
+from prefplan.product.moves import Digits, scratch_digits
 from prefplan.product.product_view import ProductView, decode
 
 
@@ -51,7 +38,7 @@ def successor_buffer(view: ProductView, least: int) -> Successors:
     nodes, tasks = len(view.classes), len(view.ends)
     most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
     if view.generated:
-        most = len(view.moves.capacity) + len(view.moves.fixed) + 1
+        most = len(scratch_digits(view.moves).steps.actions)
     if view.relaxed:
         readings = np.diff(view.extra_first, axis=2).max(axis=1) + 1
         most *= int(readings.prod(axis=0).max())
@@ -86,63 +73,24 @@ def successors(view: ProductView, code: Integer, buffer: Successors) -> Integer:
 @bare_kernel
 def _generate(view: ProductView, node: Integer, buffer: Successors) -> Integer:
     """Write the successors of a state of a manipulation model, in the order of its actions."""
-    moves, digits = view.moves, buffer.digits
-    unpack(moves, node, digits.before)
-    held = count_objects(moves, digits.before, digits.counts)
-    here, locations = moves.over[digits.before[0]], digits.counts.shape[0]
     found: Integer = 0
-    met_empty = False
-    for x in range(locations):
-        if x == here or (held >= 0 and not accepts(moves, digits.counts, x)):
-            continue
-        if moves.neutral[x] and digits.counts[x] == 0:
-            # All empty neutral locations lead to the same state.
-            if met_empty:
-                continue
-            met_empty = True
-        _copy(digits.before, digits.after)
-        digits.after[0] = x if held < 0 else moves.above[free_slot(moves, digits.before, x)]
-        found = _read_generated(view, TRANSIT if held < 0 else TRANSPORT, buffer, found)
-    if here == locations:
-        return found
-    if held >= 0:
-        if accepts(moves, digits.counts, here):
-            slot = free_slot(moves, digits.before, here)
-            _copy(digits.before, digits.after)
-            digits.after[0], digits.after[1 + held] = moves.above[slot], slot
-            if moves.mark[here, held]:
-                digits.after[moves.mark[here, held]] = 1
-            found = _read_generated(view, RELEASE, buffer, found)
-    elif is_clear(moves, digits.counts, here):
-        for o in range(moves.fixed.shape[0]):
-            slot = digits.before[1 + o]
-            if moves.location[slot] == here and not moves.fixed[o]:
-                _copy(digits.before, digits.after)
-                digits.after[0], digits.after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
-                found = _read_generated(view, GRASP, buffer, found)
+    for k in range(write_steps(view.moves, node, buffer.digits.steps)):
+        found = _read_generated(view, k, node, buffer, found)
     return found
 
 
 @bare_kernel
-def _copy(source: np.ndarray, target: np.ndarray) -> None:
-    for d in range(source.shape[0]):
-        target[d] = source[d]
-
-
-@bare_kernel
-def _read_generated(view: ProductView, kind: Integer, buffer: Successors, found: Integer) -> Integer:
-    """Write the product state after reading the label of the generated state, and return the new count."""
-    letters, digits, hands = view.moves.letters, buffer.digits.after, view.moves.over.shape[0]
-    cost = view.moves.costs[(kind * hands + buffer.digits.before[0]) * hands + digits[0]]
+def _read_generated(view: ProductView, k: Integer, node: Integer, buffer: Successors, found: Integer) -> Integer:
+    """Write the product state after reading the label of the k-th generated state, and return the new count."""
+    digits, cost = buffer.digits.steps.digits[k], view.costs[buffer.digits.steps.prices[k]]
     if cost < 0:
-        buffer.digits.unmeasured[0] = pack(view.moves, buffer.digits.before)
+        buffer.digits.unmeasured[0] = node
         return found
-    standardize(view.moves, digits)
     code = pack(view.moves, digits)
     for i in range(buffer.automata.shape[0]):
         letter = np.int64(0)
         for d in range(digits.shape[0]):
-            letter += letters[i, d, digits[d]]
+            letter += view.letters[i, d, digits[d]]
         jump = view.jump[i, buffer.automata[i], letter]
         if jump < 0:
             return found

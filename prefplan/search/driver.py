@@ -171,7 +171,7 @@ class Search(ABC):
         state = int(self.buffer.digits.unmeasured[0])
         if state >= 0:
             assert isinstance(self.product, GeneratedProduct)
-            self.product.model.generator.require_measured(state)
+            self.product.model.require_measured(state)
 
     @abstractmethod
     def _objectives(self, label: int) -> tuple[Any, ...]:

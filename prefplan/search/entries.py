@@ -31,7 +31,7 @@ class Entries(NamedTuple):
     """The K entries of a label: [costs, additive, maxima, costs of satisfied tasks, violation costs].
 
     Attributes:
-        edge_costs: (D, E) int64, costs of each edge, or of each entry of `Moves.costs` where states are generated;
+        edge_costs: (D, E) int64, costs of each edge, or of each price where states are generated;
             (1, 0) where successors come with their only cost.
         of: (A,) int64, the cost that each additive entry grows with. rate: (A, 2^N) int64, units of mu for each unit of
             it. violation: (A, N) int64, units of mu for each unit of violation cost.

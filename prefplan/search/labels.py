@@ -13,9 +13,9 @@ import numpy as np
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, added_bound, raise_bound
 from prefplan.heuristics.preference_bound import preference_bound
 from prefplan.heuristics.preprocessing import Bounds
+from prefplan.models.manipulation.successors import unpack
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.moves import unpack
 from prefplan.product.product_automaton import Product
 from prefplan.product.product_view import ProductView, decode, masks
 from prefplan.product.successors import Successors, successors

@@ -94,7 +94,7 @@ class ObjectiveSearch(Search):
         self.reset()
 
     def _columns(self) -> list[np.ndarray]:
-        """Return each of the costs, in units: (E,) int64 of the edges, or (4 H H,) as in `Moves`."""
+        """Return each of the costs, in units: (E,) int64 of the edges, or (4 H H,) by price."""
         product = self.product
         if isinstance(product, GeneratedProduct):
             found = [unit_costs(product.model, self.problem, d) for d in range(self.entry_map.costs)]
@@ -102,7 +102,7 @@ class ObjectiveSearch(Search):
                 raise OverflowError
             return [column.astype(np.int64) for column in found]
         found = [self.prepared.graph.costs]
-        for d, edges in enumerate(self.problem.system.edge_costs[1:], start=1):
+        for d, edges in enumerate(self.problem.system.listed.edge_costs[1:], start=1):
             unit = self.problem.cost_units[d]
             counts = edges.counts(unit)
             if max(counts.tolist(), default=0) >= INFINITE:
@@ -239,4 +239,4 @@ class ObjectiveSearch(Search):
 
 def _with_costs(view: ProductView, costs: np.ndarray) -> ProductView:
     """Return a product in which edges, or actions where states are generated, have other costs."""
-    return view._replace(costs=costs, moves=view.moves._replace(costs=costs) if view.generated else view.moves)
+    return view._replace(costs=costs)

@@ -150,7 +150,7 @@ def account(
     product: Product, edges: Sequence[int], automata: Sequence[tuple[int, ...]], start: Start
 ) -> tuple[Plan, Any]:
     """Return the plan of some edges and its exact mu, given the automata's states before and after each."""
-    system, taken = product.problem.system, np.array(edges, dtype=np.int64)
+    system, taken = product.problem.system.listed, np.array(edges, dtype=np.int64)
     visited = [system.start, *product.targets[taken].tolist()]
     actions = tuple(system.action_names[action] for action in system.actions[taken].tolist())
     states, labels = tuple(system.states[state] for state in visited), [system.label(state) for state in visited]

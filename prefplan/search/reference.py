@@ -89,7 +89,7 @@ class ReferenceSearch:
             LimitError: a limit was reached.
         """
         problem = product.problem
-        self.product, self._problem, self._system = product, problem, problem.system
+        self.product, self._problem, self._system = product, problem, problem.system.listed
         units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
         named = zip(problem.objective_names, units, strict=True)
         self._most = [bounds[name] / unit if name in bounds else math.inf for name, unit in named]

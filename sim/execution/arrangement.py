@@ -99,9 +99,8 @@ def staged(scene: Scene, places: Places) -> Scene:
     slots = {obj: before[obj] for obj, place in places.items() if first.place[obj] == place}
     for obj, place in places.items():
         if obj not in slots:
-            used = {slots[other] for other, there in places.items() if there == place and other in slots}
-            taken = np.array([[i in used] for i in range(known[place])])
-            slots[obj] = int(free_slot(taken)[0])
+            taken = [slots[other] for other, there in places.items() if there == place and other in slots]
+            slots[obj] = int(free_slot(taken, 0, known[place]))
     found = beginning(scene, places, slots)
     replace(found.model, begin=None)  # raises ModelError for objects without their supports
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 from prefplan import replanning
 from prefplan.errors import ModelError, PrefplanError
@@ -12,7 +12,7 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.plan import Plan
 from prefplan.problem import Problem, Task
 from sim.execution.executor import Execution
@@ -24,7 +24,7 @@ from sim.perception.world_model import spots_in
 MAX_REPLANS = 10
 """Greatest number of new plans in one execution."""
 
-GoOn = Callable[[Problem, replanning.Past, TransitionSystem], Plan]
+GoOn = Callable[[Problem, replanning.Past, System], Plan]
 """Returns a new plan, which begins with the past; raises NoPlanError if there is none."""
 
 
@@ -80,7 +80,7 @@ class ClosedLoop:
         # The problem without the tasks that were given up, and why they were.
         self._goal = problem
         self._shortfalls: list[str] = []
-        self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.states[problem.system.start])]
+        self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.decode(problem.system.start))]
         self._replans = self._retries = 0
         self._failures = Failures()
 
@@ -175,11 +175,11 @@ class ClosedLoop:
             detail["spots"] = spots
         run.cell.log_event("replan", **detail)
 
-    def _system(self) -> TransitionSystem:
+    def _system(self) -> System:
         """Return the model from the current state on, without the actions that are barred after failures."""
         return self.run.scene.model.transition_system().without(self._failures.barred)
 
-    def _plan_on(self, surprise: str, system: TransitionSystem) -> tuple[str, TransitionSystem]:
+    def _plan_on(self, surprise: str, system: System) -> tuple[str, System]:
         """Plan from the current state in a model; return the reason for the new plan, and the model in which it is.
 
         Raises:
@@ -204,11 +204,11 @@ class ClosedLoop:
         """Return the tasks that a smaller problem leaves out."""
         return [task for task in self._problem.tasks if task.name not in goal.names]
 
-    def _valued(self, plan: Plan, past: replanning.Past, system: TransitionSystem) -> Plan:
+    def _valued(self, plan: Plan, past: replanning.Past, system: System) -> Plan:
         """Return a plan with its costs and penalty for all tasks, including those left out."""
         return plan if self._goal is self._problem else replanning.valued(self._problem, past, plan, system)
 
-    def _is_unaffected(self, system: TransitionSystem) -> bool:
+    def _is_unaffected(self, system: System) -> bool:
         """Return whether the rest of the plan has the same labels and costs in a new model as it was predicted to."""
         run = self.run
         rest = self.plan.actions[len(run.steps) :]
@@ -217,7 +217,7 @@ class ClosedLoop:
         except ModelError:
             return False
 
-    def _trace(self, system: TransitionSystem, state: int, actions: Sequence[str]) -> list[tuple[Label, Number]]:
+    def _trace(self, system: System, state: Any, actions: Sequence[str]) -> list[tuple[Label, Number]]:
         """Return the tasks' propositions before each action with its cost, and those at the end with 0.
 
         Raises:
@@ -256,7 +256,7 @@ class ClosedLoop:
             why.append(str(error.reason))
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
 
-    def _leave_tasks_out(self, why: str, past: replanning.Past, system: TransitionSystem) -> None:
+    def _leave_tasks_out(self, why: str, past: replanning.Past, system: System) -> None:
         """Continue with those tasks alone that can be done without making one of the others impossible for good.
 
         Raises:

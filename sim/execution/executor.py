@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import cast
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from prefplan.errors import choices
 from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from sim.errors import BlockedError, SimulationError
 from sim.execution.conduct import objection
 from sim.execution.fault_injection import FaultInjector
@@ -42,8 +42,8 @@ class Execution:
         scene: the simulated scene, with the model grounded in the last observation.
         system: the model's transition system.
         cell: the running simulation.
-        state: index in `system` of the last confirmed state.
-        predicted: index in `system` of the state predicted after the last action.
+        state: the last confirmed state, as `system` has it.
+        predicted: the state predicted after the last action.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
@@ -58,7 +58,7 @@ class Execution:
         scene: Scene,
         data: mujoco.MjData,
         *,
-        system: TransitionSystem | None = None,
+        system: System | None = None,
         sensor: Sensor | None = None,
         skills: Mapping[str, Skill] = SKILLS,
         faults: Sequence[Fault] = (),
@@ -186,7 +186,7 @@ class Execution:
             self.steps[-1] = replace(self.steps[-1], observed=found.state, end=float(cell.data.time))
         return found.state
 
-    def go_on(self, system: TransitionSystem) -> None:
+    def go_on(self, system: System) -> None:
         """Continue in another transition system, which starts in the current state."""
         self.system, self.reason = system, None
         self.state = self.predicted = system.start
@@ -210,8 +210,8 @@ class Execution:
         found = objection(rollout)
         return replace(rollout, completed=False, reason=found) if rollout.completed and found else rollout
 
-    def _states(self, index: int) -> ManipulationState:
-        return cast(ManipulationState, self.system.states[index])
+    def _states(self, state: Any) -> ManipulationState:
+        return cast(ManipulationState, self.system.decode(state))
 
     def _attempt(self, action: Action, held: str | None) -> str | None:
         """Perform an action after which the hand should hold an object, or None; return why it failed, or None.
@@ -260,7 +260,7 @@ def execute(
     actions: Sequence[str],
     *,
     seed: int | None = None,
-    system: TransitionSystem | None = None,
+    system: System | None = None,
     skills: Mapping[str, Skill] = SKILLS,
     on_progress: Callable[[int, int, str], None] | None = None,
 ) -> Rollout:

@@ -14,14 +14,14 @@ from prefplan.front import UnfinishedError
 from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.transition_system import Barred, TransitionSystem
+from prefplan.models.system import Barred, System
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck
 
-Achievable = Callable[[TransitionSystem, Task], bool]
+Achievable = Callable[[System, Task], bool]
 """Returns whether a task alone can be satisfied in a system, or else relaxed or skipped.
 
 Raises `UnfinishedError` or `LimitError` if a limit was reached first.

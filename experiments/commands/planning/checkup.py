@@ -21,7 +21,7 @@ from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptibl
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_file import GraphFileModel
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
@@ -196,7 +196,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:
     )
 
 
-def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
+def is_achievable(system: System, task: Task, limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped.
 
     Raises:
@@ -205,9 +205,7 @@ def is_achievable(system: TransitionSystem, task: Task, limits: Limits) -> bool:
     return _least_costs(system, task, limits, system.cost_names[:1]) is not None
 
 
-def _least_costs(
-    system: TransitionSystem, task: Task, limits: Limits, names: Sequence[str]
-) -> dict[str, Number] | None:
+def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str]) -> dict[str, Number] | None:
     """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
 
     Raises:

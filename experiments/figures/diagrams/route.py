@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
 from prefplan.front import Front
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.plan import Plan, worth
 from prefplan.text.layout import number
 
@@ -40,7 +41,7 @@ class Route:
     note: str | None
 
 
-def route(system: TransitionSystem, plan: Plan) -> Route:
+def route(system: System, plan: Plan) -> Route:
     """Return a small graph with a plan on it; of a large graph, only states that the plan visits.
 
     Raises:
@@ -61,10 +62,11 @@ def route(system: TransitionSystem, plan: Plan) -> Route:
         labels[node_of[visited[k]], node_of[visited[m]]][f"{action} {number(sum(costs[k:m]))}"].append(step)
     taken = set(labels)
     for state in shown if note is None else ():
-        for edge in system.edges(state):
-            action = system.action_names[system.actions[edge]]
-            ends = node_of[state], node_of[int(system.targets[edge])]
-            _ = labels[ends][f"{action} {number(system.cost(edge))}"]
+        listed = system.listed
+        for edge in listed.edges(state):
+            action = listed.action_names[listed.actions[edge]]
+            ends = node_of[state], node_of[int(listed.targets[edge])]
+            _ = labels[ends][f"{action} {number(listed.cost(edge))}"]
     edges = tuple(
         Edge(*ends, " | ".join(map(_numbered, texts.items())), "taken" if ends in taken else "plain")
         for ends, texts in labels.items()
@@ -80,7 +82,7 @@ def svg(route: Route, *, title: str) -> str:
     return node_link.svg(node_link.arrange(route.nodes, route.edges, widest=WIDEST_PT), title=title)
 
 
-def draw(system: TransitionSystem, front: Front, path: Path) -> None:
+def draw(system: System, front: Front, path: Path) -> None:
     """Write every plan of a front on its graph, one below the other.
 
     Raises:
@@ -94,10 +96,10 @@ def draw(system: TransitionSystem, front: Front, path: Path) -> None:
     node_link.draw(diagrams, path)
 
 
-def _shown(system: TransitionSystem, visited: Sequence[int]) -> tuple[list[int], str | None]:
+def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | None]:
     """Return the states to draw, the start first, and a note on what is drawn, None if the graph is drawn whole."""
     whole = reachable(system)
-    if whole is not None and sum(len(system.edges(state)) for state in whole) <= MOST_EDGES:
+    if whole is not None and sum(len(system.listed.edges(state)) for state in whole) <= MOST_EDGES:
         return whole, None
     shown, which = list(dict.fromkeys(visited)), "those that the plan visits"
     if len(shown) > MOST_STATES:
@@ -106,7 +108,7 @@ def _shown(system: TransitionSystem, visited: Sequence[int]) -> tuple[list[int],
         which = "those with propositions that the plan visits, its first and its last"
     if len(shown) > MOST_STATES:
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
-    size = "very many" if system.is_large else system.size
+    size = "very many" if system.is_large else system.listed.size
     return shown, f"Drawn of {size} states: {which}."
 
 

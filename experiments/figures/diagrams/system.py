@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from typing import Any
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
 from prefplan.errors import PrefplanError
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.system import System
 from prefplan.text.layout import number
 
 MOST_STATES = 40
@@ -21,7 +22,7 @@ class SystemSizeError(PrefplanError):
     """A transition system has more states than a picture can show."""
 
 
-def diagram(system: TransitionSystem) -> NodeLinkDiagram:
+def diagram(system: System) -> NodeLinkDiagram:
     """Return a laid out transition system, without unreachable states; the start is node `s0`.
 
     Raises:
@@ -29,12 +30,12 @@ def diagram(system: TransitionSystem) -> NodeLinkDiagram:
     """
     order = reachable(system)
     if order is None:
-        size = "very many" if system.is_large else system.size
+        size = "very many" if system.is_large else system.listed.size
         raise SystemSizeError(
             f"the transition system has {size} states, and only one of up to {MOST_STATES} can be drawn "
             "so that it can be read"
         )
-    number_of = {state: i for i, state in enumerate(order)}
+    system, number_of = system.listed, {state: i for i, state in enumerate(order)}
     nodes = [Node(f"s{i}", text_of(system, state)) for i, state in enumerate(order)]
     edges = []
     for state in order:
@@ -47,11 +48,11 @@ def diagram(system: TransitionSystem) -> NodeLinkDiagram:
     return node_link.arrange(nodes, edges)
 
 
-def reachable(system: TransitionSystem) -> list[int] | None:
+def reachable(system: System) -> list[int] | None:
     """Return the states that can be reached, the start first; None if they are too many to be drawn."""
     if system.is_large:
         return None
-    order = [system.start]
+    system, order = system.listed, [system.start]
     for state in order:
         targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))
         order += [target for target in targets if target not in order]
@@ -60,9 +61,9 @@ def reachable(system: TransitionSystem) -> list[int] | None:
     return order
 
 
-def text_of(system: TransitionSystem, state: int) -> tuple[str, ...]:
+def text_of(system: System, state: Any) -> tuple[str, ...]:
     """Return the lines of text in a state: its name and its propositions."""
-    name = system.states[state]
+    name = system.decode(state)
     label = sorted(system.label(state))
     shown = [*label[:MOST_NAMES], *(["..."] if len(label) > MOST_NAMES else [])]
     text = f"({', '.join(map(str, name))})" if isinstance(name, tuple) else str(name)

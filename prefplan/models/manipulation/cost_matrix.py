@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 
@@ -37,6 +37,10 @@ class CostMatrix:
         """The largest unit of which every cost is a multiple, in the user's units."""
         known = self.entries[self.entries != UNMEASURED]
         return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
+
+    def between(self, hands: Sequence[int]) -> CostMatrix:
+        """Return the costs between some of the poses of the hand."""
+        return replace(self, entries=self.entries[:, hands][:, :, hands])
 
 
 def cost_matrices(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostMatrix, ...]:

@@ -11,8 +11,8 @@ from prefplan.models.manipulation.action_costs import check_costs, cost_names
 from prefplan.models.manipulation.description import Description, Location, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of, read_action
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.manipulation.system import transition_system
+from prefplan.models.system import System
 from prefplan.text.display_names import DisplayNames
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
@@ -75,8 +75,8 @@ class ManipulationModel(Description):
         """Return the propositions that an action makes true whenever it succeeds."""
         return self.operator(action.kind).effect(action)
 
-    def transition_system(self, *, start: ManipulationState | None = None) -> TransitionSystem:
-        """Return the reachable states as a weighted transition system, listed on demand.
+    def transition_system(self, *, start: ManipulationState | None = None) -> System:
+        """Return the reachable states as a weighted transition system, listed if there are at most `listed_states`.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
@@ -86,4 +86,4 @@ class ManipulationModel(Description):
         Raises:
             ModelError: the state has names that are not of the model, or leaves an object without a place.
         """
-        return ManipulationSystem(self, self.operators, start or self.initial_state, self.listed_states)
+        return transition_system(self, self.operators, start or self.initial_state, self.listed_states)

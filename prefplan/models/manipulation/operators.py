@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numpy as np
-
-from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action, at, holding, parse_action
-from prefplan.models.manipulation.codes import StateCodes, StateLayer
-from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.description import Description, Location
+from prefplan.models.manipulation.slots import free_slot
 from prefplan.models.manipulation.state import ManipulationState
 
 Outcomes = Iterable[tuple[Action, ManipulationState]]
 """The applicable actions of a state, each with its successor."""
 
-LayerSuccessors = Iterable[tuple[Action, np.ndarray, np.ndarray]]
-"""Actions, each with the states of a layer where it is applicable (mask or indices), and their successors' codes."""
 
-
-class Operator:
+class Operator(ABC):
     """A kind of action.
-
-    A subclass defines `outcomes`, for one state, or `successors`, for many at once; the default of each uses the other.
 
     Attributes:
         kind: first word of its actions.
@@ -41,33 +33,9 @@ class Operator:
         """Return the propositions that an action makes true whenever it succeeds."""
         return frozenset()
 
+    @abstractmethod
     def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
         """Return the applicable actions of a state, each with its successor."""
-        space = StateCodes(model, state)
-        layer = StateLayer(space, space.array(space.encode(state, where="state")))
-        for action, found, targets in self.successors(layer):
-            if np.arange(1)[found].size:
-                yield action, space.decode(int(targets[0]))
-
-    def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """Return the actions of this kind, in the order of the model's objects and locations, with their successors.
-
-        Raises:
-            ModelError: a successor is not a state of the model, or an action is of another kind.
-        """
-        space, found = layer.space, defaultdict[Action, list[tuple[int, int]]](list)
-        for i, state in enumerate(layer.states):
-            for action, after in self.outcomes(space.model, state):
-                if action.kind != self.kind:
-                    raise ModelError(f"operator {self.kind!r} yields `{action}`, an action of another kind")
-                found[action].append((i, space.encode(after, where=f"after `{action}`")))
-        objects = {obj: k for k, obj in enumerate(space.objects)}
-        locations = {location: k for k, location in enumerate(space.locations)}
-        for action in sorted(
-            found, key=lambda action: (objects.get(action.obj, -1), locations.get(action.location, -1))
-        ):
-            index, targets = np.array(found[action], dtype=np.int64).T
-            yield action, index, targets
 
 
 @dataclass(frozen=True)
@@ -78,11 +46,11 @@ class Transit(Operator):
     parameters = ("location",)
     travels = True
 
-    def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """See `Operator.successors`."""
-        for x, name in enumerate(layer.space.locations):
-            mask = layer.empty & (layer.over != x)
-            yield Action(self.kind, location=name), mask, layer.codes[mask] + (x - layer.hand[mask])
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        """See `Operator.outcomes`."""
+        for place in model.locations if state.held is None else ():
+            if place.name != state.hand:
+                yield Action(self.kind, location=place.name), replace(state, hand=place.name, hand_slot=None)
 
 
 @dataclass(frozen=True)
@@ -96,15 +64,15 @@ class Grasp(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """See `Operator.successors`."""
-        space = layer.space
-        ready = layer.empty & layer.clear & (layer.over < len(space.locations))
-        for o, obj in enumerate(space.model.objects):
-            mask = ready & (layer.places[o] == layer.over) & (not obj.fixed)
-            slot = layer.slots[o][mask]
-            raised = space.weights[1 + o] * (space.held - slot).astype(space.dtype)
-            yield Action(self.kind, obj.name), mask, layer.codes[mask] + raised + space.above[slot] - layer.hand[mask]
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        """See `Operator.outcomes`."""
+        places, slots = state.place, dict(state.slots)
+        here = [obj.name for obj in model.objects if not obj.fixed and places.get(obj.name) == state.hand]
+        for obj in here if state.held is None and _is_clear(model, state) else ():
+            left = {other: place for other, place in places.items() if other != obj}
+            apart = {other: slot for other, slot in slots.items() if other != obj}
+            after = replace(state, held=obj, places=tuple(left.items()), slots=tuple(apart.items()))
+            yield Action(self.kind, obj), replace(after, hand_slot=slots.get(obj))
 
 
 @dataclass(frozen=True)
@@ -118,15 +86,12 @@ class Transport(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """See `Operator.successors`."""
-        space = layer.space
-        for obj, place in zip(space.objects, layer.places, strict=True):
-            held = place == len(space.locations)
-            for x, name in enumerate(space.locations):
-                mask = held & (layer.over != x) & layer.accepts[x]
-                target = layer.codes[mask] + space.above[layer.free[x][mask]] - layer.hand[mask]
-                yield Action(self.kind, obj, name), mask, target
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        """See `Operator.outcomes`."""
+        for place in model.locations if state.held is not None else ():
+            if place.name != state.hand and _accepts(state, place):
+                after = replace(state, hand=place.name, hand_slot=_slot(model, state, place))
+                yield Action(self.kind, str(state.held), place.name), after
 
 
 @dataclass(frozen=True)
@@ -139,20 +104,53 @@ class Release(Operator):
         """The object rests at the location."""
         return frozenset({at(action.obj, action.location)})
 
-    def successors(self, layer: StateLayer) -> LayerSuccessors:
-        """See `Operator.successors`."""
-        space = layer.space
-        for o, obj in enumerate(space.objects):
-            held = layer.places[o] == len(space.locations)
-            for x, location in enumerate(space.model.locations):
-                mask = held & (layer.over == x) & layer.accepts[x]
-                slot, codes = layer.free[x][mask], layer.codes[mask]
-                lowered = space.weights[1 + o] * (slot - space.held).astype(space.dtype)
-                target = codes + lowered + space.above[slot] - layer.hand[mask]
-                if location.marks:
-                    d = space.mark_digits[obj, location.marks]
-                    target = target + space.weights[d] * (1 - space.digit(codes, d)).astype(space.dtype)
-                yield Action(self.kind, obj, location.name), mask, target
+    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+        """See `Operator.outcomes`."""
+        obj = state.held
+        for place in model.locations if obj is not None else ():
+            if place.name == state.hand and _accepts(state, place):
+                assert obj is not None
+                places, slots, slot = {**state.place, obj: place.name}, dict(state.slots), _slot(model, state, place)
+                if slot is not None:
+                    slots[obj] = slot
+                names = [other.name for other in model.objects]
+                yield (
+                    Action(self.kind, obj, place.name),
+                    ManipulationState(
+                        hand=place.name,
+                        held=None,
+                        places=tuple((name, places[name]) for name in names if name in places),
+                        marks=state.marks | ({(obj, place.marks)} if place.marks else set()),
+                        slots=tuple((name, slots[name]) for name in names if name in slots),
+                        hand_slot=slot,
+                    ),
+                )
+
+
+def _accepts(state: ManipulationState, place: Location) -> bool:
+    """Return whether an object can be put at a location."""
+    occupied = [where for _, where in state.places]
+    if place.closed or occupied.count(place.name) >= place.capacity:
+        return False
+    return all(below in occupied for below in place.on) and not any(other in occupied for other in place.clear_of)
+
+
+def _is_clear(model: Description, state: ManipulationState) -> bool:
+    """Return whether nothing prevents grasping an object below the hand."""
+    occupied = {where for _, where in state.places}
+    for place in model.locations:
+        if place.name in occupied and state.hand in place.on:
+            return False
+        if place.name == state.hand and place.closed and not occupied.isdisjoint(place.clear_of):
+            return False
+    return True
+
+
+def _slot(model: Description, state: ManipulationState, place: Location) -> int | None:
+    """Return the slot of a location into which an object is put; None if its slots are not told apart."""
+    count, places = model.slot_counts[place.name], state.place
+    taken = [slot for obj, slot in state.slots if places.get(obj) == place.name]
+    return int(free_slot(taken, 0, count)) if count > 1 else None
 
 
 STANDARD_OPERATORS: tuple[Operator, ...] = (Transit(), Grasp(), Transport(), Release())

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.kernels import Integer
 
 FAR_APART = 2
 """Slots at least this far from the nearest object, in slots, are equally good."""
@@ -40,19 +41,25 @@ def location_of(pose: str) -> str:
     return pose.partition("[")[0]
 
 
-def free_slot(taken: np.ndarray) -> np.ndarray:
+def free_slot(taken: Sequence[int] | np.ndarray, first: Integer, end: Integer) -> Integer:
     """Return the slot into which an object is put: the free one farthest from those taken, the first of several.
 
     Args:
-        taken: (K, N) bool, which of the K slots of a location, side by side, are taken in each of N states.
-
-    Returns:
-        (N,) its index; undefined where all are taken.
+        taken: slots that are taken, of this location or of others.
+        first: first slot of the location, whose slots are side by side.
+        end: one beyond its last slot; not all of them are taken.
     """
-    indices = np.arange(len(taken))
-    apart = np.minimum(np.abs(indices[:, None] - indices[None, :]), FAR_APART)
-    nearest = np.where(taken[None, :, :], apart[:, :, None], FAR_APART).min(axis=1)
-    return nearest.argmax(axis=0)
+    best, farthest = first, 0
+    if end - first == 1:
+        return best
+    for slot in range(first, end):
+        nearest = FAR_APART
+        for other in taken:
+            if first <= other < end:
+                nearest = min(nearest, abs(slot - other))
+        if nearest > farthest:
+            best, farthest = slot, nearest
+    return best
 
 
 def slots_at_start(

@@ -1,145 +1,151 @@
-"""A manipulation model as a transition system whose states are generated on demand."""
+"""A manipulation model as a transition system: listed, or with too many states to list."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
 from prefplan.errors import ModelError
-from prefplan.models.generated import GeneratedSystem
 from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.cost_matrix import cost_matrices
 from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.listing import Actions, listed, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of
-from prefplan.models.manipulation.quotient import ReducedModel, most_states
+from prefplan.models.manipulation.reduced_model import ReducedModel
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.state_space import Generator, reachable
-from prefplan.models.transition_system import Barred, EdgeCosts, Quotient, TransitionSystem
+from prefplan.models.manipulation.symmetry import most_states
+from prefplan.models.system import Barred, Quotient, System
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.text.display_names import DisplayNames
 
 
-class ManipulationSystem(GeneratedSystem):
-    """The states reachable from one state of a manipulation model, numbered as they are met.
+def transition_system(
+    model: Description, operators: Sequence[Operator], start: ManipulationState, listed_states: int
+) -> System:
+    """Return the states that can be reached from one, listed unless they may be too many.
+
+    Args:
+        model: the model.
+        operators: the kinds of actions; all states are listed if there are others than the standard ones.
+        start: the initial state.
+        listed_states: how many states may be listed, by an upper bound of their number.
+
+    Raises:
+        ModelError: the start is not a state of the model, or a state does not fit an integer.
+    """
+    space = StateCodes(model, start)
+    start = space.decode(space.encode(start, where="start"))
+    costs = cost_matrices(model, [operator.kind for operator in operators], space.hands)
+    system = ManipulationSystem(
+        actions=Actions(space, tuple(operators), costs),
+        start=start,
+        propositions=model.own_propositions | model.propositions,
+        display=replace(model.display, parameters=parameters_of(operators)),
+    )
+    if system.actions.operators == STANDARD_OPERATORS and most_states(model, start) > listed_states:
+        return system
+    return system.listed
+
+
+@dataclass(frozen=True)
+class ManipulationSystem(System):
+    """A manipulation model of the standard operators with too many states to list; a state is a `ManipulationState`.
 
     Attributes:
-        generator: generates the successors.
-        first: the first state.
+        actions: its actions.
+        start: the initial state.
+        propositions: every name that a formula may use.
+        display: as in `System`.
         barred: actions that do not exist where some propositions hold.
-        listed_states: how many states may be listed, by an upper bound of their number.
+        resolution: None, as costs are not rounded.
+        map: None.
     """
 
-    generator: Generator
-    first: ManipulationState
-    barred: Barred
-    listed_states: int
+    actions: Actions
+    start: ManipulationState
+    propositions: frozenset[str]
+    display: DisplayNames
+    barred: Barred = ()
+    resolution: None = None
+    map: None = None
 
-    def __init__(
-        self, model: Description, operators: Sequence[Operator], start: ManipulationState, listed_states: int
-    ) -> None:
-        """Take the model, the kinds of actions, the first state, and `listed_states`.
-
-        Raises:
-            ModelError: the start is not a state of the model, or a state does not fit an integer.
-        """
-        space = StateCodes(model, start)
-        self._codes = [space.encode(start, where="start")]
-        generator = Generator.of(space, operators)
-        super().__init__(
-            start=0,
-            unit=generator.costs[0].unit,
-            cost_name=generator.costs[0].name,
-            propositions=model.own_propositions | model.propositions,
-            resolution=None,
-            display=replace(model.display, parameters=parameters_of(operators)),
-            generator=generator,
-            first=start,
-            barred=(),
-            listed_states=listed_states,
-        )
-        unknown = generator.has_gaps and not self.is_large
-        if unknown or generator.operators != STANDARD_OPERATORS:
-            # Only listing all states shows whether every successor is a state, and every possible action was measured;
-            # in a large model, the search reports an action that was not measured when it meets one.
-            self.__dict__["listed"] = reachable(generator, self._codes)
+    @property
+    def is_large(self) -> bool:
+        """See `System.is_large`."""
+        return True
 
     @cached_property
     def listed(self) -> TransitionSystem:
-        """All states; those met before keep their numbers."""
-        return reachable(self.generator, self._codes).without(self.barred).knowing(self.propositions)
+        """See `System.listed`.
 
-    @cached_property
-    def is_large(self) -> bool:
-        """Whether listing all states may take long."""
-        return most_states(self.generator.space) > self.listed_states
+        Raises:
+            ModelError: a state does not fit an integer, or the cost of an action was not measured.
+        """
+        space = self.actions.space
+        if self.actions.operators == STANDARD_OPERATORS:
+            states = listed(space, moves_of(space), space.encode(self.start, where="start"))
+        else:
+            states = self.actions.listed(self.start)
+        system = table(space, states, self.actions.costs, None).without(self.barred)
+        return replace(system, propositions=self.propositions, display=self.display)
+
+    @property
+    def size(self) -> int:
+        """Number of states, all of which are listed."""
+        return self.listed.size
 
     @property
     def cost_names(self) -> tuple[str, ...]:
-        """See `TransitionSystem.cost_names`."""
-        return tuple(matrix.name for matrix in self.generator.costs)
-
-    @property
-    def more_costs(self) -> tuple[EdgeCosts, ...]:  # type: ignore[override]
-        """See `TransitionSystem`; all states are listed for them."""
-        return self.listed.more_costs if len(self.generator.costs) > 1 else ()
+        """See `System.cost_names`."""
+        return tuple(matrix.name for matrix in self.actions.costs)
 
     @property
     def shared_units(self) -> tuple[Fraction, ...]:
-        """See `TransitionSystem.shared_units`; here for all costs that an action may have, reachable or not."""
-        return tuple(matrix.shared_unit for matrix in self.generator.costs)
+        """See `System.shared_units`; here of all costs that an action may have, reachable or not."""
+        return tuple(matrix.shared_unit for matrix in self.actions.costs)
+
+    @property
+    def greatest_costs(self) -> tuple[Fraction, ...]:
+        """See `System.greatest_costs`."""
+        return tuple(
+            matrix.unit * int(matrix.entries.max()) * self.actions.space.bound for matrix in self.actions.costs
+        )
 
     def with_first_cost(self) -> ManipulationSystem:
-        """See `TransitionSystem.with_first_cost`."""
-        return self._changed(generator=replace(self.generator, costs=self.generator.costs[:1]))
+        """See `System.with_first_cost`."""
+        return replace(self, actions=replace(self.actions, costs=self.actions.costs[:1]))
 
     def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
-        """See `TransitionSystem.knowing`."""
-        return self._changed(propositions=propositions)
+        """See `System.knowing`."""
+        return replace(self, propositions=propositions)
 
     def without(self, barred: Barred) -> ManipulationSystem:
-        """See `TransitionSystem.without`."""
-        return self._changed(barred=(*self.barred, *barred))
+        """See `System.without`."""
+        return replace(self, barred=(*self.barred, *barred))
 
-    def _changed(self, **attributes: object) -> ManipulationSystem:
-        other = object.__new__(ManipulationSystem)
-        kept = {name: value for name, value in self.__dict__.items() if name != "listed"}
-        other.__dict__.update(kept | {"_codes": list(self._codes)} | attributes)
-        return other
+    def decode(self, state: ManipulationState) -> ManipulationState:
+        """See `System.decode`."""
+        return state
 
-    def state(self, number: int) -> ManipulationState:
-        """Return the state with a number."""
-        if not 0 <= number < len(self._codes):
-            return self.listed.states[number]  # type: ignore[return-value]
-        return self.generator.space.decode(self._codes[number])
+    def label(self, state: ManipulationState) -> frozenset[str]:
+        """See `System.label`."""
+        return state.label
 
-    def label(self, state: int) -> frozenset[str]:
-        """See `TransitionSystem.label`."""
-        return self.state(state).label
+    def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
+        """See `System.steps`."""
+        barred = any(action == name and names <= state.label for names, name in self.barred)
+        step = None if barred else self.actions.step(state, action)
+        if step is None:
+            raise ModelError(f"action {action!r} does not exist in state {state!r}")
+        return step
 
-    def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
-        """See `TransitionSystem.steps`."""
-        if "listed" in self.__dict__:
-            return self.listed.steps(state, action)
-        barred = any(action == name and names <= self.label(state) for names, name in self.barred)
-        found = None if barred else self.generator.step(self._codes[state], action)
-        if found is None:
-            raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
-        return self._number(found[0]), found[1]
-
-    def _number(self, code: int) -> int:
-        if code not in self._codes:
-            self._codes.append(code)
-        return self._codes.index(code)
-
-    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ReducedModel | None:
-        """Return a smaller model to search instead; None for a small model, or one with further operators."""
-        if not self.is_large or self.generator.operators != STANDARD_OPERATORS:
-            return None
-        return ReducedModel(self.generator, self.first, self.barred, names, stutter_invariant=stutter_invariant)
+    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ReducedModel:
+        """Return a smaller model to search instead; arguments as in `System.quotient`."""
+        return ReducedModel(self.actions, self.start, self.barred, names, stutter_invariant=stutter_invariant)
 
     def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
-        """See `TransitionSystem.quotient`; for a small model, the system with all states listed."""
-        smaller = self.reduced(names, stutter_invariant=stutter_invariant)
-        if smaller is None:
-            return self.listed.quotient(names, stutter_invariant=stutter_invariant)
-        quotient = smaller.quotient()
+        """See `System.quotient`."""
+        quotient = self.reduced(names, stutter_invariant=stutter_invariant).quotient()
         return replace(quotient, system=quotient.system.knowing(self.propositions))

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from random_manipulation import random_measured, random_problem, random_several
+from random_manipulation import random_measured, random_model, random_problem, random_several
 from small_models import COSTS, spot
 
 from prefplan import (
@@ -26,8 +26,8 @@ from prefplan import (
     pareto_front,
 )
 from prefplan.models.manipulation.action_costs import MeasuredCosts
-from prefplan.models.manipulation.quotient import most_states
-from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.symmetry import most_states
 
 SEEDS = 12
 """Random problems of either kind."""
@@ -35,9 +35,8 @@ SEEDS = 12
 
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_fronts_are_those_of_the_whole_model(seed: int) -> None:
-    problem = random_problem(random.Random(seed))
-    whole = pareto_front(problem)
-    assert_bounded(problem.system)  # type: ignore[arg-type]
+    assert_bounded(random_model(random.Random(seed)))
+    whole = pareto_front(random_problem(random.Random(seed)))
     again = random_problem(random.Random(seed), large=True)
     for options in (Options(generated=True), Options(generated=False)):
         front = pareto_front(again, options=options)
@@ -50,10 +49,10 @@ def test_random_fronts_are_those_of_the_whole_model(seed: int) -> None:
             assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
 
 
-def assert_bounded(system: ManipulationSystem) -> None:
+def assert_bounded(model: ManipulationModel) -> None:
     """Fail if a model has more states than the bound of their number."""
-    marks = {state.marks for state in system.listed.states}
-    assert system.size <= most_states(system.generator.space) * len(marks)
+    states = model.transition_system().listed.states
+    assert len(states) <= most_states(model, model.initial_state) * len({state.marks for state in states})
 
 
 @pytest.mark.parametrize("seed", range(SEEDS))
@@ -73,9 +72,9 @@ def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(seed: 
 def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
     seed: int, draw: Callable[..., Problem]
 ) -> None:
-    listed = draw(random.Random(seed), measured=True)
-    whole = pareto_front(listed)
-    assert_bounded(listed.system)  # type: ignore[arg-type]
+    rng = random.Random(seed)
+    assert_bounded(random_measured(rng, random_model(rng), "time"))
+    whole = pareto_front(draw(random.Random(seed), measured=True))
     problem = draw(random.Random(seed), measured=True, large=True)
     # Places are merged in the bounds, or not.
     options = Options(generated=seed % 4 > 0, apart_entries=seed % 2 * Options().apart_entries)
@@ -140,7 +139,7 @@ def test_an_object_in_the_way_is_moved() -> None:
 def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
     places = [*(spot(f"s{k}") for k in range(24)), spot("bin", capacity=4)]
     model = ManipulationModel("home", COSTS, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(20)))
-    assert model.transition_system().generator.space.bound > 2**64
+    assert StateCodes(model, model.initial_state).bound > 2**64
     tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_s9 & o3_bin)")]
     (plan,) = pareto_front(Problem(model.transition_system(), tasks, Order()))
     # Five objects are moved: the four, and what stands at s9.

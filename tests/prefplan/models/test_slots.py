@@ -11,7 +11,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import judge
-import numpy as np
 import pytest
 from small_models import COSTS, measured
 
@@ -28,9 +27,10 @@ from prefplan.product.generated_product import GeneratedProduct
     [("--", 0), ("x-", 1), ("-x", 0), ("---", 0), ("x--", 2), ("--x", 0), ("-x-", 0), ("x-x", 1), ("x---", 2)],
 )
 def test_an_object_is_put_where_the_others_are_far(taken: str, slot: int) -> None:
-    occupied = np.array([[letter == "x"] for letter in taken])
-    assert free_slot(occupied).tolist() == [slot]
-    assert free_slot(np.hstack([occupied, np.zeros_like(occupied)])).tolist() == [slot, 0]
+    occupied = [k for k, letter in enumerate(taken) if letter == "x"]
+    assert free_slot(occupied, 0, len(taken)) == slot
+    # Slots of other locations do not matter.
+    assert free_slot([1, *(3 + k for k in occupied), 3 + len(taken)], 3, 3 + len(taken)) == 3 + slot
 
 
 def test_objects_fill_slots_in_order_around_those_whose_slots_are_known() -> None:

@@ -1,0 +1,296 @@
+"""The reachable states of a manipulation model, breadth first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from prefplan.errors import ModelError
+from prefplan.limits import check_limits
+from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.action_costs import UNMEASURED
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.cost_matrix import CostMatrix, unmeasured
+from prefplan.models.manipulation.operators import Operator
+from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.successors import Moves, expand, steps_of
+from prefplan.models.on_demand import OnDemand
+from prefplan.models.transition_system import EdgeCosts, TransitionSystem
+
+CHUNK = 2**13
+"""States whose actions are listed at once, between two checks of the limits."""
+
+EDGE_BYTES = 40
+"""Memory for each edge while states are numbered."""
+
+Expanded = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""The actions of some states, as `expand` returns them."""
+
+
+def moves_of(space: StateCodes, neutral: Collection[str] = (), unseen: Collection[str] = ()) -> Moves:
+    """Return a model as arrays.
+
+    Args:
+        space: the encoding of its states.
+        neutral: names of the locations that may be exchanged.
+        unseen: names of the objects that may be exchanged.
+    """
+    model, names, objects = space.model, space.locations, range(len(space.objects))
+    places = [x for x, name in enumerate(names) if name in neutral]
+    told = [o for o in objects if space.objects[o] not in unseen]
+    flags = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.bool_)
+    flags[places] = True
+    below = np.array([[name in place.on for name in names] for place in model.locations])
+    empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
+    closed = np.array([place.closed for place in model.locations])
+    capacity = np.array([place.capacity for place in model.locations], dtype=np.int64)
+    digit = space.mark_digits
+    marks = [[digit.get((obj, place.marks or ""), 0) for obj in space.objects] for place in model.locations]
+    return Moves(
+        radices=np.array(space.radices, dtype=np.int64),
+        location=space.location.astype(np.int64),
+        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)).astype(np.int64),
+        over=space.over.astype(np.int64),
+        above=space.above.astype(np.int64),
+        capacity=np.where(closed | (below & empty).any(axis=1), 0, capacity),
+        movable=np.array([not obj.fixed for obj in model.objects], dtype=np.bool_),
+        needs=below.astype(np.int8) - empty.astype(np.int8),
+        blocks=below | (closed[:, None] & empty).T,
+        mark=np.array(marks, dtype=np.int64).reshape(len(names), len(objects)),
+        neutral=flags,
+        places=np.array([*places, 0], dtype=np.int64),
+        told=np.array(told, dtype=np.int64),
+        unseen=np.array([o for o in objects if o not in told], dtype=np.int64),
+    )
+
+
+def action_names(space: StateCodes) -> tuple[str, ...]:
+    """Return the texts of the actions by their numbers."""
+    loaded = [f"{obj} {name}" for obj in space.objects for name in space.locations]
+    names = [f"transit {name}" for name in space.locations] + [f"grasp {obj}" for obj in space.objects]
+    return (*names, *(f"transport {text}" for text in loaded), *(f"release {text}" for text in loaded))
+
+
+@dataclass(frozen=True)
+class Listing:
+    """S states and E actions of a model.
+
+    Attributes:
+        codes: (S,) int64, of the states; the start's first.
+        offsets: (S + 1,) int64 and targets: (E,) int32, as in `TransitionSystem`.
+        actions: (E,) int32, index into `action_names`.
+        prices: (E,) int32, as in `prefplan.models.manipulation.successors.Steps`.
+        action_names: texts of the actions.
+    """
+
+    codes: np.ndarray
+    offsets: np.ndarray
+    targets: np.ndarray
+    actions: np.ndarray
+    prices: np.ndarray
+    action_names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Actions:
+    """The actions of a manipulation model, one state at a time.
+
+    Attributes:
+        space: the encoding of its states.
+        operators: the kinds of actions.
+        costs: the costs of the actions.
+    """
+
+    space: StateCodes
+    operators: tuple[Operator, ...]
+    costs: tuple[CostMatrix, ...]
+
+    def of(self, state: ManipulationState) -> Iterator[tuple[Action, ManipulationState]]:
+        """Yield the applicable actions of a state, in the order of the model, each with its successor.
+
+        Raises:
+            ModelError: an operator yields an action of another kind.
+        """
+        for operator in self.operators:
+            found = list(operator.outcomes(self.space.model, state))
+            for action, _ in found:
+                if action.kind != operator.kind:
+                    raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
+            yield from sorted(found, key=lambda each: self._rank(each[0]))
+
+    def _rank(self, action: Action) -> tuple[int, int]:
+        """Return the position of an action among those of its kind."""
+        objects, locations = self._order
+        return objects.get(action.obj, -1), locations.get(action.location, -1)
+
+    @cached_property
+    def _order(self) -> tuple[dict[str, int], dict[str, int]]:
+        """The positions of the objects and of the locations in the model."""
+        objects, locations = (
+            {name: k for k, name in enumerate(each)} for each in (self.space.objects, self.space.locations)
+        )
+        return objects, locations
+
+    def price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
+        """Return the index of an action's cost in the entries of a `CostMatrix`, in one dimension.
+
+        Raises:
+            ModelError: the hand is over an unknown location after it.
+        """
+        hands, kinds = len(self.space.hands), [operator.kind for operator in self.operators]
+        where = f"after `{action}`"
+        first = kinds.index(action.kind) * hands + self.space.hand(before, where=where)
+        return first * hands + self.space.hand(after, where=where)
+
+    def step(self, state: ManipulationState, text: str) -> tuple[ManipulationState, tuple[Fraction, ...]] | None:
+        """Return an action's successor and costs, in the user's units; None if it is not applicable.
+
+        Raises:
+            ModelError: its cost was not measured.
+        """
+        for action, after in self.of(state):
+            if str(action) == text:
+                price = self.price(action, state, after)
+                counts = [int(matrix.entries.flat[price]) for matrix in self.costs]
+                if counts[0] == UNMEASURED:
+                    raise unmeasured(text, self.space.hands[self.space.hand(state, where=text)])
+                return after, tuple(n * matrix.unit for n, matrix in zip(counts, self.costs, strict=True))
+        return None
+
+    def require_measured(self, state: ManipulationState) -> None:
+        """Raise ModelError if the cost of some action of a state was not measured."""
+        for action, _ in self.of(state):
+            self.step(state, str(action))
+
+    def listed(self, start: ManipulationState) -> Listing:
+        """Return the states that can be reached from one.
+
+        Raises:
+            ModelError: there are too many states for 64-bit integers, or a successor is not a state of the model.
+            LimitError: a limit of time or memory was reached.
+        """
+        numbers = dict[Action, int]()
+
+        def expanded(codes: np.ndarray) -> Expanded:
+            counts, edges = [], list[tuple[int, int, int]]()
+            for code in codes.tolist():
+                before = self.space.decode(code)
+                each = list(self.of(before))
+                counts.append(len(each))
+                for action, after in each:
+                    target = self.space.encode(after, where=f"after `{action}`")
+                    edges.append((target, numbers.setdefault(action, len(numbers)), self.price(action, before, after)))
+            targets, actions, prices = np.array(edges, dtype=np.int64).reshape(-1, 3).T
+            return np.array(counts), targets, actions.astype(np.int32), prices.astype(np.int32)
+
+        codes, edges = _breadth_first(self.space, self.space.encode(start, where="start"), expanded)
+        return Listing(codes, *edges, tuple(map(str, numbers)))
+
+
+def listed(space: StateCodes, moves: Moves, start: int) -> Listing:
+    """Return the canonical states that can be reached from one by the standard operators.
+
+    Raises:
+        ModelError: there are too many states for 64-bit integers.
+        LimitError: a limit of time or memory was reached.
+    """
+    steps = steps_of(moves)
+    codes, edges = _breadth_first(space, start, lambda codes: expand(moves, codes, steps))
+    return Listing(codes, *edges, action_names(space))
+
+
+def _breadth_first(
+    space: StateCodes, start: int, expanded: Callable[[np.ndarray], Expanded]
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Return the codes of the states that can be reached from one, and the arrays of edges of a `Listing`.
+
+    States of one distance from the start are in the order of their codes.
+    """
+    space.require_small()
+    layer = np.array([start], dtype=np.int64)
+    layers, known, found = list[np.ndarray](), layer, list[Expanded]()
+    while len(layer):
+        layers.append(layer)
+        chunks = [expanded(layer[first : first + CHUNK]) for first in _chunks(len(layer))]
+        found += chunks
+        reached = np.concatenate([chunk[1] for chunk in chunks])
+        check_limits(EDGE_BYTES * len(reached))
+        reached = np.unique(reached)
+        places = np.searchsorted(known, reached)
+        layer = reached[known[np.minimum(places, len(known) - 1)] != reached]
+        known = np.insert(known, np.searchsorted(known, layer), layer)
+    codes = np.concatenate(layers)
+    order = np.argsort(codes)
+    counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in found]) for k in range(4))
+    check_limits(EDGE_BYTES * len(targets))
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return codes, (offsets, order[np.searchsorted(known, targets)].astype(np.int32), actions, prices)
+
+
+def _chunks(states: int) -> Iterator[int]:
+    """Yield where chunks of a layer begin, checking the limits before each."""
+    for first in range(0, states, CHUNK):
+        check_limits()
+        yield first
+
+
+def table(
+    space: StateCodes, listing: Listing, costs: Collection[CostMatrix], names: Collection[str] | None
+) -> TransitionSystem:
+    """Return the states of a listing as a transition system.
+
+    Args:
+        space: the encoding of its states.
+        listing: the states.
+        costs: the costs of the actions.
+        names: the propositions to keep in labels; None for all.
+
+    Raises:
+        ModelError: the cost of an action was not measured.
+    """
+    codes, columns = (
+        listing.codes,
+        [EdgeCosts(matrix.name, matrix.entries.ravel()[listing.prices], matrix.unit) for matrix in costs],
+    )
+    for edge in np.flatnonzero(columns[0].costs == UNMEASURED)[:1]:
+        before = listing.prices[edge] // len(space.hands) % len(space.hands)
+        raise unmeasured(listing.action_names[listing.actions[edge]], space.hands[before])
+    labels, label_sets = _labels(space, codes, names)
+    return TransitionSystem(
+        states=OnDemand(lambda: len(codes), lambda i: space.decode(int(codes[i]))),
+        start=0,
+        offsets=listing.offsets,
+        targets=listing.targets,
+        actions=listing.actions,
+        costs=columns[0].costs,
+        unit=columns[0].unit,
+        labels=labels,
+        action_names=listing.action_names,
+        label_sets=label_sets,
+        propositions=space.model.known_propositions,
+        cost_name=columns[0].name,
+        more_costs=tuple(columns[1:]),
+    )
+
+
+def _labels(
+    space: StateCodes, codes: np.ndarray, names: Collection[str] | None
+) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
+    """Return (S,) each state's label, restricted to some names, as an index, and the distinct labels."""
+    keys = np.zeros(len(codes), dtype=np.int64)
+    weight = 1
+    parts: list[tuple[int, list[str]]] = []
+    for d, values in space.seen(names):
+        distinct_values = list(dict.fromkeys(values))
+        keys += weight * np.array([distinct_values.index(value) for value in values])[space.digit(codes, d)]
+        parts.append((weight, distinct_values))
+        weight *= len(distinct_values)
+    distinct, labels = np.unique(keys, return_inverse=True)
+    sets = tuple(
+        frozenset(name for w, values in parts if (name := values[int(key) // w % len(values)])) for key in distinct
+    )
+    return labels.astype(np.int32), sets

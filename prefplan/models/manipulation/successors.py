@@ -1,0 +1,283 @@
+"""Successors of a manipulation model's states, from packed integers in compiled code.
+
+A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
+are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
+canonical state stands for all that result from exchanging neutral locations and unseen objects (see
+`prefplan.models.manipulation.symmetry`); where slots are told apart no location is neutral.
+
+The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.kernels import Integer, bare_kernel, kernel
+from prefplan.models.manipulation.slots import free_slot as any_free_slot
+
+TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
+"""Kinds of actions."""
+
+EXCHANGEABLE = 2**40
+"""Stands for a neutral location while unseen objects are sorted; larger than any location."""
+
+free_slot = bare_kernel(any_free_slot)
+
+
+class Moves(NamedTuple):
+    """A manipulation model of L locations, S slots, H poses of the hand, O objects and D digits.
+
+    Attributes:
+        radices: (D,) int64, number of values of each digit of a state.
+        location: (S + 1,) int64, of each slot, L for the hand. first_slot: (L + 1,) int64, of each location, and S.
+        over: (H,) int64, location below each pose, L for none. above: (S + 1,) int64, pose over each slot.
+        capacity: (L,) int64, 0 where nothing can be put. movable: (O,) bool.
+        needs: (L, L) int8, [x, y]: 1 if y must hold an object, -1 if it must hold none, before one is put at x.
+        blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
+        mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
+        neutral: (max(S + 1, H),) bool, by slot or pose. places: (n + 1,) int64, the neutral locations, and 0.
+        unseen: (U,) int64, the objects that may be exchanged. told: (O - U,) int64, the others.
+    """
+
+    radices: np.ndarray
+    location: np.ndarray
+    first_slot: np.ndarray
+    over: np.ndarray
+    above: np.ndarray
+    capacity: np.ndarray
+    movable: np.ndarray
+    needs: np.ndarray
+    blocks: np.ndarray
+    mark: np.ndarray
+    neutral: np.ndarray
+    places: np.ndarray
+    told: np.ndarray
+    unseen: np.ndarray
+
+
+class Steps(NamedTuple):
+    """The actions of one state, at most M, and scratch.
+
+    Attributes:
+        digits: (M, D) int64, of the canonical state that each action leads to.
+        actions: (M,) int64, numbers of the actions: transits, grasps, transports and releases, in order.
+        prices: (M,) int64, (kind H + hand) H + hand of each action, with the hand's poses before and after it.
+        before: (D,) int64, digits of the state. counts: (L,) int64, objects at each location.
+    """
+
+    digits: np.ndarray
+    actions: np.ndarray
+    prices: np.ndarray
+    before: np.ndarray
+    counts: np.ndarray
+
+
+def steps_of(moves: Moves) -> Steps:
+    """Return buffers for the actions of any state of a model."""
+    locations, objects, digits = len(moves.capacity), len(moves.movable), len(moves.radices)
+    most = max(locations + objects, locations + 1)
+    actions, prices = np.zeros((2, most), dtype=np.int64)
+    before, counts = np.zeros(digits, dtype=np.int64), np.zeros(locations, dtype=np.int64)
+    return Steps(np.zeros((most, digits), dtype=np.int64), actions, prices, before, counts)
+
+
+@bare_kernel
+def unpack(moves: Moves, state: Integer, digits: np.ndarray) -> None:
+    """Write the digits of a state."""
+    for d in range(moves.radices.shape[0]):
+        digits[d] = state % moves.radices[d]
+        state //= moves.radices[d]
+
+
+@bare_kernel
+def pack(moves: Moves, digits: np.ndarray) -> Integer:
+    """Return the state of some digits."""
+    state = np.int64(0)
+    for d in range(digits.shape[0] - 1, -1, -1):
+        state = state * moves.radices[d] + digits[d]
+    return state
+
+
+@bare_kernel
+def standardize(moves: Moves, digits: np.ndarray) -> None:
+    """Replace a state's digits by those of its canonical state.
+
+    Told objects at neutral locations take the first of these, in order; then come the unseen objects, sorted by
+    location, and a hand over an empty neutral location takes the first that is left.
+    """
+    hand = digits[0]
+    moved, rank = hand, 0
+    over_empty = moves.neutral[hand]
+    for o in moves.told:
+        location = digits[1 + o]
+        if moves.neutral[location]:
+            digits[1 + o] = moves.places[rank]
+            if location == hand:
+                moved, over_empty = moves.places[rank], False
+            rank += 1
+    under = False
+    for k in range(moves.unseen.shape[0]):
+        location = digits[1 + moves.unseen[k]]
+        if moves.neutral[location]:
+            under |= location == hand
+            location = np.int64(EXCHANGEABLE)
+        at = k
+        while at > 0 and digits[1 + moves.unseen[at - 1]] > location:
+            digits[1 + moves.unseen[at]] = digits[1 + moves.unseen[at - 1]]
+            at -= 1
+        digits[1 + moves.unseen[at]] = location
+    if under:
+        moved, over_empty = moves.places[rank], False
+    for o in moves.unseen:
+        if digits[1 + o] == EXCHANGEABLE:
+            digits[1 + o] = moves.places[rank]
+            rank += 1
+    if over_empty:
+        moved = moves.places[rank]
+    digits[0] = moved
+
+
+@bare_kernel
+def _accepts(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
+    """Return whether an object can be put at a location."""
+    if counts[location] >= moves.capacity[location]:
+        return False
+    for other in range(counts.shape[0]):
+        need = moves.needs[location, other]
+        if (need > 0 and counts[other] == 0) or (need < 0 and counts[other] > 0):
+            return False
+    return True
+
+
+@bare_kernel
+def _is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
+    """Return whether nothing prevents grasping an object at a location."""
+    for other in range(counts.shape[0]):
+        if counts[other] > 0 and moves.blocks[other, location]:
+            return False
+    return True
+
+
+@bare_kernel
+def _count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Integer:
+    """Write how many objects each location holds, and return the one in the hand, or -1."""
+    held = -1
+    for x in range(counts.shape[0]):
+        counts[x] = 0
+    for o in range(moves.movable.shape[0]):
+        location = moves.location[digits[1 + o]]
+        if location < counts.shape[0]:
+            counts[location] += 1
+        else:
+            held = o
+    return held
+
+
+@bare_kernel
+def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
+    """Write the actions of a state, in the order of the model, and return how many there are.
+
+    Of those that lead over an empty neutral location only the first is written.
+    """
+    before, counts = steps.before, steps.counts
+    unpack(moves, state, before)
+    held = _count_objects(moves, before, counts)
+    here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
+    found: Integer = 0
+    met_empty = False
+    for x in range(locations):
+        if x == here or (held >= 0 and not _accepts(moves, counts, x)):
+            continue
+        if moves.neutral[x] and counts[x] == 0:
+            if met_empty:
+                continue
+            met_empty = True
+        after = steps.digits[found]
+        _copy(before, after)
+        if held < 0:
+            after[0] = x
+            found = _end_step(moves, steps, found, TRANSIT, x)
+        else:
+            after[0] = moves.above[_slot_at(moves, before, x)]
+            found = _end_step(moves, steps, found, TRANSPORT, locations + objects + held * locations + x)
+    if here == locations:
+        return found
+    if held >= 0:
+        if _accepts(moves, counts, here):
+            slot = _slot_at(moves, before, here)
+            after = steps.digits[found]
+            _copy(before, after)
+            after[0], after[1 + held] = moves.above[slot], slot
+            if moves.mark[here, held]:
+                after[moves.mark[here, held]] = 1
+            action = locations + objects + (objects + held) * locations + here
+            found = _end_step(moves, steps, found, RELEASE, action)
+    elif _is_clear(moves, counts, here):
+        for o in range(objects):
+            slot = before[1 + o]
+            if moves.location[slot] == here and moves.movable[o]:
+                after = steps.digits[found]
+                _copy(before, after)
+                after[0], after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
+                found = _end_step(moves, steps, found, GRASP, locations + o)
+    return found
+
+
+@bare_kernel
+def _slot_at(moves: Moves, digits: np.ndarray, location: Integer) -> Integer:
+    """Return the slot of a location into which an object is put."""
+    slots, bounds = digits[1 : 1 + moves.movable.shape[0]], moves.first_slot[location : location + 2]
+    return free_slot(slots, bounds[0], bounds[1])
+
+
+@bare_kernel
+def _copy(source: np.ndarray, target: np.ndarray) -> None:
+    for d in range(source.shape[0]):
+        target[d] = source[d]
+
+
+@bare_kernel
+def _end_step(moves: Moves, steps: Steps, k: Integer, kind: Integer, action: Integer) -> Integer:
+    """Write an action's number and price, replace its state by the canonical one, and return k + 1."""
+    hands = moves.over.shape[0]
+    steps.actions[k] = action
+    steps.prices[k] = (kind * hands + steps.before[0]) * hands + steps.digits[k, 0]
+    standardize(moves, steps.digits[k])
+    return k + 1
+
+
+@kernel
+def canonical(moves: Moves, state: Integer) -> Integer:
+    """Return the canonical state of a state."""
+    digits = np.empty(moves.radices.shape[0], dtype=np.int64)
+    unpack(moves, state, digits)
+    standardize(moves, digits)
+    return pack(moves, digits)
+
+
+@kernel
+def expand(moves: Moves, states: np.ndarray, steps: Steps) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the actions of N states, E in all.
+
+    Args:
+        moves: the model.
+        states: (N,) int64.
+        steps: scratch.
+
+    Returns:
+        (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; and (E,) int32, their
+        numbers and prices, as in `Steps`.
+    """
+    most = states.shape[0] * steps.actions.shape[0]
+    counts, targets = np.empty(states.shape[0], dtype=np.int64), np.empty(most, dtype=np.int64)
+    actions, prices = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.int32)
+    end = 0
+    for n in range(states.shape[0]):
+        counts[n] = write_steps(moves, states[n], steps)
+        for k in range(counts[n]):
+            targets[end] = pack(moves, steps.digits[k])
+            actions[end], prices[end] = steps.actions[k], steps.prices[k]
+            end += 1
+    return counts, targets[:end].copy(), actions[:end].copy(), prices[:end].copy()
