@@ -9,5 +9,5 @@ From a table of a scenario file to a label key, a preference has three forms:
 | `objective.PreferenceObjective`             | `problem.Problem`  | the cost that it is about, and units            |
 
 An `Expression` is parsed to a tree (`expression`) and taken apart into terms for which the search has entries
-(`decomposition`); of what is left as a single term, the contract is shown, or declared and tested (`contracts`).
+(`analysis`); of what is left as a single term, the contract is shown, or declared and tested (`contracts`).
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import math
 import operator
 import re
 import warnings
@@ -11,19 +10,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 from prefplan.errors import PreferenceError, choices
-from prefplan.exact_costs import common_unit
+from prefplan.exact_costs import common_unit, to_number
+
+T = TypeVar("T")
 
 FUNCTIONS = ("min", "max", "abs")
 
-_ARITHMETIC: dict[str, Callable[..., Any]] = {
+ARITHMETIC: dict[str, Callable[..., Any]] = {
     "+": operator.add,
     "-": operator.sub,
     "*": operator.mul,
     "/": operator.truediv,
     "abs": abs,
+    "min": lambda *values: min(values),
+    "max": lambda *values: max(values),
 }
 
 
@@ -57,34 +60,48 @@ def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Tree:
     """Read an expression over the costs (or violation costs) of tasks.
 
     Raises:
-        PreferenceError: for a syntax error (with the column), an unknown task or function, or a divisor that can be
-            zero.
+        PreferenceError: for a syntax error (with the column), or an unknown task or function.
     """
-    tree = _Reader(text, tasks, violation).read()
-    _check_divisors(tree, tasks)
-    return tree
+    return _Reader(text, tasks, violation).read()
+
+
+def fold(
+    tree: Tree, constant: Callable[[Fraction], T], variable: Callable[[Variable], T], operation: Callable[..., T]
+) -> T:
+    """Return what an expression becomes from its leaves up.
+
+    Args:
+        tree: the expression.
+        constant: what a number becomes.
+        variable: what a variable becomes.
+        operation: what an operation becomes, given its name and what its operands became.
+    """
+    if isinstance(tree, Constant):
+        return constant(tree.value)
+    if isinstance(tree, Variable):
+        return variable(tree)
+    return operation(tree.name, *[fold(operand, constant, variable, operation) for operand in tree.operands])
 
 
 def evaluate(tree: Tree, costs: Sequence[Any], violations: Sequence[Any]) -> Any:
     """Return the value of an expression, in the arithmetic of its arguments (fractions stay exact)."""
-    match tree:
-        case Constant(value):
-            return value
-        case Variable(task, violation):
-            return violations[task] if violation else costs[task]
-        case Operation(name, operands):
-            values = [evaluate(operand, costs, violations) for operand in operands]
-            return max(values) if name == "max" else min(values) if name == "min" else _ARITHMETIC[name](*values)
-    raise AssertionError(tree)
+    return fold(
+        tree,
+        lambda value: value,
+        lambda variable: (violations if variable.violation else costs)[variable.task],
+        lambda name, *values: ARITHMETIC[name](*values),
+    )
 
 
 def variables(tree: Tree) -> frozenset[Variable]:
     """Return the variables of an expression."""
-    if isinstance(tree, Variable):
-        return frozenset({tree})
-    if isinstance(tree, Operation):
-        return frozenset().union(*map(variables, tree.operands))
-    return frozenset()
+    none = frozenset[Variable]()
+    return fold(tree, lambda _: none, lambda variable: frozenset({variable}), lambda _, *sets: none.union(*sets))
+
+
+def divides(tree: Tree) -> bool:
+    """Return whether an expression has a division."""
+    return fold(tree, lambda _: False, lambda _: False, lambda name, *parts: name == "/" or any(parts))
 
 
 def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
@@ -93,19 +110,15 @@ def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]
     Without a division all its constants are whole, so that its values are, too. `cost` and `price` are the units of
     costs and of violation costs.
     """
-    match tree:
-        case Constant(value):
-            return Constant(Fraction(1)), value
-        case Variable(_, violation):
-            return tree, price if violation else cost
-        case Operation(name, operands):
-            parts = [scaled(operand, cost, price) for operand in operands]
-            if name in ("*", "/"):
-                (a, by), (b, factor) = parts
-                return Operation(name, (a, b)), by * factor if name == "*" else by / factor
-            unit = common_unit([factor for _, factor in parts])
-            return Operation(name, tuple(_times_constant(part, factor / unit) for part, factor in parts)), unit
-    raise AssertionError(tree)
+    if isinstance(tree, Constant):
+        return Constant(Fraction(1)), tree.value
+    if isinstance(tree, Variable):
+        return tree, price if tree.violation else cost
+    parts, factors = zip(*[scaled(operand, cost, price) for operand in tree.operands], strict=True)
+    if tree.name in ("*", "/"):
+        return Operation(tree.name, parts), ARITHMETIC[tree.name](*factors)
+    unit = common_unit(factors)
+    return Operation(tree.name, tuple(map(_times_constant, parts, (factor / unit for factor in factors)))), unit
 
 
 def _times_constant(tree: Tree, factor: Fraction) -> Tree:
@@ -114,124 +127,13 @@ def _times_constant(tree: Tree, factor: Fraction) -> Tree:
     return tree if factor == 1 else Operation("*", (Constant(factor), tree))
 
 
-def divides(tree: Tree) -> bool:
-    """Return whether an expression has a division."""
-    return isinstance(tree, Operation) and (tree.name == "/" or any(map(divides, tree.operands)))
-
-
-@dataclass(frozen=True)
-class Shape:
-    """Properties of an expression for all costs >= 0.
-
-    Attributes:
-        low, high: bounds of its values, exact or infinite.
-        rising: whether it never falls in any variable.
-        falling: whether it never rises in any variable.
-    """
-
-    low: Fraction | float
-    high: Fraction | float
-    rising: bool
-    falling: bool
-
-
-def shape(tree: Tree) -> Shape:
-    """Return bounds and monotonicity of an expression, by interval arithmetic."""
-    match tree:
-        case Constant(value):
-            return Shape(value, value, True, True)
-        case Variable():
-            return Shape(Fraction(0), math.inf, True, False)
-        case Operation(name, operands):
-            parts = [shape(operand) for operand in operands]
-            if name in ("min", "max"):
-                pick = min if name == "min" else max
-                return Shape(
-                    pick(p.low for p in parts),
-                    pick(p.high for p in parts),
-                    all(p.rising for p in parts),
-                    all(p.falling for p in parts),
-                )
-            if name == "abs":
-                return _absolute(parts[0])
-            return _binary(name, *parts)
-    raise AssertionError(tree)
-
-
-def _negated(a: Shape) -> Shape:
-    return Shape(-a.high, -a.low, a.falling, a.rising)
-
-
-def _absolute(a: Shape) -> Shape:
-    if a.low >= 0:
-        return a
-    if a.high <= 0:
-        return _negated(a)
-    return Shape(Fraction(0), max(-a.low, a.high), False, False)
-
-
-def _binary(name: str, a: Shape, b: Shape) -> Shape:
-    match name:
-        case "+":
-            return Shape(_sum(a.low, b.low), _sum(a.high, b.high), a.rising and b.rising, a.falling and b.falling)
-        case "-":
-            return _binary("+", a, _negated(b))
-        case "/":
-            if b.low <= 0:
-                b = _negated(b)
-                a = _negated(a)
-            inverse = Shape(
-                1 / b.high if b.high < math.inf else Fraction(0), 1 / b.low if b.low else math.inf, b.falling, b.rising
-            )
-            return _binary("*", a, inverse)
-    for one, other in ((a, b), (b, a)):
-        if one.high <= 0 and one.low < 0:
-            return _negated(_binary("*", _negated(one), other))
-    corners = [_times(x, y) for x in (a.low, a.high) for y in (b.low, b.high)]
-    if a.low >= 0 and b.low >= 0:
-        return Shape(min(corners), max(corners), a.rising and b.rising, a.falling and b.falling)
-    constant, other = (a, b) if a.low == a.high else (b, a)
-    if constant.low == constant.high:
-        return Shape(min(corners), max(corners), other.rising, other.falling)
-    return Shape(min(corners), max(corners), False, False)
-
-
-def _sum(x: Fraction | float, y: Fraction | float) -> Fraction | float:
-    # A fraction is converted to a float to be added to infinity, for which it may be too large.
-    return x if abs(x) == math.inf else y if abs(y) == math.inf else x + y
-
-
-def _times(x: Fraction | float, y: Fraction | float) -> Fraction | float:
-    if x == 0 or y == 0:
-        return Fraction(0)
-    if math.inf in (abs(x), abs(y)):
-        return math.inf if (x > 0) == (y > 0) else -math.inf
-    return x * y
-
-
-def _check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
-    if isinstance(tree, Operation):
-        for operand in tree.operands:
-            _check_divisors(operand, tasks)
-        if tree.name == "/":
-            divisor = shape(tree.operands[1])
-            if divisor.low <= 0 <= divisor.high:
-                raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
-
-
 def to_text(tree: Tree, tasks: Sequence[str]) -> str:
     """Return an expression as text."""
-    match tree:
-        case Constant(value):
-            return str(value.numerator) if value.denominator == 1 else str(float(value))
-        case Variable(task):
-            return tasks[task]
-        case Operation(name, operands):
-            parts = [to_text(operand, tasks) for operand in operands]
-            if name in FUNCTIONS:
-                return f"{name}({', '.join(parts)})"
-            return f"({parts[0]} {name} {parts[1]})"
-    raise AssertionError(tree)
+
+    def combine(name: str, *parts: str) -> str:
+        return f"{name}({', '.join(parts)})" if name in FUNCTIONS else f"({parts[0]} {name} {parts[1]})"
+
+    return fold(tree, lambda value: str(to_number(value)), lambda variable: tasks[variable.task], combine)
 
 
 _TOKEN = re.compile(r"\w+|\S")
@@ -259,8 +161,8 @@ class _Reader:
     def read(self) -> Tree:
         if len(_TOKEN.findall(self.text)) > _LENGTH:
             raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
-        if found := _FOREIGN.search(self.text):
-            raise self.foreign(found[0], found.start())
+        if foreign := _FOREIGN.search(self.text):
+            raise self.foreign(foreign[0], foreign.start())
         # The name of a task may be a keyword of Python, such as `pass`.
         masked = _NAME.sub(lambda name: "_" * len(name[0]), self.text)
         try:
@@ -288,12 +190,12 @@ class _Reader:
                 return Operation("-", (Constant(Fraction(0)), self.convert(operand)))
             case ast.BinOp(left, symbol, right) if type(symbol) in _SYMBOLS:
                 return Operation(_SYMBOLS[type(symbol)], (self.convert(left), self.convert(right)))
-            case ast.Call(ast.Name() as called, operands, []):
+            case ast.Call(ast.Name() as called, arguments, []):
                 name = self.text[called.col_offset : called.end_col_offset]
                 if name not in FUNCTIONS:
                     raise self.error(f"function {name!r} is not allowed {choices(name, FUNCTIONS)}", node.col_offset)
-                if not operands or (name == "abs" and len(operands) > 1):
+                if not arguments or (name == "abs" and len(arguments) > 1):
                     wanted = "one argument" if name == "abs" else "at least one argument"
-                    raise self.error(f"{name} takes {wanted}, not {len(operands)}", node.col_offset)
-                return Operation(name, tuple(map(self.convert, operands)))
+                    raise self.error(f"{name} takes {wanted}, not {len(arguments)}", node.col_offset)
+                return Operation(name, tuple(map(self.convert, arguments)))
         raise self.foreign(part, node.col_offset)

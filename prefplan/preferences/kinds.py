@@ -13,9 +13,9 @@ from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
+from prefplan.preferences.analysis import check_divisors, decompose, shape
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
-from prefplan.preferences.decomposition import decompose
-from prefplan.preferences.expression import Constant, Operation, Variable, parse, shape
+from prefplan.preferences.expression import Constant, Operation, Variable, parse
 from prefplan.preferences.terms import (
     Maximum,
     OpaqueTerm,
@@ -179,6 +179,7 @@ class Expression:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
         names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
         tree = parse(self.expression, names, violation=_over_violation(self.over))
+        check_divisors(tree, names)
         outline, summands = shape(tree), decompose(tree, count)
         shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown

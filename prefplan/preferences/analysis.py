@@ -1,14 +1,119 @@
-"""Decomposition of an expression over task costs into a sum of terms."""
+"""What can be shown of an expression over task costs: bounds, monotonicity, and terms of which it is the sum."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from prefplan.preferences.expression import Constant, Operation, Tree, Variable
+from prefplan.errors import PreferenceError
+from prefplan.preferences.expression import ARITHMETIC, Constant, Operation, Tree, Variable, fold, to_text
 from prefplan.preferences.terms import Maximum, SpreadRate, Tardiness, Term, Violation, WeightedRate
 
 _ONE = Constant(Fraction(1))
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Properties of an expression for all costs >= 0.
+
+    Attributes:
+        low, high: bounds of its values, exact or infinite.
+        rising: whether it never falls in any variable.
+        falling: whether it never rises in any variable.
+    """
+
+    low: Fraction | float
+    high: Fraction | float
+    rising: bool
+    falling: bool
+
+    def __neg__(self) -> Shape:
+        """Return the shape of the negative."""
+        return Shape(-self.high, -self.low, self.falling, self.rising)
+
+    def __add__(self, other: Shape) -> Shape:
+        """Return the shape of the sum."""
+        low, high = _sum(self.low, other.low), _sum(self.high, other.high)
+        return Shape(low, high, self.rising and other.rising, self.falling and other.falling)
+
+    def __sub__(self, other: Shape) -> Shape:
+        """Return the shape of the difference."""
+        return self + -other
+
+    def __mul__(self, other: Shape) -> Shape:
+        """Return the shape of the product."""
+        if self.high <= 0 and self.low < 0:
+            return -(-self * other)
+        if other.high <= 0 and other.low < 0:
+            return -(self * -other)
+        corners = [_times(x, y) for x in (self.low, self.high) for y in (other.low, other.high)]
+        rising = falling = False
+        if self.low >= 0 and other.low >= 0:
+            rising, falling = self.rising and other.rising, self.falling and other.falling
+        elif self.low == self.high:
+            rising, falling = other.rising, other.falling
+        elif other.low == other.high:
+            rising, falling = self.rising, self.falling
+        return Shape(min(corners), max(corners), rising, falling)
+
+    def __truediv__(self, other: Shape) -> Shape:
+        """Return the shape of the quotient; the divisor is never 0."""
+        if other.low <= 0:
+            return -self / -other
+        low = 1 / other.high if other.high < math.inf else Fraction(0)
+        return self * Shape(low, 1 / other.low, other.falling, other.rising)
+
+    def __abs__(self) -> Shape:
+        """Return the shape of the absolute value."""
+        if self.low >= 0:
+            return self
+        if self.high <= 0:
+            return -self
+        return Shape(Fraction(0), max(-self.low, self.high), False, False)
+
+
+def shape(tree: Tree) -> Shape:
+    """Return bounds and monotonicity of an expression, by interval arithmetic."""
+
+    def combine(name: str, *parts: Shape) -> Shape:
+        function = ARITHMETIC[name]
+        if name not in ("min", "max"):
+            return function(*parts)
+        low, high = function(*(p.low for p in parts)), function(*(p.high for p in parts))
+        return Shape(low, high, all(p.rising for p in parts), all(p.falling for p in parts))
+
+    return fold(
+        tree,
+        lambda value: Shape(value, value, True, True),
+        lambda _: Shape(Fraction(0), math.inf, True, False),
+        combine,
+    )
+
+
+def _sum(x: Fraction | float, y: Fraction | float) -> Fraction | float:
+    # A fraction is converted to a float to be added to infinity, for which it may be too large.
+    return x if abs(x) == math.inf else y if abs(y) == math.inf else x + y
+
+
+def _times(x: Fraction | float, y: Fraction | float) -> Fraction | float:
+    if x == 0 or y == 0:
+        return Fraction(0)
+    if math.inf in (abs(x), abs(y)):
+        return math.inf if (x > 0) == (y > 0) else -math.inf
+    return x * y
+
+
+def check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
+    """Raise PreferenceError if an expression divides by what can be zero."""
+    if isinstance(tree, Operation):
+        for operand in tree.operands:
+            check_divisors(operand, tasks)
+        if tree.name == "/":
+            divisor = shape(tree.operands[1])
+            if divisor.low <= 0 <= divisor.high:
+                raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
 
 
 def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
