@@ -9,9 +9,9 @@ from functools import cached_property
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.dfa import Automaton, first_accepted, is_idempotent
+from prefplan.logic.dfa import Automaton, first_accepted
 from prefplan.logic.formula import propositions_of
-from prefplan.logic.tasks import Rule, Task, named_formulas, rule_monitor, task_automaton
+from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
 from prefplan.models.past import Past
 from prefplan.models.system import System
@@ -100,11 +100,8 @@ class Problem:
             past=past,
         )
         self._check_number()
-        taken = [*self.names, *(rule.name for rule in self.rules)]
-        automata = [task_automaton(task, f"tasks[{i}]", taken[:i]) for i, task in enumerate(self.tasks)]
-        last = len(self.tasks)
-        monitors = [rule_monitor(rule, f"rules[{i}]", taken[: last + i]) for i, rule in enumerate(self.rules)]
-        self.__dict__.update(automata=tuple(automata), monitors=tuple(monitors))
+        self.__dict__["automata"] = checked_automata(self.tasks, "tasks")
+        self.__dict__["monitors"] = checked_automata(self.rules, "rules", self.names)
         labels = labels_of("task", [(f"tasks[{i}]", task.name, task.label) for i, task in enumerate(self.tasks)])
         self.__dict__["display"] = replace(system.display, tasks=labels)
         check_objective_names(named, self.cost_names)
@@ -181,12 +178,12 @@ class Problem:
     def stutter_invariant(self) -> bool:
         """Whether leaving out an action that changes no proposition of the tasks never makes a plan worse.
 
-        That is so if all automata are idempotent, no task can be relaxed, and no preference has a general contract.
+        That is so if no formula counts steps, no task can be relaxed, and no preference has a general contract.
         """
         general = any(measure.contract == "general" for measure in self._measures)
         if general or any(task.relax for task in self.tasks):
             return False
-        return all(map(is_idempotent, (*self.automata, *self.monitors)))
+        return all(dfa.stutter_invariant for dfa in (*self.automata, *self.monitors))
 
     def over(self, system: System, tasks: Sequence[int] | None = None) -> Problem:
         """Return the problem over another system with the same propositions for the tasks, in the same units.

@@ -24,7 +24,6 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.projections import Projections, no_projections
-from prefplan.logic.dfa import is_idempotent
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.cost_matrix import cost_matrices
@@ -250,7 +249,7 @@ class Projected:
     def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
         problem = self.product.problem
         system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
-        if not all(is_idempotent(problem.automata[i]) for i in found.tasks):
+        if not all(problem.automata[i].stutter_invariant for i in found.tasks):
             system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
         backward = Backward(product, view(product, whole_graph(product)))

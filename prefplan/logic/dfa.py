@@ -22,19 +22,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, reduce
-from itertools import chain, combinations
 
 from prefplan.errors import FormulaError
 from prefplan.limits import check_limits
-from prefplan.logic.formula import And, BoundedRelease, Formula, Literal, Or, Truth, Until, later, propositions_of
+from prefplan.logic.formula import (
+    And,
+    BoundedRelease,
+    Formula,
+    Literal,
+    Or,
+    Truth,
+    Until,
+    counts_steps,
+    later,
+    propositions_of,
+)
 from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
 from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
 """Progression stops at this many states: the construction is doubly exponential in the worst case."""
-
-READINGS_TRIED = 2**14
-"""Most pairs of a state and a label for which idempotence is decided."""
 
 Antichain = frozenset[frozenset[int]]
 """Sets of obligations, each a number of a subformula."""
@@ -55,6 +62,7 @@ class Automaton:
         transitions: delta, by state: a decision diagram with states at its leaves.
         accepting: F: the one absorbing state in which the task is satisfied, or None if there is no good prefix.
         dead: the one absorbing state from which the task can no longer be satisfied, or None.
+        stutter_invariant: whether the formula counts no steps, so that reading a label once more changes nothing.
     """
 
     text: str
@@ -62,6 +70,7 @@ class Automaton:
     transitions: tuple[Diagram, ...]
     accepting: int | None
     dead: int | None
+    stutter_invariant: bool
 
     @property
     def size(self) -> int:
@@ -87,22 +96,6 @@ def first_accepted(dfa: Automaton, labels: Iterable[frozenset[str]]) -> int | No
     return None
 
 
-def is_idempotent(dfa: Automaton) -> bool:
-    """Return whether reading any label twice is the same as once; False also if there are too many labels to try.
-
-    If so, the automaton's language is closed under stuttering, as that of every formula without X and bounds is.
-    """
-    if dfa.size << len(dfa.propositions) > READINGS_TRIED:
-        return False
-    sizes = range(len(dfa.propositions) + 1)
-    labels = map(frozenset, chain.from_iterable(combinations(dfa.propositions, k) for k in sizes))
-    return all(
-        dfa.step(after, label) == after
-        for label in labels
-        for after in {dfa.step(state, label) for state in range(dfa.size)}
-    )
-
-
 def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     """Return the minimal DFA that accepts exactly the good prefixes of a co-safe formula.
 
@@ -121,7 +114,8 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     merged, classes = _minimise(transitions, satisfied, diagrams)
     accepting = None if goal is None else classes[goal]
     dead = next((state for state, diagram in enumerate(merged) if diagram == state != accepting), None)
-    return Automaton(text, tuple(sorted(propositions_of(tree))), tuple(merged), accepting, dead)
+    names = tuple(sorted(propositions_of(tree)))
+    return Automaton(text, names, tuple(merged), accepting, dead, not counts_steps(tree))
 
 
 class _Obligations:

@@ -103,6 +103,12 @@ def is_temporal(formula: Formula) -> bool:
     return isinstance(formula, Until | BoundedRelease) or any(map(is_temporal, operands_of(formula)))
 
 
+def counts_steps(formula: Formula) -> bool:
+    """Return whether a formula has an operator with a bound."""
+    bounded = isinstance(formula, Until | BoundedRelease) and (formula.low, formula.high) != (0, None)
+    return bounded or any(map(counts_steps, operands_of(formula)))
+
+
 def propositions_of(formula: Formula) -> frozenset[str]:
     """Return the names of the atomic propositions in a formula."""
     if isinstance(formula, Literal):

@@ -100,34 +100,19 @@ def leaf(diagram: Diagram, label: frozenset[str]) -> Any:
     return diagram
 
 
-def both(branch: Branch) -> tuple[Diagram, Diagram]:
-    """Return the children of a branch, true before false."""
-    return branch.high, branch.low
-
-
-def upwards(diagram: Diagram, below: Callable[[Branch], tuple[Diagram, Diagram]] = both) -> Iterator[Diagram]:
-    """Yield every node of a diagram once, after all its descendants.
-
-    Args:
-        diagram: the diagram.
-        below: the children of a branch to visit, in order; both may be the same.
-    """
-    done: set[Diagram] = set()
+def upwards(diagram: Diagram) -> list[Diagram]:
+    """Return every node of a diagram once, each after all its descendants, those where it is true first."""
+    nodes: dict[Diagram, None] = {}
     pending = [diagram]
     while pending:
         d = pending[-1]
-        if isinstance(d, Branch):
-            first, second = below(d)
-            if first not in done:
-                pending.append(first)
-                continue
-            if second not in done:
-                pending.append(second)
-                continue
-        if d not in done:
-            done.add(d)
-            yield d
-        pending.pop()
+        if isinstance(d, Branch) and d.high not in nodes:
+            pending.append(d.high)
+        elif isinstance(d, Branch) and d.low not in nodes:
+            pending.append(d.low)
+        else:
+            nodes[pending.pop()] = None
+    return list(nodes)
 
 
 def leaves(diagram: Diagram) -> list[Any]:
@@ -150,24 +135,19 @@ def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str
         label: the label.
         offers: propositions, not in the label, that may be added, each with its price and the number of the offer.
     """
+    cheapest: dict[Diagram, Price] = {diagram: (0, 0, ())}
 
-    def read(branch: Branch) -> tuple[Diagram, Diagram]:
-        free = branch.high if branch.name in label else branch.low
-        return (branch.high if branch.name in offers else free), free
+    def reach(node: Diagram, price: Price) -> None:
+        cheapest[node] = min(price, cheapest.get(node, price))
 
-    cheapest: dict[Diagram, dict[Any, Price]] = {}
-    for d in upwards(diagram, read):
-        if not isinstance(d, Branch):
-            cheapest[d] = {d: (0, 0, ())}
-            continue
-        cheapest[d] = cheapest[read(d)[1]]
-        if d.name in offers:
-            price, offer = offers[d.name]
-            cheapest[d] = dict(cheapest[d])
-            for end, (total, count, taken) in cheapest[d.high].items():
-                dearer = (total + price, count + 1, tuple(sorted((*taken, offer))))
-                cheapest[d][end] = min(cheapest[d].get(end, dearer), dearer)
-    return cheapest[diagram]
+    for d in reversed(upwards(diagram)):
+        if isinstance(d, Branch) and d in cheapest:
+            total, count, taken = cheapest.pop(d)
+            reach(d.high if d.name in label else d.low, (total, count, taken))
+            if d.name in offers:
+                price, offer = offers[d.name]
+                reach(d.high, (total + price, count + 1, tuple(sorted((*taken, offer)))))
+    return cheapest
 
 
 def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, TypeVar
 
@@ -71,6 +71,15 @@ class Task:
         """
         return parse(self.formula, propositions=self.propositions)
 
+    @property
+    def automaton(self) -> Automaton:
+        """The minimal DFA of its good prefixes.
+
+        Raises:
+            FormulaError: as in `tree`, or the automaton would be too large.
+        """
+        return automaton(self.tree, text=self.formula)
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -100,11 +109,11 @@ class Rule:
         return parse_rule(self.formula, propositions=self.propositions)
 
     @property
-    def monitor(self) -> Automaton:
-        """The DFA of its bad prefixes.
+    def automaton(self) -> Automaton:
+        """The minimal DFA of its bad prefixes.
 
         Raises:
-            FormulaError: as in `broken`.
+            FormulaError: as in `broken`, or the automaton would be too large.
         """
         return automaton(self.broken, text=self.formula)
 
@@ -113,7 +122,7 @@ class Possible(Rule):
     """The rule that a plan leaves a co-safe formula satisfiable: its bad prefixes are those of the formula."""
 
     @property
-    def monitor(self) -> Automaton:
+    def automaton(self) -> Automaton:
         """The DFA of its bad prefixes: that of the formula, with accepting and dead state exchanged."""
         dfa = automaton(parse(self.formula, propositions=self.propositions), text=self.formula)
         return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
@@ -149,47 +158,43 @@ def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named]
     return formulas
 
 
-def task_automaton(task: Task, where: str, taken: Collection[str]) -> Automaton:
-    """Check a task's name and relaxations, and return its automaton.
+def checked_automata(given: Sequence[Task | Rule], key: str, taken: Collection[str] = ()) -> tuple[Automaton, ...]:
+    """Check the names, formulas and prices of tasks or rules, and return their automata.
 
     Args:
-        task: the task.
-        where: its key, for messages.
+        given: the tasks or rules.
+        key: the name of the argument, for messages.
         taken: names already in use.
 
     Raises:
-        PrefplanError: its name, formula or a relaxation is invalid; the message begins with the key.
+        PrefplanError: a name, formula or relaxation is invalid; the message begins with the key.
     """
-    _check_name(f"{where}.name", task.name, taken)
-    with prefixed(f"{where}.formula: ", FormulaError):
-        dfa = automaton(task.tree, text=task.formula)
+    automata, taken = [], {*taken}
+    for i, one in enumerate(given):
+        where = f"{key}[{i}]"
+        check_names([one.name], where=f"{where}.name")
+        if one.name in ("min", "max", "abs"):
+            raise PrefplanError(f"{where}.name: {one.name!r} is a reserved word (min max abs)")
+        if one.name in taken:
+            raise PrefplanError(f"{where}.name: {one.name!r} is used twice")
+        taken.add(one.name)
+        with prefixed(f"{where}.formula: ", FormulaError):
+            automata.append(one.automaton)
+        if isinstance(one, Task):
+            _check_relaxations(one, where)
+        _check_price(f"{where}.skip", one.skip)
+    return tuple(automata)
+
+
+def _check_relaxations(task: Task, where: str) -> None:
     names = sorted(task.propositions or ())
     for k, relaxation in enumerate(task.relax):
         at = f"{where}.relax[{k}]"
         check_known(f"{at}.assume", "proposition", relaxation.assume, names, PrefplanError)
         with prefixed(f"{at}.when: ", FormulaError):
-            condition = parse(relaxation.when, propositions=names, temporal=False)
-            if is_temporal(condition):
+            if is_temporal(parse(relaxation.when, propositions=names, temporal=False)):
                 raise FormulaError(f"'{relaxation.when}' has a temporal operator")
         _check_price(f"{at}.cost", relaxation.cost)
-    _check_price(f"{where}.skip", task.skip)
-    return dfa
-
-
-def rule_monitor(rule: Rule, where: str, taken: Collection[str]) -> Automaton:
-    """Check a rule's name and price, and return its monitor; arguments and errors as in `task_automaton`."""
-    _check_name(f"{where}.name", rule.name, taken)
-    _check_price(f"{where}.skip", rule.skip)
-    with prefixed(f"{where}.formula: ", FormulaError):
-        return rule.monitor
-
-
-def _check_name(where: str, name: str, taken: Collection[str]) -> None:
-    check_names([name], where=where)
-    if name in ("min", "max", "abs"):
-        raise PrefplanError(f"{where}: {name!r} is a reserved word (min max abs)")
-    if name in taken:
-        raise PrefplanError(f"{where}: {name!r} is used twice")
 
 
 def _check_price(where: str, price: Number | None) -> None:
