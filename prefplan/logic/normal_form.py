@@ -8,8 +8,6 @@ from prefplan.errors import FormulaError
 from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until, joined
 from prefplan.logic.syntax import Part, error_at, one_line, read, split, unquoted
 
-_BEFORE, _TEMPORAL, _STRONG = ("!", "X", "F", "G"), ("X", "F", "U", "M"), {"W": "U", "R": "M"}
-
 MOST_PARTS = 20_000
 """Largest number of nodes of a normal form: each `<->` and `^` doubles its operands."""
 
@@ -161,7 +159,7 @@ def _task_instead(text: str, whole: Part, others: list[Part], error: _UnsafeErro
     """Return a formula near to one that is not co-safe; it need not be valid, and may be empty."""
 
     def words(part: Part, *, weak: bool = True) -> str:
-        return f"({part.text})" if weak and part.parts and part.sign not in _BEFORE else part.text
+        return f"({part.text})" if weak and part.parts and part.sign not in ("!", "X", "F", "G") else part.text
 
     part, operand = error.part, error.part.parts[-1]
     denied = part.sign == "F" and whole.sign == "!" and whole.parts[0] is part
@@ -170,12 +168,12 @@ def _task_instead(text: str, whole: Part, others: list[Part], error: _UnsafeErro
         if others:
             reached = others[0].parts[0] if len(others) == 1 and others[0].sign == "F" else None
             return f"{sign}{words(operand)} U {words(reached)}" if reached else " & ".join(map(words, others))
-        return sign + words(operand, weak=denied) if any(one in _TEMPORAL for one in _signs(operand)) else ""
+        return sign + words(operand, weak=denied) if any(one in ("X", "F", "U", "M") for one in _signs(operand)) else ""
     if not error.positive and part.sign != "F":
         return ""
     new = words(operand)
-    if part.sign in _STRONG:
-        new = f"{words(part.parts[0])} {_STRONG[part.sign]} {new}"
+    if part.sign in ("W", "R"):
+        new = f"{words(part.parts[0])} {'U' if part.sign == 'W' else 'M'} {new}"
     return text[: part.start] + new + text[part.end :]
 
 

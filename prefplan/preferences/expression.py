@@ -136,7 +136,6 @@ def to_text(tree: Tree, tasks: Sequence[str]) -> str:
     return fold(tree, lambda value: str(to_number(value)), lambda variable: tasks[variable.task], combine)
 
 
-_TOKEN = re.compile(r"\w+|\S")
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
 _NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _FOREIGN = re.compile(r"[^\w\s.+\-*/(),]", re.ASCII)
@@ -159,7 +158,7 @@ class _Reader:
         return self.error(f"{part!r} is not allowed (only + - * / min max abs, numbers, brackets, tasks)", column)
 
     def read(self) -> Tree:
-        if len(_TOKEN.findall(self.text)) > _LENGTH:
+        if len(re.findall(r"\w+|\S", self.text)) > _LENGTH:
             raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
         if foreign := _FOREIGN.search(self.text):
             raise self.foreign(foreign[0], foreign.start())

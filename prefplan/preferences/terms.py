@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -173,14 +174,14 @@ class OpaqueTerm:
     claimed: bool = False
     rules: int = 0
 
-    @property
+    @cached_property
     def costs(self) -> tuple[int, ...]:
         """The tasks whose cost matters."""
         if self.tree is None:
             return tuple(range(self.tasks))
         return tuple(sorted(v.task for v in variables(self.tree) if not v.violation))
 
-    @property
+    @cached_property
     def violations(self) -> tuple[int, ...]:
         """The tasks and rules whose violation cost matters."""
         if self.tree is None:
