@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.projections import Projections, no_projections
+from prefplan.heuristics.projections import Projections
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.cost_matrix import cost_matrices
@@ -37,7 +37,6 @@ from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
@@ -168,11 +167,11 @@ class Projected:
             found.append(joined)
         return sorted(found)
 
-    def projections(self) -> Projections:
-        """Return the projections that tables were made of."""
+    def projections(self) -> Projections | None:
+        """Return the projections that tables were made of, if any."""
         found = sorted(self._known.values(), key=lambda projection: projection.number)
         if not found:
-            return no_projections()
+            return None
         rows = [self._rows(projection) for projection in found]
         places = np.zeros((len(found), max(len(row[3]) for row in rows) + 1), dtype=np.int64)
         for m, row in enumerate(rows):
@@ -181,7 +180,11 @@ class Projected:
         first = np.cumsum([0, *map(len, tables)])[:-1]
         weights, slots, hands = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
         above = self._space.above.astype(np.int64)
-        return Projections(weights, slots, hands, places, above, first.astype(np.int64), np.concatenate(tables))
+        radices = np.array(self._space.radices, dtype=np.int64)
+        digits = radices, np.zeros_like(radices)
+        return Projections(
+            weights, slots, hands, places, above, *digits, first.astype(np.int64), np.concatenate(tables)
+        )
 
     def _projection(self, tasks: Sequence[int] | np.ndarray) -> _Projection:
         tasks = tuple(int(i) for i in tasks)
@@ -252,7 +255,7 @@ class Projected:
         if not all(problem.automata[i].stutter_invariant for i in found.tasks):
             system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
-        backward = Backward(product, view(product, whole_graph(product)))
+        backward = Backward(product, whole_graph(product))
         return backward.cost_to_go(np.arange(len(found.tasks)), factors)
 
     def _rows(self, found: _Projection) -> tuple[list[int], list[int], list[int], list[int]]:

@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import all_pairs_costs
+from prefplan.product.contraction import Graph, active_nodes, all_pairs_costs
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView, active_nodes
 
 
 class ReverseView(NamedTuple):
@@ -39,11 +38,11 @@ class ReverseView(NamedTuple):
     active: np.ndarray
 
 
-def reverse_view(product: Product, forward: ProductView) -> ReverseView:
+def reverse_view(product: Product, graph: Graph) -> ReverseView:
     """Return a product's reverse edges and automaton preimages."""
-    nodes = len(forward.classes)
-    source = np.repeat(np.arange(nodes, dtype=np.int32), np.diff(forward.offsets))
-    order = np.argsort(forward.targets, kind="stable")
+    nodes = graph.size
+    source = np.repeat(np.arange(nodes, dtype=np.int32), np.diff(graph.offsets))
+    order = np.argsort(graph.targets, kind="stable")
     tasks, most, labels = product.delta.shape
     first = np.zeros((tasks, most, labels + 1), dtype=np.int64)
     states: list[int] = []
@@ -60,17 +59,20 @@ def reverse_view(product: Product, forward: ProductView) -> ReverseView:
             for c in range(labels):
                 states += into[q][c]
                 first[i, q, c + 1] = len(states)
+    near, active = np.zeros((0, 0), dtype=np.int64), np.zeros((0, 0), dtype=bool)
+    if graph.contracted:
+        near, active = graph.near, active_nodes(product, graph)
     return ReverseView(
-        np.searchsorted(forward.targets[order], np.arange(nodes + 1)).astype(np.int64),
+        np.searchsorted(graph.targets[order], np.arange(nodes + 1)).astype(np.int64),
         source[order],
-        forward.costs[order],
-        forward.classes,
+        graph.costs[order],
+        graph.classes,
         first,
         np.array(states, dtype=np.int32),
         product.ends,
         product.sizes,
-        forward.near,
-        active_nodes(forward),
+        near,
+        active,
     )
 
 

@@ -20,10 +20,9 @@ from prefplan.heuristics.backward_dijkstra import (
 from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
 from prefplan.heuristics.monotone_sweep import fill_monotone, never_lose
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import all_pairs_costs
+from prefplan.product.contraction import Graph, all_pairs_costs
 from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView
 
 WATCHED_ENTRIES = 100_000
 """Limits and Ctrl-C can stop the filling of tables of at least this many entries; others take less than 0.1 s."""
@@ -41,11 +40,11 @@ class Backward:
         monotone: whether, in addition, reading a label never leads an automaton to a worse state (`never_lose`).
     """
 
-    def __init__(self, product: Product, forward: ProductView, *, sweep: bool = True) -> None:
-        """Take the product, and its view for the kernels; `sweep` as in `Options`."""
-        self.nodes, self.sizes, self.shift = len(forward.classes), product.sizes, forward.shift
-        self._product, self._forward = product, forward
-        self.stages = stages_of(product, forward) if sweep else None
+    def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
+        """Take the product, and the graph that it is searched over; `sweep` as in `Options`."""
+        self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
+        self._product, self._graph = product, graph
+        self.stages = stages_of(product, graph) if sweep else None
         self.monotone = self.stages is not None and never_lose(product)
 
     def tabulate(self, tasks: Sequence[int], table: np.ndarray) -> None:
@@ -68,7 +67,7 @@ class Backward:
     @cached_property
     def _least(self) -> np.ndarray:
         """(S, S) int64, least costs from node to node of a contracted graph."""
-        return all_pairs_costs(self._forward.near, np.ones(self.nodes, dtype=np.bool_))
+        return all_pairs_costs(self._graph.near, np.ones(self.nodes, dtype=np.bool_))
 
     def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return the least weighted cost until all of some tasks are satisfied or dropped.
@@ -112,14 +111,10 @@ class Backward:
         """Return about how many entries a table of some tasks has."""
         return self.nodes * math.prod(int(self.sizes[i]) for i in tasks)
 
-    def projection_of(self, tasks: Sequence[int]) -> int:
-        """Return the number of the projection in which tables of some tasks are: 0, as all are over the graph."""
-        return 0
-
     @cached_property
     def reverse(self) -> ReverseView:
         """The reverse of the product."""
-        return reverse_view(self._product, self._forward)
+        return reverse_view(self._product, self._graph)
 
 
 def enter_costs(costs: np.ndarray, table: np.ndarray) -> None:

@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.product.contraction import all_pairs_costs
+from prefplan.product.contraction import Graph, active_nodes, all_pairs_costs
 from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView, active_nodes
 
 
 class Stages(NamedTuple):
@@ -41,13 +40,13 @@ class Stages(NamedTuple):
     sizes: np.ndarray
 
 
-def stages_of(product: Product, forward: ProductView) -> Stages | None:
+def stages_of(product: Product, graph: Graph) -> Stages | None:
     """Return a product as stages, or None if an automaton has a cycle, a task is relaxed or nothing is contracted."""
     order = order_of_states(product.delta, product.sizes)
-    if not forward.macro or product.relaxed or not len(order):
+    if not graph.contracted or product.relaxed or not len(order):
         return None
-    active = active_nodes(forward)
-    return Stages(forward.near, forward.classes, active, product.delta, order, product.ends, product.sizes)
+    active = active_nodes(product, graph)
+    return Stages(graph.near, graph.classes, active, product.delta, order, product.ends, product.sizes)
 
 
 def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:

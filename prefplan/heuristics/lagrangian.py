@@ -50,22 +50,16 @@ class Lagrangian(NamedTuple):
     """A table over S nodes and N tasks of at most Q automaton states.
 
     Attributes:
-        weights: (3,) int64, the `Weights`; (0,) if there is no table.
+        weights: of cost and mu.
         first: (S,) int64, place: (S, N, Q) int64: entry = first[node] + sum_i place[node, i, q_i]; there is none where
             a place is -1.
         table: (E,) uint16, sums in units, cut off at LARGEST.
     """
 
-    weights: np.ndarray
+    weights: Weights
     first: np.ndarray
     place: np.ndarray
     table: np.ndarray
-
-
-def no_lagrangian() -> Lagrangian:
-    """Return no table: the bound 0."""
-    weights, first, place = (np.zeros(shape, dtype=np.int64) for shape in (0, 0, (0, 0, 0)))
-    return Lagrangian(weights, first, place, np.zeros(0, dtype=np.uint16))
 
 
 def entries_of(stages: Stages) -> int:
@@ -160,7 +154,7 @@ def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Wei
         kind=kind.reshape(-1).astype(np.int64),
     )
     run_within_limits(lambda stop: fill(sweep, table, stop))
-    return Lagrangian(np.array(weights, dtype=np.int64), first, places, table)
+    return Lagrangian(weights, first, places, table)
 
 
 def _bits(sets: np.ndarray) -> np.ndarray:
@@ -259,17 +253,18 @@ def _least_sums(
 
 
 @bare_kernel
-def lagrangian_bound(known: Lagrangian, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
+def lagrangian_bound(known: Lagrangian | None, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
     """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
-    if known.weights.shape[0] == 0:
+    if known is None:
         return np.int64(0)
     entry = known.first[node]
-    for i in range(automata.shape[0]):
+    for i in range(known.place.shape[1]):
         place = known.place[node, i, automata[i]]
         if place < 0:
             return np.int64(0)
         entry += place
-    total = np.int64(known.table[entry]) * known.weights[2]
-    if growth >= total // known.weights[1]:
+    weights = known.weights
+    total = np.int64(known.table[entry]) * weights.unit
+    if growth >= total // weights.mu:
         return np.int64(0)
-    return (total - known.weights[1] * growth + known.weights[0] - 1) // known.weights[0]
+    return (total - weights.mu * growth + weights.cost - 1) // weights.cost

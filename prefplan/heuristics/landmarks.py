@@ -18,10 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.product.contraction import all_pairs_costs
+from prefplan.product.contraction import Graph, all_pairs_costs
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView
 
 MOST_LANDMARKS = 62
 """Landmarks are bits of one machine word."""
@@ -67,22 +66,16 @@ class Degrees(NamedTuple):
     nearest: np.ndarray
 
 
-def no_landmarks() -> Landmarks:
-    """Return no sets: the bound 0."""
-    grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return Landmarks(grid, grid, grid, none, none, none, none)
-
-
-def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks:
+def landmarks(product: Product, graph: Graph) -> Landmarks | None:
     """Return the landmarks of a product; none unless its graph is contracted, or if costs are too large."""
-    if not view.macro or not product.starts:
-        return no_landmarks()
-    least = all_pairs_costs(view.near, np.ones(len(view.near), dtype=bool))
+    if not graph.contracted or not product.starts:
+        return None
+    least = all_pairs_costs(graph.near, np.ones(graph.size, dtype=bool))
     if ((least < INFINITE) & (least >= DISCONNECTED // SCALE)).any():
-        return no_landmarks()
-    remaining, sets = _sets(product, view)
+        return None
+    remaining, sets = _sets(product, graph)
     if not sets:
-        return no_landmarks()
+        return None
     costs = np.where(least < INFINITE, least * SCALE, DISCONNECTED)
     ahead = np.stack([costs[:, nodes].min(axis=1) for nodes in sets], axis=1)
     between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
@@ -92,7 +85,7 @@ def landmarks(product: Product, view: ProductView, start_node: int) -> Landmarks
     plain = Landmarks(remaining, between, ahead, scratch[0] * 0, nowhere[0], *scratch)
     codes = [start.automata[: len(remaining)] for start in product.starts]
     at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
-    return _priced(plain, sets, start_node, max(at_start, key=int.bit_count))
+    return _priced(plain, sets, graph.start, max(at_start, key=int.bit_count))
 
 
 def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> Landmarks:
@@ -106,11 +99,11 @@ def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> L
     return plain._replace(between=between, ahead=ahead, price=price, node_price=node_price)
 
 
-def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndarray]]:
+def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return (N, Q) the landmarks of each automaton's states as bits, and the nodes of each landmark."""
     tasks, most, labels = product.delta.shape
     met = np.zeros(labels, dtype=bool)
-    met[view.classes] = True
+    met[graph.classes] = True
     numbers: dict[bytes, int] = {}
     sets: list[np.ndarray] = []
     remaining = np.zeros((tasks, most), dtype=np.int64)
@@ -129,7 +122,7 @@ def _sets(product: Product, view: ProductView) -> tuple[np.ndarray, list[np.ndar
                     continue
                 if cut.tobytes() not in numbers and len(sets) < MOST_LANDMARKS:
                     numbers[cut.tobytes()] = len(sets)
-                    sets.append(np.flatnonzero(cut[view.classes]))
+                    sets.append(np.flatnonzero(cut[graph.classes]))
                 if cut.tobytes() in numbers:
                     remaining[i, q] |= 1 << numbers[cut.tobytes()]
     return remaining, sets
@@ -205,12 +198,12 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
 
 
 @bare_kernel
-def landmark_bound(marks: Landmarks, node: Integer, automata: np.ndarray) -> Integer:
+def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray) -> Integer:
     """Return a lower bound of the cost-to-go of a product state; `INFINITE` if not all landmarks can be visited."""
-    if marks.price.shape[0] == 0:
+    if marks is None:
         return np.int64(0)
     bits = np.int64(0)
-    for i in range(automata.shape[0]):
+    for i in range(marks.remaining.shape[0]):
         bits |= marks.remaining[i, automata[i]]
     if bits == 0:
         return np.int64(0)

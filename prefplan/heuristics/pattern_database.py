@@ -17,8 +17,8 @@ import numpy as np
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward, enter_costs
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
-from prefplan.heuristics.projections import Projections, projected
-from prefplan.heuristics.task_sets import TaskSets, joined_groups, no_task_sets, table_entry, task_sets
+from prefplan.heuristics.projections import Projections, place_of
+from prefplan.heuristics.task_sets import TaskSets, joined_groups, table_entry, task_sets
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
@@ -43,16 +43,13 @@ class Patterns(NamedTuple):
     Attributes:
         sets: the sets. base: (P,) int64, where the table of each begins.
         table: (entries,) int32, costs cut off at UNREACHABLE - 1, which keeps the bound consistent.
+        add_up: whether the bound is the sum of the entries, not the largest.
     """
 
     sets: TaskSets
     base: np.ndarray
     table: np.ndarray
-
-
-def no_patterns() -> Patterns:
-    """Return no tables: the bound 0, even in dead ends."""
-    return Patterns(no_task_sets(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32))
+    add_up: bool
 
 
 def levels_of_sets(
@@ -98,58 +95,61 @@ def _all_sets(tasks: int, k: int) -> list[tuple[int, ...]]:
 
 
 def patterns(backward: Backward, members: Sequence[tuple[int, ...]]) -> Patterns:
-    """Return the tables of some sets of tasks."""
-    return _filled(backward, members, backward.tabulate)
+    """Return the tables of some sets of tasks; without any the bound is 0, even in dead ends."""
+    return _filled(backward, members, backward.tabulate, add_up=False)
 
 
-def projected_patterns(backward: Projected) -> Patterns:
+def projected_patterns(backward: Projected, groups: Sequence[tuple[int, ...]]) -> Patterns:
     """Return tables whose entries may be added: every action's cost is counted in at most one of them."""
-    groups = backward.groups()
-    return _filled(backward, groups, lambda tasks, table: enter_costs(backward.shared_cost_to_go(tasks, groups), table))
+
+    def fill(tasks: tuple[int, ...], table: np.ndarray) -> None:
+        enter_costs(backward.shared_cost_to_go(tasks, groups), table)
+
+    return _filled(backward, groups, fill, add_up=True)
 
 
 def _filled(
     backward: Backward | Projected,
     members: Sequence[tuple[int, ...]],
     fill: Callable[[tuple[int, ...], np.ndarray], None],
+    *,
+    add_up: bool,
 ) -> Patterns:
     """Return the tables of some sets of tasks, given how to fill each."""
-    if not members:
-        return no_patterns()
     sets, entries = task_sets(backward, members)
     ends = np.cumsum(entries)
-    known = Patterns(sets, ends - entries, np.empty(ends[-1], dtype=np.int32))
-    for tasks, first, end in zip(members, known.base, ends, strict=True):
-        fill(tasks, known.table[first:end])
-    return known
+    table = np.empty(int(entries.sum()), dtype=np.int32)
+    for tasks, first, end in zip(members, ends - entries, ends, strict=True):
+        fill(tasks, table[first:end])
+    return Patterns(sets, ends - entries, table, add_up)
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
-    """Return tables of the costs times a weight: for weights above 1 not admissible, but they guide a search."""
+    """Return tables of the costs times a weight, to be added: they guide a search, and are not admissible."""
     entries = np.minimum((databases.table * weight).astype(np.int64), UNREACHABLE - 1)
-    return databases._replace(table=np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32))
+    table = np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32)
+    return databases._replace(table=table, add_up=True)
 
 
 @bare_kernel
-def added_bound(
-    databases: Patterns, projections: Projections, digits: np.ndarray, node: Integer, automata: np.ndarray
-) -> Integer:
+def added_bound(databases: Patterns, projections: Projections | None, node: Integer, automata: np.ndarray) -> Integer:
     """Return the sum of the entries of all tables, at most INFINITE."""
     bound = np.int64(0)
     for p in range(databases.base.shape[0]):
-        place = projected(projections, databases.sets.projection[p], digits, node)
+        place = place_of(projections, databases.sets.projection, p, node)
         bound = min(bound + _entry(databases, place, automata, p), np.int64(INFINITE))
     return bound
 
 
 @bare_kernel
 def raise_bound(
-    databases: Patterns, marks: Landmarks, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
+    databases: Patterns, marks: Landmarks | None, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
 ) -> Integer:
     """Raise h(p) by one table after the other until it exceeds a limit or none is left, and return it.
 
     The state's row `known` keeps the `COST_BOUND` so far, how many bounds were `LOOKED` up (the tables in order, then
-    the landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound.
+    the landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up
+    must have been looked up.
     """
     bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
     if looked == 0 and likely < tables:

@@ -18,8 +18,8 @@ import numpy as np
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import Patterns
-from prefplan.heuristics.projections import Projections, projected
-from prefplan.heuristics.task_sets import TaskSets, no_task_sets, table_entry, task_sets
+from prefplan.heuristics.projections import Projections, place_of
+from prefplan.heuristics.task_sets import TaskSets, table_entry, task_sets
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
@@ -52,10 +52,10 @@ class Blocks(NamedTuple):
     table: np.ndarray
 
 
-def no_blocks(tasks: int) -> Blocks:
+def no_blocks(backward: Backward | Projected) -> Blocks:
     """Return no tables: the bound 0."""
-    base, none = np.zeros((0, tasks + 1), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return Blocks(no_task_sets(), base, none, none)
+    base, none = np.zeros((0, len(backward.sizes) + 1), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    return Blocks(task_sets(backward, [])[0], base, none, none)
 
 
 def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
@@ -80,7 +80,7 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
             rates = tuple(measure.rates(done, frozenset(members), outside, factor).tolist())
             jobs.setdefault((members, rates), []).append(outside)
     if not any(any(rates) for _, rates in jobs):
-        return no_blocks(n)
+        return no_blocks(backward)
 
     def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
         members, rates = job
@@ -88,7 +88,7 @@ def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, k
         size = backward.nodes_of(members) * int(np.prod(backward.sizes[tasks]))
         if not any(rates):
             return np.zeros(size, dtype=np.int64)
-        if len(members) == 1 and known.sets.tasks.shape[1] == 1 and len(known.base):
+        if len(members) == 1 and known.sets.tasks.shape[1] == 1 and len(known.base) and not known.add_up:
             # For a single task, mu grows at one rate until the task is satisfied.
             cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
             growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
@@ -134,8 +134,7 @@ def block_entry(tables: Blocks, b: Integer, node: Integer, automata: np.ndarray,
 @bare_kernel
 def preference_bound(
     tables: Blocks,
-    projections: Projections,
-    digits: np.ndarray,
+    projections: Projections | None,
     node: Integer,
     automata: np.ndarray,
     satisfied: Integer,
@@ -143,7 +142,7 @@ def preference_bound(
     """Return a lower bound, at most INFINITE, of the growth of mu from a product state to the end."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
-        place = projected(projections, tables.sets.projection[b], digits, node)
+        place = place_of(projections, tables.sets.projection, b, node)
         entry = block_entry(tables, b, place, automata, satisfied)
         bound = min(bound + tables.table[entry], np.int64(INFINITE))
     return bound

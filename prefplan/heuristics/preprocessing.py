@@ -14,24 +14,23 @@ import numpy as np
 from prefplan.errors import LimitError
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.lagrangian import Lagrangian, entries_of, lagrangian_table, no_lagrangian, weights_for
-from prefplan.heuristics.landmarks import Landmarks, landmarks, no_landmarks
+from prefplan.heuristics.lagrangian import Lagrangian, entries_of, lagrangian_table, weights_for
+from prefplan.heuristics.landmarks import Landmarks, landmarks
 from prefplan.heuristics.pattern_database import (
     Patterns,
     count_entries,
     levels_of_sets,
-    no_patterns,
     patterns,
     projected_patterns,
     scaled,
 )
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
-from prefplan.heuristics.projections import Projections, no_projections
-from prefplan.product.contraction import contract, whole_graph
+from prefplan.heuristics.projections import Projections
+from prefplan.product.contraction import Graph, contract, whole_graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView, view
+from prefplan.product.space import space_of
 
 DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
 """Most entries of all tables that a long search for one plan may fill, without and with stages."""
@@ -94,26 +93,18 @@ class Bounds(NamedTuple):
     """Lower bounds.
 
     Attributes:
-        patterns: of the cost-to-go; the largest entry is the bound.
-        landmarks: of the cost-to-go.
-        added: of the cost-to-go; the sum of the entries is the bound.
+        patterns: of the cost-to-go.
         blocks: of mu's growth.
-        lagrangian: of the cost-to-go, where the growth of mu is limited.
-        projections: of the model, which the tables are over; none where its states are listed.
+        projections: of the model, which the tables are over; None where its states are listed.
+        landmarks: of the cost-to-go, if there are any yet.
+        lagrangian: of the cost-to-go, where the growth of mu is limited, if there is a table yet.
     """
 
     patterns: Patterns
-    landmarks: Landmarks
-    added: Patterns
     blocks: Blocks
-    lagrangian: Lagrangian
-    projections: Projections
-
-
-def no_bounds(tasks: int) -> Bounds:
-    """Return the bounds 0 for a number of tasks."""
-    none = no_patterns()
-    return Bounds(none, no_landmarks(), none, no_blocks(tasks), no_lagrangian(), no_projections())
+    projections: Projections | None = None
+    landmarks: Landmarks | None = None
+    lagrangian: Lagrangian | None = None
 
 
 def bytes_to_prepare(product: Product) -> float:
@@ -128,7 +119,7 @@ class Prepared:
     Attributes:
         product: what is searched.
         graph: the graph that it is searched over.
-        view: both as arrays for the kernels.
+        space: both as arrays for the kernels.
         bounds: of the cost-to-go and of mu's growth.
     """
 
@@ -157,9 +148,8 @@ class Prepared:
         listed = not isinstance(product, GeneratedProduct)
         contraction = options.contraction and listed and product.problem.measure.contract != "general"
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
-        self.view = view(product, self.graph)
-        require_64_bits(product, self.view, [self.view.costs])
-        self.bounds = no_bounds(len(product.sizes))
+        self.space = space_of(product, self.graph)
+        require_64_bits(product, self.graph, [self.graph.costs])
         if isinstance(product, GeneratedProduct):
             self._project(product)
         else:
@@ -167,26 +157,26 @@ class Prepared:
 
     def _look_back(self, *, single: bool) -> None:
         """Set the bounds of a product over a graph."""
-        backward = self._backward = Backward(self.product, self.view, sweep=self.options.sweep)
+        backward = self._backward = Backward(self.product, self.graph, sweep=self.options.sweep)
         wanted, most = self.options.heuristic, self._max_entries
         sets, *self._deeper = levels_of_sets(backward, wanted, single=single, max_entries=most)
         known = patterns(backward, sets)
         # Costs-to-go of all tasks together are exact.
         exact = any(len(members) == len(self.product.sizes) for members in sets)
         self._awaits_landmarks = self.options.landmarks and single and not exact
-        self.bounds = self.bounds._replace(patterns=known, blocks=self._growths(backward, known))
+        self.bounds = Bounds(known, self._growths(backward, known))
 
     def _project(self, product: GeneratedProduct) -> None:
         """Set the bounds of a model whose states are generated."""
         backward = Projected(product, self.options.apart_entries)
-        added = projected_patterns(backward) if self.options.heuristic != 0 else no_patterns()
-        growths = self._growths(backward, no_patterns())
-        self.bounds = self.bounds._replace(added=added, blocks=growths, projections=backward.projections())
+        known = projected_patterns(backward, backward.groups() if self.options.heuristic != 0 else [])
+        growths = self._growths(backward, known)
+        self.bounds = Bounds(known, growths, backward.projections())
 
     def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
         measure = self.product.problem.measure
         if not (self.options.preference_bound and measure.bi_objective):
-            return no_blocks(measure.tasks)
+            return no_blocks(backward)
         return blocks(backward, measure, self.product.units.factor, known)
 
     def guided(self, weight: float) -> Prepared:
@@ -195,12 +185,9 @@ class Prepared:
         The larger the weight, the sooner best-first search has a plan, and the dearer the plan may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
-        known = self.bounds.added if len(self.bounds.added.base) else self.bounds.patterns
         guided = copy(self)
         guided._deeper, guided._awaits_landmarks = (), False
-        guided.bounds = no_bounds(len(self.product.sizes))._replace(
-            added=scaled(known, weight), projections=self.bounds.projections
-        )
+        guided.bounds = self.bounds._replace(patterns=scaled(self.bounds.patterns, weight))
         return guided
 
     def tables_wait(self, *, cost_only: bool) -> float:
@@ -245,7 +232,7 @@ class Prepared:
         """Look for landmarks; the next time, fill tables of larger sets in place of the others."""
         if self._awaits_landmarks:
             self._awaits_landmarks = False
-            self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.view, self.graph.start))
+            self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
             return
         assert self._backward is not None
         sets, *self._deeper = self._deeper
@@ -259,7 +246,7 @@ class Prepared:
         if weights is None:
             return
         try:
-            table = lagrangian_table(self._backward.stages, self.product.rates, self.view.shift, weights)
+            table = lagrangian_table(self._backward.stages, self.product.rates, self.graph.shift, weights)
         except LimitError as error:
             if error.ended != "memory":
                 raise
@@ -272,24 +259,24 @@ class Prepared:
         known, tasks = self.bounds.patterns, len(self.product.sizes)
         automata = np.array(self.product.starts[0].automata)
         entries = known.base + self.graph.start + (known.sets.strides * automata[known.sets.tasks]).sum(axis=1)
-        largest = int(known.table[entries].max(initial=1)) >> self.view.shift
+        largest = int(known.table[entries].max(initial=1)) >> self.graph.shift
         return largest * max(1, tasks - known.sets.tasks.shape[1] + 1)
 
 
-def require_64_bits(product: Product, view: ProductView, costs: Sequence[np.ndarray]) -> None:
+def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:
     """Prove that what one step adds to a cost, or to a preference that counts in it, stays below 2^60.
 
     Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64.
 
     Args:
         product: what is searched.
-        view: the same as arrays for the kernels.
+        graph: the graph that it is searched over.
         costs: the first of the costs, or several, of its edges or actions.
 
     Raises:
         OverflowError: if that is not so.
     """
-    nodes = len(view.classes) if view.macro else 1
+    nodes = graph.size if graph.contracted else 1
     steps = [max(1, int(each.max(initial=0)) * nodes) for each in costs]
     skips = (dfa.skip or 0 for dfa in product.automata)
     price = max([1, *product.extra_price.tolist(), *skips, int(product.tolls.max(initial=0))])

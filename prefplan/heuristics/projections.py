@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.models.manipulation.successors import unpack
 from prefplan.product.kernels import Integer, bare_kernel
 
 
@@ -18,6 +19,7 @@ class Projections(NamedTuple):
         hands: (M, H) int64, pose in the projection, -1 over merged locations.
         places: (M, n) int64, the locations of the projection that stand for merged ones.
         above: (S + 1,) int64, pose of the hand over each slot.
+        radices: (D,) int64, number of values of each digit, and seen: (D,) int64, scratch: digits of a state.
         first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
     """
 
@@ -26,21 +28,37 @@ class Projections(NamedTuple):
     hands: np.ndarray
     places: np.ndarray
     above: np.ndarray
+    radices: np.ndarray
+    seen: np.ndarray
     first: np.ndarray
     numbers: np.ndarray
 
 
-def no_projections() -> Projections:
-    """Return what stands in the place of projections where states are listed."""
-    grid, none = np.zeros((0, 0), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return Projections(grid, grid, grid, grid, none, none, none.astype(np.int32))
+@bare_kernel
+def observe(projections: Projections | None, node: Integer) -> None:
+    """Write the digits of a state whose bounds are looked up; nothing to do where states are listed."""
+    if projections is not None:
+        unpack(projections.radices, node, projections.seen)
 
 
 @bare_kernel
-def projected(projections: Projections, m: Integer, digits: np.ndarray, node: Integer) -> Integer:
-    """Return the node of a projection for the digits of a state; the node itself if there are no projections."""
-    if projections.first.shape[0] == 0:
+def place_of(projections: Projections | None, projection: Any, p: Integer, node: Integer) -> Integer:
+    """Return the node that table p has for the observed state: that of its projection; the state's, if there is none.
+
+    Args:
+        projections: of the model, None where states are listed.
+        projection: (P,) the projection of each table, None where states are listed.
+        p: number of the table.
+        node: the state.
+    """
+    if projections is None:
         return node
+    return _projected(projections, projection[p], projections.seen)
+
+
+@bare_kernel
+def _projected(projections: Projections, m: Integer, digits: np.ndarray) -> Integer:
+    """Return the node of a projection for the digits of a state."""
     hand, held = digits[0], projections.slots.shape[1] - 1
     state, moved, rank = np.int64(0), projections.hands[m, hand], 0
     for d in range(1, digits.shape[0]):

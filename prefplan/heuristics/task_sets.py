@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,30 +22,26 @@ class TaskSets(NamedTuple):
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0
             beyond a set's tasks.
-        projection: (P,) int64, the projection of the model that each table is over.
+        projection: (P,) int64, the projection of the model that each table is over; None where states are listed.
     """
 
     tasks: np.ndarray
     strides: np.ndarray
-    projection: np.ndarray
-
-
-def no_task_sets() -> TaskSets:
-    """Return no sets."""
-    none = np.zeros((0, 1), dtype=np.int64)
-    return TaskSets(none, none, none[:, 0])
+    projection: Any
 
 
 def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
     """Return sets of tasks for the kernels, and (P,) the number of entries of each one's table."""
-    tasks, strides = np.zeros((2, len(sets), max(map(len, sets))), dtype=np.int64)
+    tasks, strides = np.zeros((2, len(sets), max(map(len, sets), default=1)), dtype=np.int64)
     entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
     sizes = backward.sizes.tolist()
     for p, members in enumerate(sets):
         for j, i in enumerate(members):
             tasks[p, j], strides[p, j] = i, entries[p]
             entries[p] *= sizes[i]
-    projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
+    projection = None
+    if isinstance(backward, Projected):
+        projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
     return TaskSets(tasks, strides, projection), entries
 
 

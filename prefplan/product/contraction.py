@@ -9,6 +9,7 @@ inert states between each two; so costs are kept, and sequences of labels that a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Graph:
         states: (S,) state of the transition system that each node stands for.
         start: node of s0.
         contracted: whether edges stand for paths through inert states.
+        shift: number of low bits of costs, which count actions.
     """
 
     offsets: np.ndarray
@@ -40,27 +42,43 @@ class Graph:
     states: np.ndarray
     start: int
     contracted: bool
+    shift: int
 
     @property
     def size(self) -> int:
         """Number of nodes."""
         return len(self.classes)
 
+    @cached_property
+    def near(self) -> np.ndarray:
+        """(S, S) int64, the costs of edges as a matrix, NO_EDGE for none."""
+        near = np.full((self.size, self.size), NO_EDGE, dtype=np.int64)
+        near[np.repeat(np.arange(self.size), np.diff(self.offsets)), self.targets] = self.costs
+        return near
+
 
 def whole_graph(product: Product) -> Graph:
     """Return the transition system itself; without nodes and edges where states are generated."""
     states = np.arange(len(product.classes))
-    return Graph(product.offsets, product.targets, product.costs, product.classes, states, product.start_node, False)
+    start, shift = product.start_node, product.shift
+    return Graph(product.offsets, product.targets, product.costs, product.classes, states, start, False, shift)
 
 
-def inert_classes(product: Product) -> np.ndarray:
-    """Return the (C,) bool label classes that change no automaton in any state."""
-    inert = np.ones(product.delta.shape[2], dtype=bool)
-    for delta, sizes in ((product.delta, product.sizes), (product.rule_delta, product.rule_sizes)):
-        for i, size in enumerate(sizes):
-            rests = delta[i, :size] == np.arange(size)[:, None]
-            inert &= rests.all(axis=0)
-    return inert & (np.diff(product.extra_first, axis=2) == 0).all(axis=(0, 1))
+def changes(product: Product) -> np.ndarray:
+    """Return (N + R, Q, C) whether reading a label class can change an automaton's state."""
+    tasks, most, classes = product.delta.shape
+    most = max(most, product.rule_delta.shape[1])
+    found = np.zeros((tasks + len(product.rules), most, classes), dtype=bool)
+    automata = zip((*product.delta, *product.rule_delta), (*product.sizes, *product.rule_sizes), strict=True)
+    for i, (delta, size) in enumerate(automata):
+        found[i, :size] = delta[:size] != np.arange(size)[:, None]
+    found[:tasks, : product.delta.shape[1]] |= np.diff(product.extra_first, axis=2) > 0
+    return found
+
+
+def active_nodes(product: Product, graph: Graph) -> np.ndarray:
+    """Return (N + R, S) whether reading a node's label can change an automaton in some state."""
+    return np.logical_or.reduce(changes(product), axis=1)[:, graph.classes]
 
 
 def contract(product: Product) -> Graph | None:
@@ -68,7 +86,7 @@ def contract(product: Product) -> Graph | None:
     system = product.problem.system.listed
     if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
         return None
-    matters = ~inert_classes(product)[product.classes]
+    matters = np.logical_or.reduce(changes(product), axis=(0, 1))[product.classes]
     keep = matters.copy()
     keep[system.start] = True
     states = np.flatnonzero(keep)
@@ -89,6 +107,7 @@ def contract(product: Product) -> Graph | None:
         states,
         int(node[system.start]),
         True,
+        product.shift,
     )
 
 

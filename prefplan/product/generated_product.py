@@ -15,6 +15,7 @@ from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.reduced_model import ReducedModel
 from prefplan.models.transition_system import EdgeCosts
 from prefplan.problem import Problem
+from prefplan.product.moves import generated
 from prefplan.product.product_automaton import CODE_LIMIT, Product
 
 LETTERS_LIMIT = 2**14
@@ -28,7 +29,7 @@ class GeneratedProduct(Product):
     `prefplan.models.manipulation.successors.Steps`.
 
     Attributes:
-        model: the model; `moves` holds it as arrays for the kernels.
+        model: the model.
     """
 
     def __init__(self, problem: Problem, model: ReducedModel) -> None:
@@ -40,7 +41,7 @@ class GeneratedProduct(Product):
         self.start_node = model.first
         self._lay_out()
         self.costs = unit_costs(model, problem)
-        self.moves, self.letters = model.moves, self._tabulate_letters()
+        self.generated = generated(model.moves, self.costs, self._tabulate_letters())
         none = np.zeros(0, dtype=np.int64)
         self.offsets = np.zeros(1, dtype=np.int64)
         self.targets = self.classes = none.astype(np.int32)

@@ -1,4 +1,4 @@
-"""Buffers for generating the successors of a manipulation model's states, and what is there where states are listed."""
+"""What kernels need of a manipulation model whose states are generated as a search meets them."""
 
 from __future__ import annotations
 
@@ -9,42 +9,25 @@ import numpy as np
 from prefplan.models.manipulation.successors import Moves, Steps, steps_of
 
 
-def no_moves() -> Moves:
-    """Return the empty arrays that are passed where states are listed."""
-    numbers, flags = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
-    table, grid = np.zeros((0, 0), dtype=np.bool_), np.zeros((0, 0), dtype=np.int64)
-    return Moves(
-        radices=numbers,
-        location=numbers,
-        first_slot=numbers,
-        over=numbers,
-        above=numbers,
-        capacity=numbers,
-        movable=flags,
-        needs=table.astype(np.int8),
-        blocks=table,
-        mark=grid,
-        neutral=flags,
-        places=numbers,
-        told=numbers,
-        unseen=numbers,
-    )
-
-
-class Digits(NamedTuple):
-    """Scratch for generating successors.
+class Generated(NamedTuple):
+    """A model whose states are generated, as the automata of N tasks and R rules see it.
 
     Attributes:
-        steps: the actions of a state.
-        seen: (D,) int64, digits of the state whose bounds are looked up.
+        moves: the model, of H poses of the hand and D digits of a state.
+        costs: (4 H H,) int64, by price, as in `Steps`; negative where an action was not measured.
+        letters: (N + R, D, r) int64, what each value of a digit adds to the number of the letter that each automaton
+            reads.
+        steps: scratch, the actions of a state.
         unmeasured: (1,) int64, output: a state with an action whose cost was not measured, -1 if none was met.
     """
 
+    moves: Moves
+    costs: np.ndarray
+    letters: np.ndarray
     steps: Steps
-    seen: np.ndarray
     unmeasured: np.ndarray
 
 
-def scratch_digits(moves: Moves) -> Digits:
-    """Return scratch for the successors of a model's states."""
-    return Digits(steps_of(moves), np.zeros(len(moves.radices), dtype=np.int64), np.full(1, -1, dtype=np.int64))
+def generated(moves: Moves, costs: np.ndarray, letters: np.ndarray) -> Generated:
+    """Return a model with its scratch; arguments as in `Generated`."""
+    return Generated(moves, costs.astype(np.int64), letters, steps_of(moves), np.full(1, -1, dtype=np.int64))

@@ -18,7 +18,7 @@ from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.problem import Problem
-from prefplan.product.moves import no_moves
+from prefplan.product.moves import Generated
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
 
 CODE_LIMIT = 2**62
@@ -47,7 +47,7 @@ class Product:
         sizes: (N,) int64, states of each automaton.
         nodes: number of states of the transition system.
         start_node: the number of the state s0.
-        moves: the model, where its states are generated, and letters, as in `ProductView`.
+        generated: the model for the kernels, where its states are generated; else None.
         strides: (N + R,) int64.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
         delta: (N, Q, C) int32, state after the free reading of a label class.
@@ -56,6 +56,8 @@ class Product:
         extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
         extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the bought readings.
     """
+
+    generated: Generated | None = None
 
     def __init__(self, problem: Problem, *, counts_actions: bool = True) -> None:
         """Tabulate every automaton over the labels that occur.
@@ -72,7 +74,6 @@ class Product:
         self._follow(problem)
         self._tabulate()
         self.units = problem.units
-        self.moves, self.letters = no_moves(), np.zeros((0, 0, 0), dtype=np.int64)
         self.start_node = system.start
         self.offsets = system.offsets
         self.targets = system.targets

@@ -8,8 +8,8 @@ import numpy as np
 
 from prefplan.models.manipulation.successors import pack, write_steps
 from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
-from prefplan.product.moves import Digits, scratch_digits
-from prefplan.product.product_view import ProductView, decode
+from prefplan.product.moves import Generated
+from prefplan.product.space import Automata, Edges, Shortcuts, Space, decode
 
 
 class Successors(NamedTuple):
@@ -20,81 +20,96 @@ class Successors(NamedTuple):
         cost: (M,) int64, cost of the step.
         violation: (M, P) int64, violation costs that the step pays.
         automata: (N + R,) int64, the automaton states of the expanded state.
-        distance: (S,) int64, via: (S,) int64, choice: (N,) int64 and digits: scratch.
     """
 
     code: np.ndarray
     cost: np.ndarray
     violation: np.ndarray
     automata: np.ndarray
-    distance: np.ndarray
-    via: np.ndarray
-    choice: np.ndarray
-    digits: Digits
 
 
-def successor_buffer(view: ProductView, least: int) -> Successors:
+def successor_buffer(space: Space, least: int) -> Successors:
     """Return buffers for the successors of any state, of length at least `least`."""
-    nodes, tasks = len(view.classes), len(view.ends)
-    most = nodes if view.macro else int(np.diff(view.offsets).max(initial=0))
-    if view.generated:
-        most = len(scratch_digits(view.moves).steps.actions)
-    if view.relaxed:
-        readings = np.diff(view.extra_first, axis=2).max(axis=1) + 1
-        most *= int(readings.prod(axis=0).max())
-    most = max(most, least)
-    scratch = nodes if view.macro else 1
+    automata, most = space.automata, least
+    if space.edges is not None:
+        most = int(np.diff(space.edges.offsets).max(initial=0))
+    if space.shortcuts is not None:
+        most = len(space.shortcuts.near)
+    if space.generated is not None:
+        most = len(space.generated.steps.actions)
+    readings = np.diff(automata.first_bought, axis=2).max(axis=1) + 1
+    most = max(most * int(readings.prod(axis=0).max()), least)
     return Successors(
         code=np.empty(most, np.int64),
         cost=np.empty(most, np.int64),
-        violation=np.zeros((most, tasks + len(view.tolls)), np.int64),
-        automata=np.empty(len(view.sizes), np.int64),
-        distance=np.empty(scratch, np.int64),
-        via=np.empty(scratch, np.int64),
-        choice=np.empty(tasks, np.int64),
-        digits=scratch_digits(view.moves),
+        violation=np.zeros((most, len(automata.ends) + len(automata.tolls)), np.int64),
+        automata=np.empty(len(automata.sizes), np.int64),
     )
 
 
 @bare_kernel
-def successors(view: ProductView, code: Integer, buffer: Successors) -> Integer:
+def successors(space: Space, code: Integer, buffer: Successors) -> Integer:
     """Write all successors of a product state and return how many there are."""
-    node = decode(view, code, buffer.automata)
-    if view.macro:
-        return _macro_moves(view, node, buffer)
-    if view.generated:
-        return _generate(view, node, buffer)
+    node = decode(space.automata.nodes, space.automata.sizes, code, buffer.automata)
+    return _successors(space.automata, space.edges, space.shortcuts, space.generated, node, buffer)
+
+
+@bare_kernel
+def _successors(
+    automata: Automata,
+    edges: Edges | None,
+    shortcuts: Shortcuts | None,
+    generated: Generated | None,
+    node: Integer,
+    buffer: Successors,
+) -> Integer:
+    # Which arguments are None is known when this is compiled: one branch remains.
     found: Integer = 0
-    for edge in range(view.offsets[node], view.offsets[node + 1]):
-        found = _read(view, view.targets[edge], view.costs[edge], buffer, found)
+    if edges is not None:
+        for edge in range(edges.offsets[node], edges.offsets[node + 1]):
+            target = edges.targets[edge]
+            found = _read(automata, target, edges.classes[target], edges.costs[edge], buffer, found)
+    if shortcuts is not None:
+        found = _macro_moves(automata, shortcuts, node, buffer)
+    if generated is not None:
+        found = _generate(automata, generated, node, buffer)
     return found
 
 
 @bare_kernel
-def _generate(view: ProductView, node: Integer, buffer: Successors) -> Integer:
+def _generate(automata: Automata, model: Generated, node: Integer, buffer: Successors) -> Integer:
     """Write the successors of a state of a manipulation model, in the order of its actions."""
     found: Integer = 0
-    for k in range(write_steps(view.moves, node, buffer.digits.steps)):
-        found = _read_generated(view, k, node, buffer, found)
+    for k in range(write_steps(model.moves, node, model.steps)):
+        cost = model.costs[model.steps.prices[k]]
+        if cost < 0:
+            model.unmeasured[0] = node
+        else:
+            code = pack(model.moves, model.steps.digits[k])
+            found = _read_letters(automata, model.letters, model.steps.digits[k], code, cost, buffer, found)
     return found
 
 
 @bare_kernel
-def _read_generated(view: ProductView, k: Integer, node: Integer, buffer: Successors, found: Integer) -> Integer:
-    """Write the product state after reading the label of the k-th generated state, and return the new count."""
-    digits, cost = buffer.digits.steps.digits[k], view.costs[buffer.digits.steps.prices[k]]
-    if cost < 0:
-        buffer.digits.unmeasured[0] = node
-        return found
-    code = pack(view.moves, digits)
+def _read_letters(
+    automata: Automata,
+    letters: np.ndarray,
+    digits: np.ndarray,
+    code: Integer,
+    cost: Integer,
+    buffer: Successors,
+    found: Integer,
+) -> Integer:
+    """Write the product state after reading the letters of a generated state, and return the new count."""
     for i in range(buffer.automata.shape[0]):
         letter = np.int64(0)
         for d in range(digits.shape[0]):
-            letter += view.letters[i, d, digits[d]]
-        jump = view.jump[i, buffer.automata[i], letter]
+            letter += letters[i, d, digits[d]]
+        jump = automata.jump[i, buffer.automata[i], letter]
         if jump < 0:
             return found
-        _pay_toll(view, i, letter, buffer, found)
+        if automata.pays:
+            _pay_toll(automata.tolls, i, letter, buffer, found)
         code += jump
     buffer.code[found] = code
     buffer.cost[found] = cost
@@ -102,112 +117,99 @@ def _read_generated(view: ProductView, k: Integer, node: Integer, buffer: Succes
 
 
 @bare_kernel
-def _pay_toll(view: ProductView, i: Integer, letter: Integer, buffer: Successors, found: Integer) -> None:
+def _pay_toll(tolls: np.ndarray, i: Integer, letter: Integer, buffer: Successors, found: Integer) -> None:
     """Write the violation cost of a rule that may be broken, for reading a class or letter."""
-    if view.pays and i < buffer.violation.shape[1]:
-        tasks = view.ends.shape[0]
-        buffer.violation[found, i] = 0 if i < tasks else view.tolls[i - tasks, buffer.automata[i], letter]
+    priced = buffer.violation.shape[1]
+    if i < priced:
+        rule = i - (priced - tolls.shape[0])
+        buffer.violation[found, i] = 0 if rule < 0 else tolls[rule, buffer.automata[i], letter]
 
 
 @bare_kernel
-def _macro_moves(view: ProductView, node: Integer, buffer: Successors) -> Integer:
+def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer: Successors) -> Integer:
     """Write the macro-moves: to every node that changes some automaton, by least cost through nodes that change none.
 
     Exact: no automaton moves before the last node, so the set of satisfied tasks stays the same, and mu depends only on
     the path's cost. Only nodes in `through` lie on paths cheaper than an edge, so no others are tried.
     """
-    nodes = view.nodes
+    near, distance, via = shortcuts.near, shortcuts.distance, shortcuts.via
+    nodes = near.shape[0]
     one = np.uint64(1)
     stops = np.uint64(0)
     for i in range(buffer.automata.shape[0]):
-        stops |= view.active[i, buffer.automata[i]]
+        stops |= shortcuts.active[i, buffer.automata[i]]
     through = np.uint64(0)
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
-            through |= view.through[node, v]
+            through |= shortcuts.through[node, v]
     through &= ~stops
     count: Integer = 0
     if through:
-        count = _reach_through(view, node, through, buffer)
+        count = _reach_through(near, node, through, distance, via)
     found: Integer = 0
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
-            cost = view.near[node, v]
+            cost = near[node, v]
             for r in range(count):
-                cost = min(cost, buffer.distance[r] + view.near[buffer.via[r], v])
+                cost = min(cost, distance[r] + near[via[r], v])
             if cost < NO_EDGE:
-                found = _read(view, v, cost, buffer, found)
+                found = _read(automata, v, v, cost, buffer, found)
     return found
 
 
 @bare_kernel
-def _reach_through(view: ProductView, node: Integer, through: Integer, buffer: Successors) -> Integer:
+def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: np.ndarray, via: np.ndarray) -> Integer:
     """Write some nodes and the least costs of reaching them through one another (Dijkstra), and return how many."""
     count = 0
-    for v in range(view.near.shape[0]):
+    for v in range(near.shape[0]):
         if (through >> np.uint64(v)) & np.uint64(1):
-            buffer.via[count] = v
-            buffer.distance[count] = view.near[node, v]
+            via[count] = v
+            distance[count] = near[node, v]
             count += 1
     for settled in range(count):
         best = settled
         for r in range(settled + 1, count):
-            if buffer.distance[r] < buffer.distance[best]:
+            if distance[r] < distance[best]:
                 best = r
-        buffer.via[settled], buffer.via[best] = buffer.via[best], buffer.via[settled]
-        buffer.distance[settled], buffer.distance[best] = buffer.distance[best], buffer.distance[settled]
+        via[settled], via[best] = via[best], via[settled]
+        distance[settled], distance[best] = distance[best], distance[settled]
         for r in range(settled + 1, count):
-            step = view.near[buffer.via[settled], buffer.via[r]]
-            buffer.distance[r] = min(buffer.distance[r], buffer.distance[settled] + step)
+            distance[r] = min(distance[r], distance[settled] + near[via[settled], via[r]])
     return count
 
 
 @bare_kernel
-def _read(view: ProductView, node: Integer, cost: Integer, buffer: Successors, found: Integer) -> Integer:
+def _read(
+    automata: Automata, node: Integer, label: Integer, cost: Integer, buffer: Successors, found: Integer
+) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
-    label, code = view.classes[node], np.int64(node)
+    code = np.int64(node)
     for i in range(buffer.automata.shape[0]):
-        jump = view.jump[i, buffer.automata[i], label]
+        jump = automata.jump[i, buffer.automata[i], label]
         if jump < 0:
             return found
-        _pay_toll(view, i, label, buffer, found)
+        if automata.pays:
+            _pay_toll(automata.tolls, i, label, buffer, found)
         code += jump
     buffer.code[found] = code
     buffer.cost[found] = cost
-    return _read_bought(view, label, buffer, found) if view.relaxed else found + 1
+    return _read_bought(automata, label, buffer, found) if automata.bought.shape[0] else found + 1
 
 
 @bare_kernel
-def _read_bought(view: ProductView, label: Integer, buffer: Successors, found: Integer) -> Integer:
+def _read_bought(automata: Automata, label: Integer, buffer: Successors, first: Integer) -> Integer:
     """Write, after the state of the free reading, those of all others, and return the new count."""
-    tasks, first = buffer.choice.shape[0], found
-    rest = buffer.code[first]
-    for i in range(tasks):
-        buffer.choice[i] = 0
-        rest -= view.jump[i, buffer.automata[i], label]
-    while True:
-        found += 1
-        i = 0
-        while i < tasks:
-            q = buffer.automata[i]
-            buffer.choice[i] += 1
-            if buffer.choice[i] <= view.extra_first[i, q, label + 1] - view.extra_first[i, q, label]:
-                break
-            buffer.choice[i] = 0
-            i += 1
-        if i == tasks:
-            return found
-        code = rest
-        for i in range(tasks, buffer.violation.shape[1]):
-            buffer.violation[found, i] = buffer.violation[first, i]
-        for i in range(tasks):
-            q = buffer.automata[i]
-            buffer.violation[found, i] = 0
-            if buffer.choice[i] == 0:
-                code += view.jump[i, q, label]
-            else:
-                extra = view.extra_first[i, q, label] + buffer.choice[i] - 1
-                code += view.extra_jump[extra]
-                buffer.violation[found, i] = view.extra_price[extra]
-        buffer.code[found] = code
-        buffer.cost[found] = buffer.cost[first]
+    jump, first_bought, bought, count = automata.jump, automata.first_bought, automata.bought, 1
+    for i in range(first_bought.shape[0]):
+        q = buffer.automata[i]
+        begin, end = first_bought[i, q, label], first_bought[i, q, label + 1]
+        for reading in range(begin, end):
+            for free in range(first, first + count):
+                k = free + count * (1 + reading - begin)
+                buffer.code[k] = buffer.code[free] - jump[i, q, label] + bought[reading, 0]
+                buffer.cost[k] = buffer.cost[free]
+                for j in range(buffer.violation.shape[1]):
+                    buffer.violation[k, j] = buffer.violation[free, j]
+                buffer.violation[k, i] = bought[reading, 1]
+        count *= 1 + end - begin
+    return first + count

@@ -64,7 +64,9 @@ class BiObjectiveSearch(Search):
                 self.prepared.weigh()
         elif wait < pops:
             pops = math.ceil(wait)
-        return int(boa_star.run(self.memory, self.labels, self._cost_only, pops))
+        space, bounds, cost_only = self.prepared.space, self.prepared.bounds, self._cost_only
+        memory = self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer
+        return int(boa_star.run(space, self.growth, bounds, *memory, cost_only, pops))
 
     def _objectives(self, label: int) -> tuple[Fraction, Fraction]:
         units, constant = self.product.units, self.product.problem.measure.constant

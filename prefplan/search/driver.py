@@ -27,7 +27,6 @@ from prefplan.search.labels import (
     END,
     NONE,
     PRODUCT_LIMIT,
-    Memory,
     Queue,
     States,
     growth_of,
@@ -65,13 +64,6 @@ class Search(ABC):
         self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
 
-    @property
-    def memory(self) -> Memory:
-        """The arrays that the kernel works on."""
-        p = self.prepared
-        fixed = p.view, self.growth, p.bounds
-        return Memory(*fixed, self.states, self.queue, self.counters, self.limits, self.begin, self.buffer)
-
     def _up_to(self, cost: float) -> int:
         """Return the largest label cost of at most `cost` units."""
         shift = self.product.shift
@@ -96,15 +88,17 @@ class Search(ABC):
         )
         self.labels = self._new_labels(LABELS_AT_FIRST)
         self.queue = Queue(*np.empty((2, LABELS_AT_FIRST), np.int64))
-        self.buffer = successor_buffer(self.prepared.view, len(self.product.starts))
-        view, node = self.prepared.view, self.prepared.graph.start
+        self.buffer = successor_buffer(self.prepared.space, len(self.product.starts))
+        strides, node = self.prepared.space.strides.tolist(), self.prepared.graph.start
         pairs = sorted(((self._begin(start), start) for start in self.product.starts), key=lambda pair: pair[0][0])
         self._starts = [start for _, start in pairs]
         self.begin = np.array([key for key, _ in pairs] or np.zeros((0, 1)), dtype=np.int64)
         if self.begin.max(initial=0) >= PRODUCT_LIMIT:
             raise OverflowError
+        if self.prepared.space.generated is not None:
+            self.prepared.space.generated.unmeasured[0] = -1
         for k, start in enumerate(self._starts):
-            self.buffer.code[k] = node + sum(map(mul, view.strides.tolist(), start.automata))
+            self.buffer.code[k] = node + sum(map(mul, strides, start.automata))
             self.buffer.cost[k] = start.spent << self.product.shift
         self.counters[[AT.PARENT, AT.NEXT, AT.COUNT]] = NONE, 0, len(self._starts)
 
@@ -168,7 +162,8 @@ class Search(ABC):
 
     def _require_measured(self) -> None:
         """Raise ModelError if an action was met whose cost was not measured."""
-        state = int(self.buffer.digits.unmeasured[0])
+        generated = self.prepared.space.generated
+        state = -1 if generated is None else int(generated.unmeasured[0])
         if state >= 0:
             assert isinstance(self.product, GeneratedProduct)
             self.product.model.require_measured(state)
@@ -202,9 +197,9 @@ class Search(ABC):
 
     def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
         """Return product states (n,) on a path, and its costs up to each, as waypoints."""
-        view = self.prepared.view
-        automata = (codes[:, None] // view.strides % view.sizes).tolist()
-        nodes = (codes % view.nodes).tolist()
+        space = self.prepared.space
+        automata = (codes[:, None] // space.strides % space.automata.sizes).tolist()
+        nodes = (codes % space.automata.nodes).tolist()
         return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
 
     def _start_of(self, label: int, at: Waypoint) -> Start:

@@ -17,9 +17,7 @@ import numpy as np
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.product_view import ProductView
 from prefplan.product.starts import Start
-from prefplan.product.successors import Successors
 from prefplan.search.labels import COLUMNS, PRODUCT_LIMIT
 
 # Columns of a product state's row after those of `labels`: where its truncated vectors begin, how many there are, how
@@ -209,21 +207,23 @@ def _table(rows: Any, width: int) -> np.ndarray:
 
 @bare_kernel
 def follow(
-    view: ProductView,
+    shift: Integer,
     entries: Entries,
     satisfied: Integer,
-    buffer: Successors,
-    k: Integer,
+    step: Integer,
+    violation: np.ndarray,
+    pays: bool,
     key: np.ndarray,
 ) -> bool:
     """Replace a label's entries by those of a successor, except costs of tasks that become satisfied (see `freeze`).
 
     Args:
-        view: what is searched.
+        shift: number of low bits of the first cost.
         entries: the layout of a key.
         satisfied: the tasks that were satisfied before, as bits.
-        buffer: the successors.
-        k: the number of this one.
+        step: cost of the step, or the number of its edge or action.
+        violation: (P,) int64, violation costs that it pays.
+        pays: whether it may pay any.
         key: (K,) entries of the parent, overwritten.
 
     Returns:
@@ -231,34 +231,34 @@ def follow(
     """
     costs, additive, maxima = entries.cost_limit.shape[0], entries.of.shape[0], entries.of_maximum.shape[0]
     for a in range(additive):
-        key[costs + a] += _growth(view, entries, a, satisfied, key, buffer.cost[k])
+        key[costs + a] += _growth(shift, entries, a, satisfied, key, step)
     for d in range(costs):
-        key[d] += _step(entries, d, buffer.cost[k])
-        if spent(view, key, d) >= entries.cost_limit[d]:
+        key[d] += _step(entries, d, step)
+        if spent(shift, key, d) >= entries.cost_limit[d]:
             return False
     for m in range(maxima):
-        at_least = entries.maximum[m, satisfied] * spent(view, key, entries.of_maximum[m])
+        at_least = entries.maximum[m, satisfied] * spent(shift, key, entries.of_maximum[m])
         key[costs + additive + m] = max(key[costs + additive + m], at_least)
-    if view.pays:
+    if pays:
         for a in range(additive):
             for i in range(entries.violation.shape[1]):
-                key[costs + a] += entries.violation[a, i] * buffer.violation[k, i]
+                key[costs + a] += entries.violation[a, i] * violation[i]
         first = key.shape[0] - entries.paid.shape[0]
         for v in range(entries.paid.shape[0]):
-            key[first + v] += buffer.violation[k, entries.paid[v]]
+            key[first + v] += violation[entries.paid[v]]
     return True
 
 
 @bare_kernel
 def _growth(
-    view: ProductView, entries: Entries, a: Integer, satisfied: Integer, key: np.ndarray, edge: Integer
+    shift: Integer, entries: Entries, a: Integer, satisfied: Integer, key: np.ndarray, edge: Integer
 ) -> Integer:
     """Return what a step adds to an additive entry, given the parent's entries."""
     d = entries.of[a]
-    before = spent(view, key, d)
+    before = spent(shift, key, d)
     after = key[d] + _step(entries, d, edge)
     if d == 0:
-        after >>= view.shift
+        after >>= shift
     added = entries.rate[a, satisfied] * (after - before)
     for late in range(entries.late.shape[0]):
         if entries.late[late, 0] == a and not satisfied >> entries.late[late, 1] & 1:
@@ -274,16 +274,16 @@ def _step(entries: Entries, d: Integer, edge: Integer) -> Integer:
 
 
 @bare_kernel
-def spent(view: ProductView, key: np.ndarray, d: Integer) -> Integer:
+def spent(shift: Integer, key: np.ndarray, d: Integer) -> Integer:
     """Return one of the total costs, in units."""
-    return key[d] >> view.shift if d == 0 else key[d]
+    return key[d] >> shift if d == 0 else key[d]
 
 
 @bare_kernel
-def freeze(view: ProductView, entries: Entries, before: Integer, after: Integer, key: np.ndarray) -> None:
+def freeze(shift: Integer, entries: Entries, before: Integer, after: Integer, key: np.ndarray) -> None:
     """Enter the costs of the tasks that become satisfied."""
     first = key.shape[0] - entries.paid.shape[0] - entries.frozen.shape[0]
     for c in range(entries.frozen.shape[0]):
         i = entries.frozen[c, 1]
         if after >> i & 1 and not before >> i & 1:
-            key[first + c] = spent(view, key, entries.frozen[c, 0])
+            key[first + c] = spent(shift, key, entries.frozen[c, 0])

@@ -10,18 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, added_bound, raise_bound
-from prefplan.heuristics.preference_bound import preference_bound
-from prefplan.heuristics.preprocessing import Bounds
-from prefplan.models.manipulation.successors import unpack
+from prefplan.heuristics.pattern_database import LIKELY
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView, decode, masks
+from prefplan.product.space import Space, masks
 from prefplan.product.successors import Successors, successors
 
-NONE, PRUNED = -1, -2
-"""Stand for a row or a label that does not exist, and for a product state that was pruned."""
+NONE = -1
+"""Stands for a row or a label that does not exist."""
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
@@ -50,17 +47,14 @@ class Growth(NamedTuple):
     Attributes:
         rate: (2^N,) int64, units of mu for each unit of cost while that set of tasks is satisfied.
         maximum: (M, 2^N) int64, by satisfied set: mu is at least this times the cost so far.
-        late_task: (D,) int64, late_slope: (D,) int64 units of mu for each unit of cost, late_offset: (D,) int64 units
-            of mu: tardiness is max(0, slope * cost - offset).
+        late: (D, 3) int64, the task, slope and offset of each tardiness max(0, slope * cost - offset), in units of mu.
         violation: (P,) int64, units of mu for each unit of violation cost.
         cost_limit: from this cost on a product with it might not fit 64 bits.
     """
 
     rate: np.ndarray
     maximum: np.ndarray
-    late_task: np.ndarray
-    late_slope: np.ndarray
-    late_offset: np.ndarray
+    late: np.ndarray
     violation: np.ndarray
     cost_limit: int
 
@@ -68,18 +62,18 @@ class Growth(NamedTuple):
 def growth_of(product: Product) -> Growth:
     """Return how mu grows along the paths of a product."""
     measure, units = product.problem.measure, product.units
-    late, maximum = measure.tardiness, measure.maximum_table(units.factor)
-    slopes = [int(term.weight * units.factor) for term in late]
-    offsets = [min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT) for term in late]
+    maximum = measure.maximum_table(units.factor)
+    late = [
+        (term.task, int(term.weight * units.factor), min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT))
+        for term in measure.tardiness
+    ]
     prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
     return Growth(
         rate=product.rates,
         maximum=maximum,
-        late_task=np.array([term.task for term in late], dtype=np.int64),
-        late_slope=np.array(slopes, dtype=np.int64),
-        late_offset=np.array(offsets, dtype=np.int64),
+        late=np.array(late, dtype=np.int64).reshape(-1, 3),
         violation=np.array(prices, dtype=np.int64),
-        cost_limit=PRODUCT_LIMIT // max(1, *slopes, int(maximum.max(initial=0))),
+        cost_limit=PRODUCT_LIMIT // max(1, *(slope for _, slope, _ in late), int(maximum.max(initial=0))),
     )
 
 
@@ -106,39 +100,13 @@ class Queue(NamedTuple):
     items: np.ndarray
 
 
-class Memory(NamedTuple):
-    """The arrays that the kernels of all searches work on.
-
-    Attributes:
-        product: what is searched.
-        growth: how mu grows.
-        bounds: heuristics.
-        states: product states met.
-        queue: the open list.
-        counters: int64, by index `AT`, and those of the search.
-        limits: int64, bounds that labels must keep; see the kernel of each search.
-        begin: (K, E) int64, by start, the entries of its label's key; see `Search._begin`.
-        buffer: successors, and scratch.
-    """
-
-    product: ProductView
-    growth: Growth
-    bounds: Bounds
-    states: States
-    queue: Queue
-    counters: np.ndarray
-    limits: np.ndarray
-    begin: np.ndarray
-    buffer: Successors
-
-
 @bare_kernel
 def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
     """Return what a step from cost `before` to `after` adds to mu, but for maxima, given the tasks satisfied before."""
     added = growth.rate[satisfied] * (after - before)
-    for d in range(growth.late_task.shape[0]):
-        if not satisfied >> growth.late_task[d] & 1:
-            slope, offset = growth.late_slope[d], growth.late_offset[d]
+    for d in range(growth.late.shape[0]):
+        if not satisfied >> growth.late[d, 0] & 1:
+            slope, offset = growth.late[d, 1], growth.late[d, 2]
             added += max(0, slope * after - offset) - max(0, slope * before - offset)
     return added
 
@@ -158,59 +126,21 @@ def mu_after(
 
 
 @bare_kernel
-def enter_state(
-    memory: Memory,
-    code: Integer,
-    likely: Integer,
-    growth_limit: Integer,
-    cost_limit: Integer,
-    lookup_limit: Integer,
-) -> Integer:
-    """Return the row of a product state, a new one where it was not met before.
-
-    Args:
-        memory: of the search.
-        code: the product state.
-        likely: number of the table to look up first.
-        growth_limit: exclusive limit of mu's growth to the end.
-        cost_limit: inclusive limit of the cost-to-go.
-        lookup_limit: tables are looked up only until the bound of the cost-to-go exceeds this.
-
-    Returns:
-        the row, NONE if no row is free, or PRUNED if the state is new and exceeds a limit.
-    """
-    view, bounds, states, buffer = memory.product, memory.bounds, memory.states, memory.buffer
+def slot_of(states: States, code: Integer) -> Integer:
+    """Return the slot of a product state in the hash table: that of its row, or the empty one for it."""
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
-    row = np.int64(states.slots[slot])
-    while row >= 0 and states.known[row, COL.CODE] != code:
+    while states.slots[slot] >= 0 and states.known[states.slots[slot], COL.CODE] != code:
         slot = (slot + 1) & mask
-        row = np.int64(states.slots[slot])
-    if row >= 0:
-        return row
-    node = decode(view, code, buffer.choice)
-    satisfied, done = masks(view, buffer.choice)
-    digits = buffer.digits.seen
-    if view.generated:
-        unpack(view.moves, node, digits)
-    growing = preference_bound(bounds.blocks, bounds.projections, digits, node, buffer.choice, satisfied)
-    if growing >= growth_limit:
-        return PRUNED
-    row = memory.counters[AT.ROWS]
-    if row == states.known.shape[0]:
-        return NONE
-    known = states.known[row]
-    known[COL.SATISFIED] = satisfied | (GOAL_BIT if done == (1 << buffer.choice.shape[0]) - 1 else 0)
-    known[LOOKED], known[LIKELY] = 0, likely
-    known[COST_BOUND] = added_bound(bounds.added, bounds.projections, digits, node, buffer.choice)
-    known[COL.GROWTH_BOUND] = growing
+    return slot
+
+
+@bare_kernel
+def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, known: np.ndarray) -> None:
+    """Write what a new product state's row says of it, but for bounds."""
+    satisfied, done = masks(ends, automata)
+    known[COL.SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
     known[COL.HEAD], known[COL.CODE] = NONE, code
-    most = min(cost_limit, lookup_limit)
-    if raise_bound(bounds.patterns, bounds.landmarks, node, buffer.choice, known, most) > cost_limit:
-        return PRUNED
-    memory.counters[AT.ROWS] += 1
-    states.slots[slot] = row
-    return row
 
 
 @bare_kernel
@@ -240,25 +170,22 @@ def next_successor(counters: np.ndarray) -> Integer:
 
 
 @bare_kernel
-def expand(memory: Memory, label: Integer, row: Integer) -> None:
+def expand(space: Space, buffer: Successors, counters: np.ndarray, label: Integer, code: Integer) -> None:
     """Generate the successors of a label, to be entered next."""
-    counters = memory.counters
     counters[AT.EXPANDED] += 1
     counters[AT.PARENT], counters[AT.NEXT] = label, 0
-    counters[AT.COUNT] = successors(memory.product, memory.states.known[row, COL.CODE], memory.buffer)
+    counters[AT.COUNT] = successors(space, code, buffer)
 
 
 @bare_kernel
-def push(memory: Memory, label: Integer, estimate: Integer) -> None:
+def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> None:
     """Insert a label into the open list."""
-    queue, counters = memory.queue, memory.counters
     counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label)
 
 
 @bare_kernel
-def pop(memory: Memory) -> Integer:
+def pop(queue: Queue, counters: np.ndarray) -> Integer:
     """Remove a label of the smallest estimate, write the estimate to LOWEST, and return the label."""
-    queue, counters = memory.queue, memory.counters
     counters[AT.LOWEST] = queue.keys[0]
     label = queue.items[0]
     counters[AT.OPEN] = heap_pop(queue.keys, queue.items, counters[AT.OPEN])

@@ -6,9 +6,11 @@ compared only if the first ones are equal.
 
 from __future__ import annotations
 
+import numpy as np
+
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.search.entries import BOUND, Entries, Paths
-from prefplan.search.labels import AT, Memory, States
+from prefplan.search.labels import AT, Queue, States
 
 
 @bare_kernel
@@ -28,9 +30,16 @@ def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, ot
 
 
 @bare_kernel
-def lexicographic_push(memory: Memory, entries: Entries, paths: Paths, bound: Integer, label: Integer) -> None:
+def lexicographic_push(
+    queue: Queue,
+    counters: np.ndarray,
+    states: States,
+    entries: Entries,
+    paths: Paths,
+    bound: Integer,
+    label: Integer,
+) -> None:
     """Insert a label into the open list."""
-    queue, counters, states = memory.queue, memory.counters, memory.states
     at = counters[AT.OPEN]
     while at > 0:
         up = (at - 1) // 2
@@ -45,9 +54,8 @@ def lexicographic_push(memory: Memory, entries: Entries, paths: Paths, bound: In
 
 
 @bare_kernel
-def lexicographic_pop(memory: Memory, entries: Entries, paths: Paths) -> None:
+def lexicographic_pop(queue: Queue, counters: np.ndarray, states: States, entries: Entries, paths: Paths) -> None:
     """Remove the first label from the open list."""
-    queue, counters, states = memory.queue, memory.counters, memory.states
     counters[AT.OPEN] -= 1
     count = counters[AT.OPEN]
     bound, label = queue.keys[count], queue.items[count]

@@ -23,10 +23,24 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.objective_bounds import ObjectiveBounds, write_bounds
-from prefplan.product.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
-from prefplan.product.product_view import ProductView, decode
+from prefplan.heuristics.projections import observe
+from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.product.space import Space, decode
+from prefplan.product.successors import Successors
 from prefplan.search.entries import BOUND, CAPACITY, FIRST, SIZE, Entries, Paths, follow, freeze, spent
-from prefplan.search.labels import AT, COL, END, GOAL_BIT, NONE, Memory, States, enter_state, expand, next_successor
+from prefplan.search.labels import (
+    AT,
+    COL,
+    END,
+    GOAL_BIT,
+    NONE,
+    Queue,
+    States,
+    describe,
+    expand,
+    next_successor,
+    slot_of,
+)
 from prefplan.search.lexicographic_queue import lexicographic_pop, lexicographic_push
 
 GOALS, VECTORS = len(AT), len(AT) + 1
@@ -56,10 +70,16 @@ class Vector(NamedTuple):
 
 @bare_kernel
 def run(
-    memory: Memory,
+    space: Space,
     entries: Entries,
     bounds: ObjectiveBounds,
+    states: States,
     paths: Paths,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    begin: np.ndarray,
+    buffer: Successors,
     vectors: Vectors,
     scratch: Vector,
     pops: Integer,
@@ -67,15 +87,16 @@ def run(
     """Expand labels until a goal is found, memory runs out or enough were popped; return which.
 
     Arguments are as for `boa_star.run`, except:
-        memory: a successor's `cost` is the number of its edge or action if `entries.edge_costs` has columns. Its bounds
-            are empty, its queue is by the bound of the first entry, and its limits (K,) are inclusive, of all entries.
         entries: the layout of labels. bounds: heuristics.
-        paths: labels. vectors: truncated vectors. scratch: for one label.
+        paths: labels. queue: by the bound of the first entry. limits: (K,) int64, inclusive, of all entries.
+        begin: (K, entries). buffer: a successor's `cost` is the number of its edge or action if `entries.edge_costs`
+            has columns.
+        vectors: truncated vectors. scratch: for one label.
     """
-    counters, queue, states = memory.counters, memory.queue, memory.states
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(memory, entries, bounds, paths, vectors, scratch)
+            memory = states, paths, queue, counters, limits, begin, buffer
+            end = _enter(space, entries, bounds, *memory, vectors, scratch)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -90,51 +111,61 @@ def run(
         pops -= 1
         counters[AT.LOWEST] = queue.keys[0]
         label = queue.items[0]
-        lexicographic_pop(memory, entries, paths)
+        lexicographic_pop(queue, counters, states, entries, paths)
         known = states.known[paths.row[label]]
         for e in range(scratch.key.shape[0]):
             scratch.key[e] = paths.key[label, e]
-        _write_bound(memory.product, entries, known, scratch)
-        if _is_beaten(memory, entries, vectors, known, scratch):
+        _write_bound(space.shift, entries, known, scratch)
+        if _is_beaten(limits, counters[GOALS], entries, vectors, known, scratch):
             continue
         _close(entries, vectors, counters, known, scratch)
         if known[COL.SATISFIED] < 0:
             counters[GOALS] = _insert(entries, vectors.of_goals, 0, counters[GOALS], scratch.bound)
             counters[AT.FOUND] = label
             return END.GOAL
-        expand(memory, label, paths.row[label])
+        expand(space, buffer, counters, label, known[COL.CODE])
 
 
 @bare_kernel
 def _enter(
-    memory: Memory, entries: Entries, bounds: ObjectiveBounds, paths: Paths, vectors: Vectors, scratch: Vector
+    space: Space,
+    entries: Entries,
+    bounds: ObjectiveBounds,
+    states: States,
+    paths: Paths,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    begin: np.ndarray,
+    buffer: Successors,
+    vectors: Vectors,
+    scratch: Vector,
 ) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
-    view, states, counters, buffer = memory.product, memory.states, memory.counters, memory.buffer
     parent, k = counters[AT.PARENT], next_successor(counters)
     satisfied = np.int64(0) if parent == NONE else states.known[paths.row[parent], COL.SATISFIED]
     for e in range(scratch.key.shape[0]):
-        scratch.key[e] = memory.begin[k, e] if parent == NONE else paths.key[parent, e]
-    if parent != NONE and not follow(view, entries, satisfied, buffer, k, scratch.key):
-        return END.TOO_LARGE
-    rows = counters[AT.ROWS]
-    code = buffer.code[k]
-    row = enter_state(memory, code, 0, UNBOUNDED, UNBOUNDED, UNBOUNDED)
+        scratch.key[e] = begin[k, e] if parent == NONE else paths.key[parent, e]
+    if parent != NONE:
+        paid = buffer.violation[k]
+        if not follow(space.shift, entries, satisfied, buffer.cost[k], paid, space.automata.pays, scratch.key):
+            return END.TOO_LARGE
+    slot = slot_of(states, buffer.code[k])
+    row = np.int64(states.slots[slot])
     if row == NONE:
-        return END.MORE_ROWS
+        row = counters[AT.ROWS]
+        if row == states.known.shape[0]:
+            return END.MORE_ROWS
+        _bound_state(space, bounds, buffer.code[k], states.known[row], buffer.automata, scratch.growth)
+        states.slots[slot] = row
+        counters[AT.ROWS] += 1
     known = states.known[row]
-    if row == rows:
-        known[FIRST], known[SIZE], known[CAPACITY] = 0, 0, 0
-        node = decode(view, code, buffer.choice)
-        write_bounds(bounds, buffer.digits.seen, node, buffer.choice, known[COL.SATISFIED] & ~GOAL_BIT, scratch.growth)
-        for e in range(scratch.growth.shape[0]):
-            known[BOUND + e] = scratch.growth[e]
     if known[BOUND] >= INFINITE:
         return END.ENTERED
     if parent != NONE:
-        freeze(view, entries, satisfied, known[COL.SATISFIED], scratch.key)
-    _write_bound(view, entries, known, scratch)
-    if _is_beaten(memory, entries, vectors, known, scratch):
+        freeze(space.shift, entries, satisfied, known[COL.SATISFIED], scratch.key)
+    _write_bound(space.shift, entries, known, scratch)
+    if _is_beaten(limits, counters[GOALS], entries, vectors, known, scratch):
         return END.ENTERED
     for e in range(scratch.bound.shape[0]):
         if scratch.bound[e] >= INFINITE:
@@ -146,13 +177,32 @@ def _enter(
     paths.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
         paths.key[label, e] = scratch.key[e]
-    lexicographic_push(memory, entries, paths, scratch.bound[entries.order[0]], label)
+    lexicographic_push(queue, counters, states, entries, paths, scratch.bound[entries.order[0]], label)
     counters[AT.LABELS] += 1
     return END.ENTERED
 
 
 @bare_kernel
-def _write_bound(view: ProductView, entries: Entries, known: np.ndarray, scratch: Vector) -> None:
+def _bound_state(
+    space: Space,
+    bounds: ObjectiveBounds,
+    code: Integer,
+    known: np.ndarray,
+    automata: np.ndarray,
+    growth: np.ndarray,
+) -> None:
+    """Fill the row of a new product state; `automata` and `growth` are scratch."""
+    node = decode(space.automata.nodes, space.automata.sizes, code, automata)
+    describe(space.automata.ends, code, automata, known)
+    observe(bounds.projections, node)
+    known[FIRST], known[SIZE], known[CAPACITY] = 0, 0, 0
+    write_bounds(bounds, node, automata, known[COL.SATISFIED] & ~GOAL_BIT, growth)
+    for e in range(growth.shape[0]):
+        known[BOUND + e] = growth[e]
+
+
+@bare_kernel
+def _write_bound(shift: Integer, entries: Entries, known: np.ndarray, scratch: Vector) -> None:
     """Write lower bounds of a label's entries at the end; for the cost of an unsatisfied task, what is spent so far."""
     key, bounded = scratch.key, scratch.growth.shape[0]
     for e in range(key.shape[0]):
@@ -160,18 +210,20 @@ def _write_bound(view: ProductView, entries: Entries, known: np.ndarray, scratch
     first = key.shape[0] - entries.paid.shape[0] - entries.frozen.shape[0]
     for c in range(entries.frozen.shape[0]):
         if not known[COL.SATISFIED] >> entries.frozen[c, 1] & 1:
-            scratch.bound[first + c] = spent(view, key, entries.frozen[c, 0])
+            scratch.bound[first + c] = spent(shift, key, entries.frozen[c, 0])
 
 
 @bare_kernel
-def _is_beaten(memory: Memory, entries: Entries, vectors: Vectors, known: np.ndarray, scratch: Vector) -> bool:
+def _is_beaten(
+    limits: np.ndarray, goals: Integer, entries: Entries, vectors: Vectors, known: np.ndarray, scratch: Vector
+) -> bool:
     """Return whether a label exceeds a limit, or is no better than one expanded at its state, or than a goal."""
-    for e in range(memory.limits.shape[0]):
-        if scratch.bound[e] > memory.limits[e]:
+    for e in range(limits.shape[0]):
+        if scratch.bound[e] > limits[e]:
             return True
     if _is_dominated(entries, vectors.of_states, known[FIRST], known[SIZE], scratch.key):
         return True
-    return _is_dominated(entries, vectors.of_goals, 0, memory.counters[GOALS], scratch.bound)
+    return _is_dominated(entries, vectors.of_goals, 0, goals, scratch.bound)
 
 
 @bare_kernel

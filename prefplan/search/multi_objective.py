@@ -10,23 +10,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import COST_BOUND
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY
+from prefplan.heuristics.preprocessing import Bounds
 from prefplan.product.formula_programs import CALL, LARGEST_WHOLE, ROUNDING, Programs, evaluate
 from prefplan.product.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
+from prefplan.product.space import Space
+from prefplan.product.successors import Successors
+from prefplan.search.boa_star import bound_state
 from prefplan.search.labels import (
     AT,
     COL,
     END,
     NONE,
-    PRUNED,
     Growth,
-    Memory,
+    Queue,
+    States,
     added_mu,
-    enter_state,
     expand,
     next_successor,
     pop,
     push,
+    slot_of,
 )
 
 HUGE = 1e200
@@ -82,10 +86,18 @@ class Scratch(NamedTuple):
 
 @bare_kernel
 def run_vector(
-    memory: Memory,
+    space: Space,
+    growth: Growth,
+    bounds: Bounds,
+    states: States,
+    labels: VectorLabels,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    begin: np.ndarray,
+    buffer: Successors,
     key: Key,
     programs: Programs,
-    labels: VectorLabels,
     best: np.ndarray,
     scratch: Scratch,
     pops: Integer,
@@ -97,10 +109,10 @@ def run_vector(
         best: (2,) float64, mu must stay below the first, and must not exceed the second; both are rounded up.
         scratch: for one label.
     """
-    counters = memory.counters
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(memory, key, programs, labels, best, scratch)
+            memory = states, labels, queue, counters, limits, begin, buffer
+            end = _enter(space, growth, bounds, *memory, key, programs, best, scratch)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -109,63 +121,82 @@ def run_vector(
         if pops == 0:
             return END.PAUSED
         pops -= 1
-        label = pop(memory)
-        known = memory.states.known[labels.row[label]]
+        label = pop(queue, counters)
+        known = states.known[labels.row[label]]
         if labels.mu[label] >= best[0] or _superseded(labels, key, known[COL.HEAD], label):
             continue
         if known[COL.SATISFIED] < 0:
             counters[AT.FOUND] = label
             return END.GOAL
-        expand(memory, label, labels.row[label])
+        expand(space, buffer, counters, label, known[COL.CODE])
 
 
 @bare_kernel
 def _enter(
-    memory: Memory, key: Key, programs: Programs, labels: VectorLabels, best: np.ndarray, scratch: Scratch
+    space: Space,
+    growth: Growth,
+    bounds: Bounds,
+    states: States,
+    labels: VectorLabels,
+    queue: Queue,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    begin: np.ndarray,
+    buffer: Successors,
+    key: Key,
+    programs: Programs,
+    best: np.ndarray,
+    scratch: Scratch,
 ) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
-    view, growth, states, limits = memory.product, memory.growth, memory.states, memory.limits
-    counters, buffer = memory.counters, memory.buffer
     parent = counters[AT.PARENT]
     cost = satisfied = np.int64(0)
     if parent != NONE:
         cost, satisfied = labels.cost[parent], states.known[labels.row[parent], COL.SATISFIED]
     k = next_successor(counters)
     after = cost + buffer.cost[k]
-    before, spent = cost >> view.shift, after >> view.shift
+    before, spent = cost >> space.shift, after >> space.shift
     if after > limits[1]:
         return END.ENTERED
     if spent >= growth.cost_limit:
         return END.TOO_LARGE
     most = min(limits[1] - after, INFINITE - 1)
-    row = enter_state(memory, buffer.code[k], 0, UNBOUNDED, most, most)
+    slot = slot_of(states, buffer.code[k])
+    row = np.int64(states.slots[slot])
     if row == NONE:
-        return END.MORE_ROWS
-    if row == PRUNED or states.known[row, COST_BOUND] > most:
-        return END.ENTERED
+        row = counters[AT.ROWS]
+        if row == states.known.shape[0]:
+            return END.MORE_ROWS
+        states.known[row, LIKELY] = 0
+        bound_state(space, bounds, buffer.code[k], UNBOUNDED, most, states.known[row], buffer.automata)
     known = states.known[row]
+    if known[COST_BOUND] > most:
+        return END.ENTERED
+    if states.slots[slot] == NONE:
+        states.slots[slot] = row
+        counters[AT.ROWS] += 1
     estimate = after + known[COST_BOUND]
     if parent == NONE:
         satisfied = known[COL.SATISFIED]
     for d in range(scratch.key.shape[0]):
-        scratch.key[d] = memory.begin[k, d] if parent == NONE else labels.key[parent, d]
+        scratch.key[d] = begin[k, d] if parent == NONE else labels.key[parent, d]
     if parent != NONE:
-        _grow(growth, key, satisfied, before, spent, buffer.violation[k], view.pays, scratch.key)
-    _fill_costs(key, scratch, view.ends.shape[0], spent, satisfied, known[COL.SATISFIED])
+        _grow(growth, key, satisfied, before, spent, buffer.violation[k], space.automata.pays, scratch.key)
+    _fill_costs(key, scratch, space.automata.ends.shape[0], spent, satisfied, known[COL.SATISFIED])
     mu, error = _value(key, programs, scratch, spent)
     if mu != mu:
         return END.TOO_LARGE
     if parent != NONE and mu + error < labels.mu[parent]:
         return END.FALLS
     mu -= error
-    if mu >= best[0] or mu > best[1] or _dominated(labels, key, known[COL.HEAD], after, scratch.key, view.shift):
+    if mu >= best[0] or mu > best[1] or _dominated(labels, key, known[COL.HEAD], after, scratch.key, space.shift):
         return END.ENTERED
     if estimate >= INFINITE:
         return END.TOO_LARGE
     label = counters[AT.LABELS]
     if label == labels.row.shape[0]:
         return END.MORE_LABELS
-    push(memory, label, estimate)
+    push(queue, counters, label, estimate)
     labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
     for d in range(scratch.key.shape[0]):
         labels.key[label, d] = scratch.key[d]

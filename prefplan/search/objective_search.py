@@ -20,7 +20,7 @@ from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.kernels import INFINITE, UNBOUNDED
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import ProductView
+from prefplan.product.space import Space
 from prefplan.product.starts import Start
 from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Search
@@ -67,24 +67,23 @@ class ObjectiveSearch(Search):
         self.prepared = Prepared(product, plain, single=first is not None, max_bytes=max_bytes)
         self.product = product
         self.growth = growth_of(product)
-        view = self.prepared.view
-        columns = self._columns()
-        views = [view, *(_with_costs(view, column)._replace(shift=0) for column in columns[1:])]
+        graph, space, columns = self.prepared.graph, self.prepared.space, self._columns()
+        graphs = [graph, *(replace(graph, costs=column, shift=0) for column in columns[1:])]
         self.bounds = objective_bounds(
-            product, views, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
+            product, graphs, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
         )
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
         self.single = self._first is not None
-        self._numbered = not self.prepared.graph.contracted
-        require_64_bits(product, view, columns)
+        self._numbered = not graph.contracted
+        require_64_bits(product, graph, columns)
         order = self._order()
         self.entries = self.entry_map.arrays(columns, order, self._compared(order), numbered=self._numbered)
         self.by_cost = int(self.entries.order[0]) == 0
         if self._numbered:
             # A successor then comes with the number of its edge, or the index of its costs, in place of a cost.
             numbers = np.arange(len(columns[0]), dtype=np.int64)
-            self.prepared.view = _with_costs(view, np.where(columns[0] < 0, columns[0], numbers))
+            self.prepared.space = _with_costs(space, np.where(columns[0] < 0, columns[0], numbers))
         self.limits = self._limits()
         self.scratch = Vector(
             np.zeros(self.entry_map.count, np.int64),
@@ -166,8 +165,9 @@ class ObjectiveSearch(Search):
         return Paths(rows, parents, steps, np.empty((count, self.entry_map.count), np.int64))
 
     def _run(self, pops: int) -> int:
-        memory, own = self.memory, (self.entries, self.bounds, self.labels, self.vectors, self.scratch)
-        return int(ltmoa_star.run(memory, *own, pops))
+        space, entries, bounds = self.prepared.space, self.entries, self.bounds
+        memory = (self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer)
+        return int(ltmoa_star.run(space, entries, bounds, *memory, self.vectors, self.scratch, pops))
 
     @property
     def work(self) -> Stats:
@@ -237,6 +237,9 @@ class ObjectiveSearch(Search):
         return points
 
 
-def _with_costs(view: ProductView, costs: np.ndarray) -> ProductView:
+def _with_costs(space: Space, costs: np.ndarray) -> Space:
     """Return a product in which edges, or actions where states are generated, have other costs."""
-    return view._replace(costs=costs)
+    if space.generated is not None:
+        return space._replace(generated=space.generated._replace(costs=costs))
+    assert space.edges is not None
+    return space._replace(edges=space.edges._replace(costs=costs))

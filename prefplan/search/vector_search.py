@@ -88,9 +88,9 @@ class VectorSearch(Search):
         )
 
     def _run(self, pops: int) -> int:
-        end = multi_objective.run_vector(
-            self.memory, self._key, self._programs, self.labels, self._best, self._scratch, pops
-        )
+        space, bounds, own = self.prepared.space, self.prepared.bounds, (self._key, self._programs)
+        memory = self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer
+        end = multi_objective.run_vector(space, self.growth, bounds, *memory, *own, self._best, self._scratch, pops)
         if end == END.FALLS:
             at = text_of_costs(self._vector(), self.product.problem.priced)
             raise PreferenceError(f"preference: mu falls along a trajectory, on the last action to {at}")

@@ -84,11 +84,11 @@ def steps_of(moves: Moves) -> Steps:
 
 
 @bare_kernel
-def unpack(moves: Moves, state: Integer, digits: np.ndarray) -> None:
+def unpack(radices: np.ndarray, state: Integer, digits: np.ndarray) -> None:
     """Write the digits of a state."""
-    for d in range(moves.radices.shape[0]):
-        digits[d] = state % moves.radices[d]
-        state //= moves.radices[d]
+    for d in range(radices.shape[0]):
+        digits[d] = state % radices[d]
+        state //= radices[d]
 
 
 @bare_kernel
@@ -182,7 +182,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     Of those that lead over an empty neutral location only the first is written.
     """
     before, counts = steps.before, steps.counts
-    unpack(moves, state, before)
+    unpack(moves.radices, state, before)
     held = _count_objects(moves, before, counts)
     here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
     found: Integer = 0
@@ -252,7 +252,7 @@ def _end_step(moves: Moves, steps: Steps, k: Integer, kind: Integer, action: Int
 def canonical(moves: Moves, state: Integer) -> Integer:
     """Return the canonical state of a state."""
     digits = np.empty(moves.radices.shape[0], dtype=np.int64)
-    unpack(moves, state, digits)
+    unpack(moves.radices, state, digits)
     standardize(moves, digits)
     return pack(moves, digits)
 

@@ -16,7 +16,6 @@ from prefplan.heuristics.monotone_sweep import never_lose
 from prefplan.product.contraction import Graph, contract
 from prefplan.product.kernels import INFINITE, UNREACHABLE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 
@@ -25,7 +24,7 @@ def random_product(seed: int) -> tuple[Product, Graph, Backward]:
     whole = Product(from_dict(random_problem(seed).scenario()).problem())
     graph = contract(whole)
     assert graph is not None
-    return whole, graph, Backward(whole, view(whole, graph))
+    return whole, graph, Backward(whole, graph)
 
 
 def shortest(

@@ -16,7 +16,6 @@ from prefplan.heuristics.lagrangian import LARGEST, Weights, lagrangian_bound, l
 from prefplan.product.contraction import contract
 from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 
@@ -29,7 +28,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
         whole = Product(from_dict(problem.scenario()).problem())
         graph = contract(whole)
         assert graph is not None
-        back, weights = Backward(whole, view(whole, graph)), Weights(rng.randint(1, 5), rng.randint(1, 5), unit)
+        back, weights = Backward(whole, graph), Weights(rng.randint(1, 5), rng.randint(1, 5), unit)
         if back.stages is None:
             continue
         tables = lagrangian_table(back.stages, whole.rates, whole.shift, weights)

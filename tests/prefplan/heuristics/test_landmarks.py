@@ -16,7 +16,6 @@ from prefplan.heuristics.landmarks import Landmarks, landmark_bound, landmarks
 from prefplan.product.contraction import contract
 from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 
@@ -34,9 +33,9 @@ def bounds_and_costs(problem: GraphProblem, seed: int) -> list[tuple[int, int]]:
     whole = Product(from_dict(problem.scenario(), name="problem").problem())
     graph = contract(whole)
     assert graph is not None
-    forward, tasks = view(whole, graph), np.arange(len(whole.sizes))
-    table = Backward(whole, forward).cost_to_go(tasks, np.ones(2 ** len(tasks), dtype=np.int64))
-    marks = landmarks(whole, forward, graph.start)
+    tasks = np.arange(len(whole.sizes))
+    table = Backward(whole, graph).cost_to_go(tasks, np.ones(2 ** len(tasks), dtype=np.int64))
+    marks = landmarks(whole, graph)
     found = []
     for each in (marks, repriced(marks, random.Random(seed))):
         states = product(*(range(size) for size in reversed(whole.sizes)))
@@ -69,7 +68,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     whole = Product(problem)
     graph = contract(whole)
     assert graph is not None
-    marks = landmarks(whole, view(whole, graph), graph.start)
+    marks = landmarks(whole, graph)
     automata = whole.starts[0].automata
     bound = int(landmark_bound(marks, graph.start, np.array(automata))) >> whole.shift
     assert bound * whole.units.cost == Planner(problem).cheapest().cost == 24

@@ -15,7 +15,6 @@ from prefplan.heuristics.max_min import max_min, task_distances
 from prefplan.product.contraction import whole_graph
 from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 from prefplan.scenario.decode import from_dict
 
 State = tuple[int, ...]
@@ -77,7 +76,7 @@ def test_a_plan_for_one_task_costs_what_it_says() -> None:
 @pytest.mark.parametrize("seed", range(40))
 def test_compiled_tables_of_single_tasks_are_the_same(seed: int) -> None:
     product = random_product(seed, relaxed=seed % 2 == 0)
-    backward = Backward(product, view(product, whole_graph(product)))
+    backward = Backward(product, whole_graph(product))
     for task, distances in enumerate(task_distances(product, product.costs.tolist())):
         table = backward.cost_to_go(np.array([task], dtype=np.int64), np.ones(2, dtype=np.int64))
         cells = [(s, q) for q in range(product.sizes[task]) for s in range(backward.nodes)]

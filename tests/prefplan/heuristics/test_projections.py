@@ -13,11 +13,11 @@ from prefplan import Options, Planner
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import added_bound
 from prefplan.heuristics.preprocessing import Prepared
+from prefplan.heuristics.projections import observe
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
-from prefplan.product.product_view import view
 
 
 @pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
@@ -33,20 +33,24 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, measured:
     system = searched.model.quotient().system.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
-    exact = Backward(listed, view(listed, whole_graph(listed))).cost_to_go(tasks, np.ones(2 ** len(tasks), np.int64))
-    space = searched.model.space
+    exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks, np.ones(2 ** len(tasks), np.int64))
+    space = searched.model.generator.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
-    digits = np.stack([space.digit(codes, d) for d in range(len(space.radices))], axis=1)
+
+    def bound_of(code: np.int64, states: np.ndarray) -> int:
+        observe(bounds.projections, code)
+        return int(added_bound(bounds.patterns, bounds.projections, code, states))
+
     found = np.empty_like(exact)
     for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):
         states = np.array(automata[::-1], dtype=np.int64)
         for s in range(system.size):
-            bound = added_bound(bounds.added, bounds.projections, digits[s], codes[s], states)
+            bound = bound_of(codes[s], states)
             found[s + k * system.size] = bound
             for edge in system.edges(s):
                 target = int(system.targets[edge])
                 after = listed.delta[tasks, states, listed.classes[target]].astype(np.int64)
-                step = added_bound(bounds.added, bounds.projections, digits[target], codes[target], after)
+                step = bound_of(codes[target], after)
                 assert bound <= min(listed.costs[edge] + step, INFINITE)
     assert (found <= exact).all()
     assert found[exact < INFINITE].any() or not exact[exact < INFINITE].any()

@@ -168,7 +168,7 @@ def test_some_plan_is_known_early_and_how_far_it_may_be_from_the_best(
     run, turns, slow = BiObjectiveSearch.run, [], Options(heuristic=1, landmarks=False)
 
     def stopped(self: BiObjectiveSearch, limits: Limits, *, most_expanded: float = math.inf) -> Result:
-        if not len(self.prepared.bounds.added.base):
+        if not self.prepared.bounds.patterns.add_up:
             turns.append(None)
             if len(turns) == 4:
                 raise LimitError("time") if ended == "time" else KeyboardInterrupt

@@ -1,0 +1,189 @@
+"""A product as arrays for compiled kernels: the automata's tables, and the graph in one of three forms.
+
+Costs and preference values are whole multiples of `Product.units`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prefplan.product.contraction import Graph, all_pairs_costs, changes
+from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.product.moves import Generated
+from prefplan.product.product_automaton import Product
+
+
+class Automata(NamedTuple):
+    """The automata of N tasks, then R rules, over S nodes, of at most Q states and C labels.
+
+    Labels are told apart by class, by letter where states are generated, and by node where the graph is contracted.
+
+    P tasks and rules have violation costs. A product state has the code node + S (q_1 + Q_1 (q_2 + ...)).
+
+    Attributes:
+        nodes: number of nodes, or of integers that stand for states.
+        sizes: (N + R,) int64, states of each.
+        ends: (N, 2) int32, the accepting and the skipped state of each, or -1.
+        jump: (N + R, Q, C) int64, what the state after the free reading of a label adds to the code; negative if the
+            label is barred.
+        tolls: (P - N, Q, C) int64, the price of breaking a rule by reading a label, of the rules that may be broken.
+        bought: (X, 2) int64, of each bought reading, what the state after it adds to the code, and its price.
+        first_bought: (N, Q, C + 1) int32: `bought[first_bought[i, q, c] : first_bought[i, q, c + 1]]` are those of a
+            label.
+        pays: whether a step may have a violation cost.
+    """
+
+    nodes: int
+    sizes: np.ndarray
+    ends: np.ndarray
+    jump: np.ndarray
+    tolls: np.ndarray
+    bought: np.ndarray
+    first_bought: np.ndarray
+    pays: bool
+
+
+class Edges(NamedTuple):
+    """A graph of S nodes.
+
+    Attributes:
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: edges by source node.
+        classes: (S,) int32, label class of each node.
+    """
+
+    offsets: np.ndarray
+    targets: np.ndarray
+    costs: np.ndarray
+    classes: np.ndarray
+
+
+class Shortcuts(NamedTuple):
+    """A contracted graph of S <= 64 nodes, on which every successor changes some automaton (macro-moves).
+
+    Attributes:
+        near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE.
+        through: (S, S) uint64, as bits, the nodes that lie on cheaper paths between two.
+        active: (N + R, Q) uint64, as bits, nodes whose label can change automaton i in q.
+        distance: (S,) int64 and via: (S,) int64, scratch.
+    """
+
+    near: np.ndarray
+    through: np.ndarray
+    active: np.ndarray
+    distance: np.ndarray
+    via: np.ndarray
+
+
+class Space(NamedTuple):
+    """What a search is over; of the forms of its graph, one is there and the others are None.
+
+    Attributes:
+        automata: the tasks' and the rules'.
+        edges: a listed graph.
+        shortcuts: a contracted graph.
+        generated: a model whose states are generated.
+        shift: number of low bits of costs, which count actions.
+    """
+
+    automata: Automata
+    edges: Edges | None
+    shortcuts: Shortcuts | None
+    generated: Generated | None
+    shift: int
+
+    @property
+    def strides(self) -> np.ndarray:
+        """(N + R,) int64: the code of a product state is its node + sum_i strides[i] q_i."""
+        return np.cumprod([self.automata.nodes, *self.automata.sizes])[:-1].astype(np.int64)
+
+
+def space_of(product: Product, graph: Graph) -> Space:
+    """Return a product over a graph as arrays."""
+    automata = _automata(product, graph.size if graph.contracted else product.nodes)
+    edges = shortcuts = None
+    if graph.contracted:
+        automata = _by_node(automata, graph.classes)
+        active = _bits(changes(product)[:, :, graph.classes])
+        scratch = np.empty((2, graph.size), np.int64)
+        shortcuts = Shortcuts(graph.near, _through(graph.near), active, *scratch)
+    elif product.generated is None:
+        edges = Edges(graph.offsets, graph.targets, graph.costs, graph.classes)
+    return Space(automata, edges, shortcuts, product.generated, graph.shift)
+
+
+def _automata(product: Product, nodes: int) -> Automata:
+    sizes = np.concatenate([product.sizes, product.rule_sizes])
+    strides = np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
+    counts = np.diff(product.extra_first, axis=2).sum(axis=(1, 2))
+    owner = np.repeat(np.arange(len(counts)), counts)
+    return Automata(
+        nodes=nodes,
+        sizes=sizes,
+        ends=product.ends,
+        jump=_joined(product.delta, product.rule_delta) * strides[:, None, None],
+        tolls=product.tolls,
+        bought=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
+        first_bought=product.extra_first,
+        pays=product.relaxed or len(product.tolls) > 0,
+    )
+
+
+def _by_node(automata: Automata, classes: np.ndarray) -> Automata:
+    """Return the tables of automata by node in place of label classes."""
+    first = automata.first_bought
+    begin, end = first.take(classes, axis=2), first.take(classes + 1, axis=2)
+    ends = np.cumsum(end - begin).reshape(end.shape)
+    readings = np.repeat((end - ends).ravel(), (end - begin).ravel()) + np.arange(ends.max(initial=0))
+    return automata._replace(
+        jump=automata.jump.take(classes, axis=2),
+        tolls=automata.tolls.take(classes, axis=2) if len(automata.tolls) else automata.tolls,
+        bought=automata.bought[readings],
+        first_bought=np.concatenate([(ends - end + begin)[:, :, :1], ends], axis=2).astype(np.int32),
+    )
+
+
+def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return two tables, (n, Q, C) and (m, Q', C'), as one, with zeros where one of them is narrower."""
+    width = np.maximum(one.shape[1:], other.shape[1:])
+    padded = [
+        np.pad(each, [(0, 0), *((0, w - n) for w, n in zip(width, each.shape[1:], strict=True))])
+        for each in (one, other)
+    ]
+    return np.concatenate(padded)
+
+
+def _bits(sets: np.ndarray) -> np.ndarray:
+    """Return sets of at most 64 nodes, given as (..., S) bool, as (...,) uint64."""
+    bits = np.uint64(1) << np.arange(sets.shape[-1], dtype=np.uint64)
+    return (sets * bits).sum(axis=-1, dtype=np.uint64)
+
+
+def _through(near: np.ndarray) -> np.ndarray:
+    """Return (S, S) for each two nodes those on paths cheaper than their edge, as bits."""
+    least = all_pairs_costs(near, np.ones(len(near), dtype=bool))
+    return _bits((least[:, :, None] + least[None, :, :] < near[:, None, :]).transpose(0, 2, 1))
+
+
+@bare_kernel
+def decode(nodes: Integer, sizes: np.ndarray, code: Integer, automata: np.ndarray) -> Integer:
+    """Write the states of the first automata of a product state, as many as there is room for, and return its node."""
+    rest = code // nodes
+    for i in range(automata.shape[0]):
+        automata[i] = rest % sizes[i]
+        rest //= sizes[i]
+    return code % nodes
+
+
+@bare_kernel
+def masks(ends: np.ndarray, automata: np.ndarray) -> tuple[Integer, Integer]:
+    """Return the sets of satisfied tasks, and of satisfied or skipped tasks, as bits."""
+    satisfied = done = 0
+    for i in range(ends.shape[0]):
+        if automata[i] == ends[i, 0]:
+            satisfied |= 1 << i
+            done |= 1 << i
+        elif automata[i] == ends[i, 1]:
+            done |= 1 << i
+    return satisfied, done
