@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from itertools import cycle
+from typing import NamedTuple
 
 from prefplan.drawing import svg
 from prefplan.drawing.trail import Cell, Trail, trail
@@ -18,10 +21,8 @@ SIDE_PX = 420.0
 CELL_PX = 72.0
 """Greatest length of a cell's side."""
 
-MARGIN_PX = 8.0
-TITLE_PX = 28.0
-NAMES_PX = 130.0
-"""Width at the right for the names of tasks beside the last column."""
+MARGIN_PX, TITLE_PX, NAMES_PX = 8.0, 28.0, 130.0
+"""Width of the margins, height of the title, and width for the names of tasks beside the last column."""
 
 MOST_LINED = 60
 """Most cells of a side whose borders are drawn."""
@@ -55,67 +56,67 @@ def map_picture(cells: CellMap, states: Sequence[Cell], done: Mapping[str, int],
         done: by name of each task that the plan satisfies, after how many actions.
         title: above the picture.
     """
-    return _Drawing(cells, title).picture(trail(states), done)
+    width, height = cells.size
+    frame = _Frame(min(CELL_PX, SIDE_PX / max(width, height)), height)
+    way = trail(states)
+    tasks: dict[int, list[str]] = {}
+    for task, step in done.items():
+        tasks.setdefault(step, []).append(task)
+    parts = [*_ground(cells, frame), *_path(way, frame)]
+    for step, names in tasks.items():
+        x, y = frame.point(*way.states[step])
+        parts.append(svg.element("circle", cx=x, cy=y, r=5, fill=svg.PATH, stroke=svg.PAPER, stroke_width=1.5))
+        parts.append(svg.text(x + 6, y + 16, ", ".join(names), font_weight="bold", fill=svg.PATH))
+    wide = max(frame.side * width + NAMES_PX, svg.LETTER_PX * 1.1 * len(title))
+    return svg.picture(wide + 2 * MARGIN_PX, TITLE_PX + frame.side * height + MARGIN_PX, title, parts)
 
 
-class _Drawing:
-    """The places of cells in a picture."""
+class _Frame(NamedTuple):
+    """The length of a cell's side, px, and the number of rows."""
 
-    def __init__(self, cells: CellMap, title: str) -> None:
-        self.cells, self.title = cells, title
-        self.side = min(CELL_PX, SIDE_PX / max(cells.size))
+    side: float
+    rows: int
 
-    def picture(self, way: Trail, done: Mapping[str, int]) -> str:
-        """Return the whole picture."""
-        width, height = (self.side * length for length in self.cells.size)
-        parts = [svg.text(MARGIN_PX, 18, self.title, font_weight="bold"), *self._ground(), *self._way(way)]
-        tasks: dict[int, list[str]] = {}
-        for task, step in done.items():
-            tasks.setdefault(step, []).append(task)
-        for step, names in tasks.items():
-            x, y = self._point(*way.states[step])
-            parts.append(svg.dot(x, y, 5, fill=svg.PATH, stroke=svg.PAPER, stroke_width=1.5))
-            parts.append(svg.text(x + 6, y + 16, ", ".join(names), halo=True, font_weight="bold", fill=svg.PATH))
-        wide = max(width + NAMES_PX, svg.LETTER_PX * 1.1 * len(self.title))
-        return svg.picture(wide + 2 * MARGIN_PX, TITLE_PX + height + MARGIN_PX, parts)
+    def point(self, x: float, y: float) -> tuple[float, float]:
+        """Return the point of a cell's centre, px; y runs upwards on the map."""
+        return MARGIN_PX + self.side * (x + 0.5), TITLE_PX + self.side * (self.rows - y - 0.5)
 
-    def _point(self, x: float, y: float) -> tuple[float, float]:
-        """Return the point of a cell's centre; y runs upwards on the map."""
-        return MARGIN_PX + self.side * (x + 0.5), TITLE_PX + self.side * (self.cells.size[1] - y - 0.5)
-
-    def _box(self, box: Sequence[int], title: str, **style: object) -> str:
+    def box(self, box: Sequence[int], name: str, **style: object) -> str:
+        """Return a box of cells whose name is shown when it is pointed at."""
         x0, y0, x1, y1 = box
-        x, y = self._point(x0 - 0.5, y1 + 0.5)
-        return svg.rectangle(x, y, self.side * (x1 - x0 + 1), self.side * (y1 - y0 + 1), title=title, **style)
+        x, y = self.point(x0 - 0.5, y1 + 0.5)
+        size = {"width": self.side * (x1 - x0 + 1), "height": self.side * (y1 - y0 + 1)}
+        return svg.element("rect", svg.element("title", escape(name)), x=x, y=y, **size, **style)
 
-    def _ground(self) -> list[str]:
-        """Return terrain, regions with their names, obstacles, and the borders of the cells."""
-        (width, height), cells = self.cells.size, self.cells
-        parts = [self._box(box, name, fill=GROUND) for name, boxes in cells.terrain.items() for box in boxes]
-        named = []
-        for colour, (name, boxes) in zip(cycle(svg.AREAS), cells.regions.items(), strict=False):
-            parts += [self._box(box, name, fill=colour, fill_opacity=0.8) for box in boxes]
-            left, bottom, _, top = max(boxes, key=lambda box: (box[2] - box[0] + 1) * (box[3] - box[1] + 1))
-            x, y = self._point(left - 0.5, top + 0.5)
-            # In the corner or above, as paths lead through the centres of cells.
-            down = svg.FONT_PX if self.side * (top - bottom + 1) > 3 * svg.FONT_PX else -3
-            named.append(svg.text(x + 3, y + down, name, halo=True))
-        parts += [self._box(box, name, fill=OBSTACLE) for name, boxes in cells.obstacles.items() for box in boxes]
-        if max(width, height) <= MOST_LINED:
-            columns = [[self._point(x - 0.5, y) for y in (-0.5, height - 0.5)] for x in range(1, width)]
-            rows = [[self._point(x, y - 0.5) for x in (-0.5, width - 0.5)] for y in range(1, height)]
-            parts += [svg.line(ends, stroke=BORDER, stroke_width=0.6) for ends in (*columns, *rows)]
-        return [*parts, self._box((0, 0, width - 1, height - 1), "", fill="none", stroke=svg.SOFT), *named]
 
-    def _way(self, way: Trail) -> list[str]:
-        """Return the path with its arrows, and the start as a ring."""
-        parts = [svg.line([self._point(x, y) for x, y in way.line], stroke=svg.PATH, stroke_width=2)]
-        reach = min(5.0, max(2.5, 0.2 * self.side))
-        for x, y, dx, dy in way.arrows:
-            tip_x, tip_y = self._point(x, y)
-            ahead, aside = (reach * dx, -reach * dy), (0.7 * reach * dy, 0.7 * reach * dx)
-            corners = [(tip_x + ahead[0], tip_y + ahead[1])]
-            corners += [(tip_x - ahead[0] + sign * aside[0], tip_y - ahead[1] + sign * aside[1]) for sign in (1, -1)]
-            parts.append(svg.area(corners, fill=svg.PATH))
-        x, y = self._point(*way.states[0])
-        return [*parts, svg.dot(x, y, 5, fill=svg.PAPER, stroke=svg.PATH, stroke_width=2)]
+def _ground(cells: CellMap, frame: _Frame) -> Iterator[str]:
+    """Yield terrain, regions with their names, obstacles and the borders of the cells."""
+    width, height = cells.size
+    yield from (frame.box(box, name, fill=GROUND) for name, boxes in cells.terrain.items() for box in boxes)
+    for colour, (name, boxes) in zip(cycle(svg.AREAS), cells.regions.items(), strict=False):
+        yield from (frame.box(box, name, fill=colour, fill_opacity=0.8) for box in boxes)
+    yield from (frame.box(box, name, fill=OBSTACLE) for name, boxes in cells.obstacles.items() for box in boxes)
+    lined = max(width, height) <= MOST_LINED
+    lines = [f"M{x} 0V{height}" for x in range(0, width + 1, 1 if lined else width)]
+    lines += [f"M0 {y}H{width}" for y in range(0, height + 1, 1 if lined else height)]
+    place = f"translate({MARGIN_PX} {TITLE_PX}) scale({frame.side:.4f})"
+    yield svg.element("path", d="".join(lines), transform=place, stroke=BORDER, stroke_width=0.6 / frame.side)
+    for name, boxes in cells.regions.items():
+        left, bottom, _, top = max(boxes, key=lambda box: (box[2] - box[0] + 1) * (box[3] - box[1] + 1))
+        x, y = frame.point(left - 0.5, top + 0.5)
+        # In the corner or above, as paths lead through the centres of cells.
+        inside = frame.side * (top - bottom + 1) > 3 * svg.FONT_PX
+        yield svg.text(x + 3, y + svg.FONT_PX if inside else y - 3, name)
+
+
+def _path(way: Trail, frame: _Frame) -> Iterator[str]:
+    """Yield the path with its arrows, and the start as a ring."""
+    line = svg.points(frame.point(x, y) for x, y in way.line)
+    yield svg.element("polyline", points=line, fill="none", stroke=svg.PATH, stroke_width=2)
+    reach = min(5.0, max(2.5, 0.2 * frame.side))
+    for x, y, dx, dy in way.arrows:
+        x, y = frame.point(x, y)
+        place = f"translate({x:.2f} {y:.2f}) rotate({math.degrees(math.atan2(-dy, dx)):.0f}) scale({reach:.2f})"
+        yield svg.element("path", d="M1 0L-1 0.7V-0.7z", transform=place, fill=svg.PATH)
+    x, y = frame.point(*way.states[0])
+    yield svg.element("circle", cx=x, cy=y, r=5, fill=svg.PAPER, stroke=svg.PATH, stroke_width=2)
