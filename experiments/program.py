@@ -21,3 +21,7 @@ def main() -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):  # its encoding may lack characters of the user's names
         sys.stdout.reconfigure(errors="backslashreplace")
     return run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

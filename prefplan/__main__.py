@@ -1,20 +1,17 @@
-"""The program: `prefplan`, or `python -m prefplan`."""
+"""The program as a module: `python -m prefplan` does what `prefplan` does."""
 
 from __future__ import annotations
 
+import os
 import sys
-from importlib import import_module
-from pathlib import Path
 
 
-def main() -> int:
-    """Run the program and return its exit status."""
-    # Its packages have common names such as `sim`; the working directory may have others with these names.
-    sys.path.insert(0, str(Path(__file__).parents[1]))
-    # Imported by name, because the planner must not depend on the programs.
-    status: int = import_module("experiments.program").main()
-    return status
+def main() -> None:
+    """Replace this process by the program."""
+    # Its packages have common names such as `sim`. With -P, Python does not search the working directory, which may have
+    # others of these names; the program is named as text, because the planner must not depend on it.
+    os.execv(sys.executable, [sys.executable, "-P", "-m", "experiments.program", *sys.argv[1:]])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

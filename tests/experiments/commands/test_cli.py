@@ -104,7 +104,7 @@ import sys
 import vl_convert
 sys.modules["mujoco"] = None
 vl_convert.javascript_bundle = lambda snippet: ""  # is made in two seconds
-from prefplan.__main__ import main
+from experiments.program import main
 for call in sys.argv[1:]:
     sys.argv[1:] = call.split()
     print(main())
