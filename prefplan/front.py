@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.plan import PAIR, Plan, point_of
-from prefplan.text.layout import in_columns, listed, number
+from prefplan.plan import PAIR, Plan, point_of, worth
+from prefplan.text.layout import counted, in_columns, listed, number
 
 if TYPE_CHECKING:
     # Loaded only when a front is drawn or converted to a table.
     from matplotlib.axes import Axes
     from pandas import DataFrame
-
 
 MOST_ACTIONS = 30
 """Most entries of a plan, each an action or a run of equal ones, that the text of a front shows: a few lines."""
@@ -192,7 +191,7 @@ class Front(Sequence[Plan]):
         except ImportError:
             raise PrefplanError("a DataFrame needs pandas: pip install pandas") from None
         rows = [[*point_of(plan), *plan.task_costs.values(), plan.actions] for plan in self]
-        tasks = [f"task_costs.{name}" for name in self._tasks]
+        tasks = [f"task_costs.{name}" for plan in self.plans[:1] for name in plan.task_costs]
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -219,10 +218,6 @@ class Front(Sequence[Plan]):
         return ax
 
     @property
-    def _tasks(self) -> tuple[str, ...]:
-        return tuple(self.plans[0].task_costs) if self.plans else ()
-
-    @property
     def title(self) -> str:
         """What the front is of."""
         names = self.objectives or PAIR
@@ -233,7 +228,7 @@ class Front(Sequence[Plan]):
         """The heads of a table with a row for each plan, and then its rows."""
         heads = ["penalty" if name == PAIR[1] else name for name in self.objectives or PAIR]
         rows = [[str(i), *map(number, (*point_of(p), *p.task_costs.values()))] for i, p in enumerate(self)]
-        return [["#", *heads, *(self.plans[0].display.task(name) for name in self._tasks)], *rows]
+        return [["#", *heads, *(plan.display.task(name) for plan in self.plans[:1] for name in plan.task_costs)], *rows]
 
     @property
     def notes(self) -> list[str]:
@@ -250,9 +245,9 @@ class Front(Sequence[Plan]):
         Args:
             whole: returns how to see all actions of the plan with a number.
         """
-        counts = [f"{len(plan.actions)} action{'s' * (len(plan.actions) != 1)}" for plan in self]
         return [
-            f"Plan {i} ({counts[i]})\n{plan.listing(most=MOST_ACTIONS, whole=whole(i))}" for i, plan in enumerate(self)
+            f"Plan {i} ({counted(len(plan.actions), 'action')})\n{plan.listing(most=MOST_ACTIONS, whole=whole(i))}"
+            for i, plan in enumerate(self)
         ]
 
     @property
@@ -264,12 +259,16 @@ class Front(Sequence[Plan]):
             return f"Incomplete: {self.ending}."
         return None if self.plans else "No plan."
 
+    def __repr__(self) -> str:
+        """Return the number of plans, the first and the last point, and what is missing, in one line."""
+        ends = " to ".join(dict.fromkeys(worth(plan) for plan in (*self.plans[:1], *self.plans[-1:])))
+        return f"<Front of {counted(len(self), 'plan')}: {'; '.join(filter(None, (ends, self.missing)))}>"
+
     def __str__(self) -> str:
         """Return the front as `prefplan front` prints it: a table, and the actions of each plan."""
+        table = ["\n".join([self.title, in_columns(self.table), *self.notes])] if self.plans else []
         blocks = self.listing(lambda i: f"`print(front[{i}])` prints all")
-        if blocks:
-            blocks.insert(0, "\n".join([self.title, in_columns(self.table), *self.notes]))
-        return "\n\n".join([*blocks, *([self.missing] if self.missing else [])])
+        return "\n\n".join([*table, *blocks, *([self.missing] if self.missing else [])])
 
     def _repr_html_(self) -> str:
         """Return the front as HTML for notebooks: a row for each plan, and why it is empty or incomplete."""

@@ -22,6 +22,15 @@ T = TypeVar("T")
 LONGEST_SHOWN = 60
 """Most characters of a wrong value in a message."""
 
+HEADINGS = {
+    "model": "[model]",
+    "tasks": "[[tasks]]",
+    "rules": "[[rules]]",
+    "preference": "[preference]",
+    "preferences": "[[preferences]]",
+}
+"""Headings of a file's tables, below which a key of the same name belongs to the table of the heading before."""
+
 NOUNS: dict[Any, str] = {str: "a string", int: "an integer", bool: "true or false", list: "a list", Mapping: "a table"}
 
 
@@ -42,6 +51,9 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
     if not isinstance(table, Mapping):
         raise ScenarioError(f"{where}: must be a table {choices('', (*keys, *also))}, not {_shown(table)}")
     for key in table:
+        if key not in (*keys, *also) and where and key in HEADINGS:
+            meant = f"write the heading {HEADINGS[key]}, and below it the keys of its own table"
+            raise ScenarioError(f"{key_path(where, key)}: is no key of {where}; {meant}")
         if key not in (*keys, *also):
             raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
     kinds = types_of(cast(Hashable, kind))

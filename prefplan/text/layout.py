@@ -49,7 +49,7 @@ def numbered(actions: Sequence[str], *, most: int | None = None, whole: str = ""
     if most is None or len(entries) <= most:
         return "\n".join(_wrapped(entries, gap, columns))
     left = sum(n for _, n in runs[most:])
-    rest = f"... and {left} more action{'s' * (left != 1)}; {whole}"
+    rest = f"... and {counted(left, 'more action')}; {whole}"
     return "\n".join([*_wrapped(entries[:most], gap, columns), rest])
 
 
@@ -77,6 +77,11 @@ def _wrapped(entries: Sequence[str], gap: str, columns: int) -> list[str]:
         else:
             lines.append(piece)
     return lines
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number of things, such as `1 plan` or `2 plans`."""
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def listed(words: Sequence[str]) -> str:

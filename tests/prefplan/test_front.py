@@ -51,6 +51,13 @@ def test_a_front_is_printed_as_a_table_and_plans() -> None:
     assert str(BEGINNING).endswith("\n\nIncomplete: stopped by the time limit; the front is complete below cost 26.")
 
 
+def test_a_front_is_one_line_where_its_value_is_shown() -> None:
+    assert repr(WHOLE) == "<Front of 2 plans: cost 24, penalty 14 to cost 27, penalty 0>"
+    stopped = "Incomplete: stopped by the time limit; the front is complete below cost 26."
+    assert repr(BEGINNING) == f"<Front of 1 plan: cost 24, penalty 14; {stopped}>"
+    assert repr(NONE) == "<Front of 0 plans: No plan: task a & b can never be satisfied.>"
+
+
 def test_a_plan_is_printed_with_the_costs_of_its_tasks_and_its_relaxations() -> None:
     skipped = replace(WHOLE[0], relaxations=(Purchase("wash", 0, None, 2), Purchase("s<b>", 1, "p", 0.5)))
     assert str(skipped).splitlines() == [
