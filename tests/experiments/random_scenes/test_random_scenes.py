@@ -12,12 +12,22 @@ import pytest
 from jobs_for_processes import CRASHES, HANGS, report_and_end
 from scenario_texts import cup_scenario, task_tables
 
+from experiments.commands.planning.checkup import check
 from experiments.random_scenes import __main__ as command
 from experiments.random_scenes import trial
 from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
 from experiments.random_scenes.page import markdown
 from experiments.random_scenes.processes import in_processes
-from experiments.random_scenes.trial import COMPLETED, FAILED, NOT_BUILT, REFUTED, TIMED_OUT, penetration, try_scene
+from experiments.random_scenes.trial import (
+    COMPLETED,
+    FAILED,
+    NOT_BUILT,
+    REFUTED,
+    TIMED_OUT,
+    penetration,
+    refusals,
+    try_scene,
+)
 from experiments.runs.carry_out import carry_out
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
@@ -104,6 +114,15 @@ def test_a_refused_scene_is_carried_out_without_the_test_that_refused_it(
 def test_a_refused_scene_with_objects_inside_one_another_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     done = tried(TWO_BEAMS.format(x=0.46), tmp_path, monkeypatch)
     assert not done["allowed"] and done["outcome"] == FAILED and "inside one another" in done["reason"], done
+
+
+@pytest.mark.parametrize("goal", ["away", "beside", "far"])
+def test_the_objects_that_tasks_name_tell_what_check_answers(goal: str) -> None:
+    """The task can be achieved at once, once another object was moved, or not at all."""
+    text = TWO_BEAMS.format(x=0.65).replace("oak_away", f"oak_{goal}")
+    scenario = loads(text.replace("[model.objects]", "far = { at = [0.95, 0.0] }\n[model.objects]"), name="beams")
+    assert refusals(scenario) == list(check(scenario).faults)
+    assert bool(refusals(scenario)) == (goal == "far")
 
 
 def test_a_scene_whose_objects_have_no_place_cannot_be_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -104,6 +104,18 @@ def test_no_movement_is_much_slower_than_its_length_warrants(arm: Arm) -> None:
     assert done > 390
 
 
+def test_near_the_base_the_hand_comes_down_although_the_elbow_has_swung_aside(arm: Arm) -> None:
+    aside = np.array([0.18, -0.64, 0.96, -3.06, 0.88, 2.45, -2.07])
+    above = arm.tool(aside)
+    goal, pose = arm.reach([ToolPose.down(above.position - [0.0, 0.0, 0.12], above.yaw)])
+    references = arm.move(aside, goal, pose)
+    low, high = arm.model.jnt_range.T
+    assert (references > low).all() and (references < high).all()
+    tools = np.array([arm.tool(q).position for q in references])
+    assert tools[-1] == pytest.approx(pose.position, abs=0.001)
+    assert np.hypot(*(tools - pose.position)[:, :2].T).max() < 0.025
+
+
 def test_the_elbow_does_not_wander(arm: Arm) -> None:
     there, _ = arm.reach(ToolPose.down(np.array(PLACES[1]), 0.0).symmetric_poses())
     q = PANDA.home
