@@ -4,78 +4,36 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
 
+import judge
 import pytest
+from random_manipulation import random_measured
 from small_models import COSTS
 
 from prefplan import Location, ManipulationModel, ManipulationState, Object
 
 
-class Plain(NamedTuple):
-    """A state of the re-implementation below."""
-
-    hand: str
-    held: str | None
-    places: tuple[str | None, ...]
-    marks: frozenset[tuple[str, str]]
-
-
-def plain_start(what: ManipulationModel) -> Plain:
-    return Plain(what.start, None, tuple(obj.start for obj in what.objects), frozenset())
-
-
-def plain_steps(what: ManipulationModel, state: Plain) -> list[tuple[str, int, Plain]]:
-    """Return (action, cost, successor), rule by rule."""
-    spots = {place.name: place for place in what.locations}
-    occupied = [place for place in state.places if place is not None]
-
-    def has_space(place: Location) -> bool:
-        return occupied.count(place.name) < place.capacity and all(support in occupied for support in place.on)
-
-    def carries_nothing(name: str) -> bool:
-        return not any(name in spots[place].on for place in occupied)
-
-    steps: list[tuple[str, int, Plain]] = []
-    if state.held is None:
-        for name in spots:
-            if name != state.hand:
-                steps.append((f"transit {name}", 3, state._replace(hand=name)))
-        for k, obj in enumerate(what.objects):
-            if state.places[k] == state.hand and not obj.fixed and carries_nothing(state.hand):
-                lifted = (*state.places[:k], None, *state.places[k + 1 :])
-                steps.append((f"grasp {obj.name}", 1, state._replace(held=obj.name, places=lifted)))
-        return steps
-    k = [obj.name for obj in what.objects].index(state.held)
-    for name, place in spots.items():
-        if name != state.hand and has_space(place):
-            steps.append((f"transport {state.held} {name}", 5, state._replace(hand=name)))
-    for name, place in spots.items():
-        if name == state.hand and has_space(place):
-            marked = state.marks | ({(state.held, place.marks)} if place.marks else set())
-            put = (*state.places[:k], name, *state.places[k + 1 :])
-            steps.append((f"release {state.held} {name}", 1, Plain(name, None, put, marked)))
-    return steps
-
-
-def plain_label(what: ManipulationModel, state: Plain) -> set[str]:
-    names = {f"{obj.name}_{place}" for obj, place in zip(what.objects, state.places, strict=True) if place}
-    return names | {f"{obj}_{mark}" for obj, mark in state.marks} | ({f"holding_{state.held}"} if state.held else set())
-
-
-def as_plain(what: ManipulationModel, state: ManipulationState) -> Plain:
-    return Plain(state.hand, state.held, tuple(state.place.get(obj.name) for obj in what.objects), state.marks)
-
-
-def random_model(seed: int) -> ManipulationModel:
+def random_model(rng: random.Random) -> ManipulationModel:
     """Draw a model of 2 to 5 locations and 1 to 3 objects that is well formed."""
-    rng = random.Random(seed)
     names = [f"l{k}" for k in range(rng.randint(2, 5))]
     places = []
     for k, name in enumerate(names):
-        common = {"capacity": rng.choice((1, 1, 2)), "marks": rng.choice((None, None, "wet", "hot"))}
         on = tuple(rng.sample(names[:k], rng.randint(1, min(2, k)))) if k and rng.random() < 0.4 else ()
-        places.append(Location(name, at=None if on else (0.0, 0.0), on=on, **common))
+        places.append(
+            Location(
+                name,
+                at=None if on else (0.0, 0.0),
+                on=on,
+                capacity=rng.choice((1, 1, 2, 3)),
+                marks=rng.choice((None, None, "wet", "hot")),
+                closed=rng.random() < 0.15,
+                clear_of=tuple(rng.sample(names, rng.randint(1, 2))) if rng.random() < 0.2 else (),
+            )
+        )
     capacities = {place.name: place.capacity for place in places}
     starts: list[str] = []
     for _ in range(rng.randint(1, 3)):
@@ -88,27 +46,79 @@ def random_model(seed: int) -> ManipulationModel:
     return ManipulationModel(rng.choice(["home", *names]), COSTS, tuple(places), tuple(objects))
 
 
+def with_costs(rng: random.Random, what: ManipulationModel) -> ManipulationModel:
+    """Draw one or two costs of each kind of action, or measured ones, which tell slots apart."""
+    quantities = rng.choice(("time", ("time", "energy")))
+    if rng.random() < 0.5:
+        return random_measured(rng, what, quantities)
+    names = quantities if isinstance(quantities, tuple) else ()
+    costs: dict[str, Any] = {
+        kind: {name: rng.randint(0, 9) for name in names} or 0.5 * rng.randint(0, 9) for kind in COSTS
+    }
+    return replace(what, costs=costs)
+
+
+def random_start(rng: random.Random, what: ManipulationModel) -> ManipulationState:
+    """Draw a state with an object in the hand, at times, and some marks."""
+    first = what.initial_state
+    marks = frozenset((obj.name, mark) for obj in what.objects for mark in what.marks if rng.random() < 0.2)
+    held = rng.choice([None, *(obj.name for obj in what.objects if not obj.fixed)])
+    places = tuple((obj, place) for obj, place in first.places if obj != held)
+    return ManipulationState(rng.choice([what.start, what.locations[0].name]), held, places, marks)
+
+
+def as_arm(what: ManipulationModel, state: ManipulationState) -> judge.Arm:
+    slots = dict(state.slots)
+    places = [
+        None if obj.name == state.held else (state.place[obj.name], slots.get(obj.name, 0)) for obj in what.objects
+    ]
+    hand = state.hand if state.hand_slot is None else f"{state.hand}[{state.hand_slot}]"
+    return judge.Arm(hand, state.held, tuple(places), state.marks)
+
+
+def exact_costs(cost: Any) -> tuple[Fraction, ...]:
+    return tuple(map(Fraction, cost.values() if isinstance(cost, Mapping) else [cost]))
+
+
+def assert_judged(what: ManipulationModel, begin: ManipulationState, barred: tuple[frozenset[str], str]) -> None:
+    """Fail if a model's transition system, listed or not, is not that of the judge."""
+    system = what.transition_system(start=begin).without([barred])
+    table, cell = system.listed, judge.Cell(what)
+    large = replace(what, listed_states=0).transition_system(start=begin).without([barred])
+    number = {as_arm(what, state): k for k, state in enumerate(table.states)}  # type: ignore[arg-type]
+    first = cell.start(begin)
+    assert table.size >= len(number) and number[first] == table.start and as_arm(what, large.start) == first
+    queue, seen = deque([(first, large.start)]), {first}
+    while queue:
+        arm, state = queue.popleft()
+        k, label = number[arm], cell.label(arm)
+        steps = [step for step in cell.steps(arm) if not (barred[0] <= label and step[0] == barred[1])]
+        edges = table.edges(k)
+        assert table.label(k) == large.label(state) == label
+        assert [table.action_names[table.actions[edge]] for edge in edges] == [action for action, *_ in steps]
+        assert [table.targets[edge] for edge in edges] == [number[after] for *_, after in steps]
+        for edge, (action, cost, after) in zip(edges, steps, strict=True):
+            reached, costs = large.steps(state, action)
+            assert costs == tuple(int(each.costs[edge]) * each.unit for each in table.edge_costs) == exact_costs(cost)
+            assert as_arm(what, reached) == after
+            if after not in seen:
+                seen.add(after)
+                queue.append((after, reached))
+
+
 @pytest.mark.parametrize("seed", range(24))
 def test_random_models_agree_with_a_plain_walk_over_the_states(seed: int) -> None:
-    what = random_model(seed)
+    rng = random.Random(seed)
+    what = random_model(rng)
     system = what.transition_system()
-    number = {as_plain(what, state): k for k, state in enumerate(system.states)}
-    assert len(number) == system.size
-    first = plain_start(what)
-    assert number[first] == system.start
-    seen, queue = {first}, deque([first])
-    while queue:
-        state = queue.popleft()
-        k = number[state]
-        steps = plain_steps(what, state)
-        assert [system.action_names[system.actions[edge]] for edge in system.edges(k)] == [
-            action for action, *_ in steps
-        ]
-        assert [system.targets[edge] for edge in system.edges(k)] == [number[after] for *_, after in steps]
-        assert [system.costs[edge] for edge in system.edges(k)] == [cost for _, cost, _ in steps]
-        assert system.label(k) == plain_label(what, state)
-        for *_, successor in steps:
-            if successor not in seen:
-                seen.add(successor)
-                queue.append(successor)
-    assert seen == set(number)
+    assert_judged(what, what.initial_state, (frozenset(), "nothing"))
+    number = {as_arm(what, state): k for k, state in enumerate(system.listed.states)}  # type: ignore[arg-type]
+    assert len(number) == system.listed.size
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_random_costs_slots_and_starts_agree_with_a_plain_walk_over_the_states(seed: int) -> None:
+    rng = random.Random(100 + seed)
+    what = with_costs(rng, random_model(rng))
+    barred = frozenset(rng.sample(sorted(what.own_propositions), 1)), f"transit {what.locations[0].name}"
+    assert_judged(what, random_start(rng, what), barred)
