@@ -24,11 +24,10 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.projections import Projections
-from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_matrices
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.cost_matrix import cost_matrices
 from prefplan.models.manipulation.description import Description
-from prefplan.models.manipulation.listing import Listing, listed, moves_of, table
+from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT, canonical
@@ -67,7 +66,7 @@ class _Projection:
     tasks: tuple[int, ...]
     space: StateCodes
     symmetry: Symmetry
-    listing: Listing
+    listing: StateTable
     system: TransitionSystem
     places: list[int]
     hands: np.ndarray

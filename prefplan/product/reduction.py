@@ -9,7 +9,7 @@ from functools import cached_property
 
 from prefplan.exact_costs import to_number
 from prefplan.ledger import Ledger
-from prefplan.models.manipulation.reduced_model import ReducedModel
+from prefplan.models.manipulation.symmetry import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Quotient
 from prefplan.plan import Plan

@@ -12,9 +12,8 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.limits import check_limits
 from prefplan.models.manipulation.action import Action
-from prefplan.models.manipulation.action_costs import UNMEASURED
+from prefplan.models.manipulation.action_costs import UNMEASURED, CostMatrix, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.cost_matrix import CostMatrix, unmeasured
 from prefplan.models.manipulation.operators import Operator
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
@@ -76,7 +75,7 @@ def action_names(space: StateCodes) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Listing:
+class StateTable:
     """S states and E actions of a model.
 
     Attributes:
@@ -96,7 +95,7 @@ class Listing:
 
 
 @dataclass(frozen=True)
-class Actions:
+class ActionModel:
     """The actions of a manipulation model, one state at a time.
 
     Attributes:
@@ -166,7 +165,7 @@ class Actions:
         for action, _ in self.of(state):
             self.step(state, str(action))
 
-    def listed(self, start: ManipulationState) -> Listing:
+    def listed(self, start: ManipulationState) -> StateTable:
         """Return the states that can be reached from one.
 
         Raises:
@@ -188,10 +187,10 @@ class Actions:
             return np.array(counts), targets, actions.astype(np.int32), prices.astype(np.int32)
 
         codes, edges = _breadth_first(self.space, self.space.encode(start, where="start"), expanded)
-        return Listing(codes, *edges, tuple(map(str, numbers)))
+        return StateTable(codes, *edges, tuple(map(str, numbers)))
 
 
-def listed(space: StateCodes, moves: Moves, start: int) -> Listing:
+def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
     """Return the canonical states that can be reached from one by the standard operators.
 
     Raises:
@@ -200,13 +199,13 @@ def listed(space: StateCodes, moves: Moves, start: int) -> Listing:
     """
     steps = steps_of(moves)
     codes, edges = _breadth_first(space, start, lambda codes: expand(moves, codes, steps))
-    return Listing(codes, *edges, action_names(space))
+    return StateTable(codes, *edges, action_names(space))
 
 
 def _breadth_first(
     space: StateCodes, start: int, expanded: Callable[[np.ndarray], Expanded]
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Return the codes of the states that can be reached from one, and the arrays of edges of a `Listing`.
+    """Return the codes of the states that can be reached from one, and the arrays of edges of a `StateTable`.
 
     States of one distance from the start are in the order of their codes.
     """
@@ -239,7 +238,7 @@ def _chunks(states: int) -> Iterator[int]:
 
 
 def table(
-    space: StateCodes, listing: Listing, costs: Collection[CostMatrix], names: Collection[str] | None
+    space: StateCodes, listing: StateTable, costs: Collection[CostMatrix], names: Collection[str] | None
 ) -> TransitionSystem:
     """Return the states of a listing as a transition system.
 

@@ -8,14 +8,13 @@ from fractions import Fraction
 from functools import cached_property
 
 from prefplan.errors import ModelError
+from prefplan.models.manipulation.action_costs import cost_matrices
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.cost_matrix import cost_matrices
 from prefplan.models.manipulation.description import Description
-from prefplan.models.manipulation.listing import Actions, listed, moves_of, table
+from prefplan.models.manipulation.listing import ActionModel, listed, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of
-from prefplan.models.manipulation.reduced_model import ReducedModel
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.symmetry import most_states
+from prefplan.models.manipulation.symmetry import ReducedModel, most_states
 from prefplan.models.system import Barred, Quotient, System
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.display_names import DisplayNames
@@ -39,7 +38,7 @@ def transition_system(
     start = space.decode(space.encode(start, where="start"))
     costs = cost_matrices(model, [operator.kind for operator in operators], space.hands)
     system = ManipulationSystem(
-        actions=Actions(space, tuple(operators), costs),
+        actions=ActionModel(space, tuple(operators), costs),
         start=start,
         propositions=model.own_propositions | model.propositions,
         display=replace(model.display, parameters=parameters_of(operators)),
@@ -63,7 +62,7 @@ class ManipulationSystem(System):
         map: None.
     """
 
-    actions: Actions
+    actions: ActionModel
     start: ManipulationState
     propositions: frozenset[str]
     display: DisplayNames
