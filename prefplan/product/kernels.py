@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from prefplan.kernels import Integer, bare_kernel, kernel
+from prefplan.models.kernels import Integer, bare_kernel, kernel
 
 __all__ = ["INFINITE", "NO_EDGE", "UNBOUNDED", "UNREACHABLE", "Integer", "bare_kernel", "kernel"]
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.kernels import Integer
+from prefplan.models.kernels import Integer
 
 FAR_APART = 2
 """Slots at least this far from the nearest object, in slots, are equally good."""

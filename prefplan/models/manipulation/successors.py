@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.kernels import Integer, bare_kernel, kernel
+from prefplan.models.kernels import Integer, bare_kernel, kernel
 from prefplan.models.manipulation.slots import free_slot as any_free_slot
 
 TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)

@@ -34,7 +34,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, measured:
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
     exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks, np.ones(2 ** len(tasks), np.int64))
-    space = searched.model.generator.space
+    space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
 
     def bound_of(code: np.int64, states: np.ndarray) -> int:

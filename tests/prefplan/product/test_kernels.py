@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from prefplan.kernels import forget_outdated
+from prefplan.models.kernels import forget_outdated
 
 
 def test_machine_code_is_kept_while_no_source_changes(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ KERNEL_SOURCES = (
 @cache
 def _digest_of_sources() -> str:
     digest = hashlib.sha256()
-    root = Path(__file__).parent
+    root = Path(__file__).parents[1]
     for source in sorted(source for pattern in KERNEL_SOURCES for source in root.glob(pattern)):
         digest.update(source.read_bytes())
     return digest.hexdigest()
