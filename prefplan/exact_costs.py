@@ -197,18 +197,21 @@ def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Frac
     return resolution
 
 
-def exact_floats(values: np.ndarray, wanted: Fraction | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
-    """Return floats as (E,) multiples of a unit, the unit, and the resolution if they were rounded.
+def in_units(costs: Sequence[Number], wanted: Number | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
+    """Return costs as (E,) multiples of a unit, the unit, and the resolution if they were rounded.
 
     Args:
-        values: (E,) float64, finite and >= 0.
+        costs: (E,) numbers >= 0.
         wanted: as in `round_costs`.
+
+    Raises:
+        ModelError: `wanted` is not positive, or no number.
     """
-    distinct, inverse = np.unique(values, return_inverse=True)
-    fractions: dict[Number, Fraction] = {value: exact(value) for value in distinct.tolist()}
-    resolution = round_costs(fractions, wanted)
-    multiples, unit = in_common_unit(fractions.values())
-    return multiples[inverse], unit, resolution
+    values = {cost: exact(cost) for cost in dict.fromkeys(costs)}
+    resolution = round_costs(values, None if wanted is None else exact(wanted, "resolution"))
+    multiples, unit = in_common_unit(values.values())
+    counts = dict(zip(values, multiples.tolist(), strict=True))
+    return np.array([counts[cost] for cost in costs], dtype=multiples.dtype), unit, resolution
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from experiments.cli.status import no_plan
 from prefplan.errors import PrefplanError, check_known, choices
 from prefplan.exact_costs import Number, admits
 from prefplan.front import Front, NoPlanError, UnfinishedError
+from prefplan.models.costs import DEFAULT_COST
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.transition_system import DEFAULT_COST
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.objective import DEFAULT_PREFERENCE

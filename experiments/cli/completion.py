@@ -8,7 +8,7 @@ from typing import Any
 import shtab
 
 from experiments import scenarios
-from prefplan.models.transition_system import DEFAULT_COST
+from prefplan.models.costs import DEFAULT_COST
 from prefplan.preferences.objective import DEFAULT_PREFERENCE
 
 SHELLS = ("bash", "zsh", "fish", "tcsh")

@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError, check_known
 from prefplan.exact_costs import Number
-from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
-from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.models.costs import DEFAULT_COST, Cost, check_costs_agree, names_of
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names
 
@@ -89,11 +89,8 @@ class GraphModel:
 
     def transition_system(self) -> TransitionSystem:
         """Return the graph as a weighted transition system."""
-        return with_costs(self.cost_names, self._with_cost)
-
-    def _with_cost(self, name: str) -> TransitionSystem:
         return TransitionSystem.from_transitions(
-            ((e.source, e.action or e.target, e.target, amount(e.cost, name)) for e in self.transitions),
+            ((edge.source, edge.action or edge.target, edge.target, edge.cost) for edge in self.transitions),
             start=self.start,
             labels=self.labels,
             propositions=self.propositions,

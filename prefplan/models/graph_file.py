@@ -14,10 +14,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
-from prefplan.exact_costs import Number, exact, exact_floats
+from prefplan.exact_costs import Number
+from prefplan.models.costs import DEFAULT_COST
 from prefplan.models.graph_readers import Listing, ending, read
-from prefplan.models.several_costs import with_costs
-from prefplan.models.transition_system import DEFAULT_COST, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import check_names
 
@@ -135,25 +135,18 @@ class GraphFileModel:
         source, target = (np.array([index[name] for name in edges.edges[end]], dtype=np.int64) for end in ENDS)
         kept = np.flatnonzero(~_dominated(source * len(index) + target, costs))
         actions, action_names = _actions(edges, kept, index, source[kept])
-        resolution = None if self.resolution is None else exact(self.resolution, "resolution")
-
-        def build(cost: str) -> TransitionSystem:
-            multiples, unit, rounded_to = exact_floats(costs[self.cost_names.index(cost), kept], resolution)
-            return TransitionSystem.from_arrays(
-                states=tuple(index),
-                start=index[str(self.start)],
-                sources=source[kept],
-                targets=target[kept],
-                actions=actions,
-                costs=multiples,
-                unit=unit,
-                action_names=action_names,
-                label_of=label_of,
-                propositions=self.propositions,
-                resolution=rounded_to,
-            )
-
-        system = with_costs(self.cost_names, build)
+        system = TransitionSystem.from_arrays(
+            states=tuple(index),
+            start=index[str(self.start)],
+            sources=source[kept],
+            targets=target[kept],
+            actions=actions,
+            costs=dict(zip(self.cost_names, costs[:, kept].tolist(), strict=True)),
+            action_names=action_names,
+            label_of=label_of,
+            propositions=self.propositions,
+            resolution=self.resolution,
+        )
         return Network(system, len(source) - len(kept), _points(nodes, len(index)))
 
     def _edges(self) -> tuple[Listing, np.ndarray]:

@@ -12,8 +12,8 @@ from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory
+from prefplan.models.costs import Cost, EdgeCosts, amount, check_costs_agree, names_of
 from prefplan.models.on_demand import OnDemand
-from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of, with_costs
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names, check_names
@@ -110,9 +110,6 @@ class GridModel:
         Raises:
             ModelError: if the grid does not fit into free memory.
         """
-        return with_costs(self.cost_names, self._with_cost)
-
-    def _with_cost(self, name: str) -> TransitionSystem:
         width, height = self.size
         if width * height * BYTES_A_CELL > available_memory():
             raise ModelError(f"size: {width} x {height} cells need more memory than is free")
@@ -130,8 +127,8 @@ class GridModel:
             target.append(number[ny, nx])
         there = np.stack(exists, axis=1)
         targets = np.stack(target, axis=1)[there]
-        costs = [exact(amount(cost, name)) for cost in (self.cost, *(ground.cost for ground in self.terrain.values()))]
-        counts, unit = in_common_unit(costs)
+        ground = self._ground()[free][targets]
+        first, *more = (self._edge_costs(name, ground) for name in self.cost_names)
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(lambda: len(x), lambda i: (int(x[i]), int(y[i]))),
@@ -139,12 +136,14 @@ class GridModel:
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),
             actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[there],
-            costs=counts[self._ground()[free]][targets],
-            unit=unit,
+            costs=first.costs,
+            unit=first.unit,
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
             propositions=self.known_propositions,
+            cost_name=first.name,
+            more_costs=tuple(more),
             map=CellMap(self.size, self.regions, self.obstacles, self._rough),
         )
 
@@ -159,6 +158,12 @@ class GridModel:
         for k, terrain in enumerate(self.terrain.values(), start=1):
             _fill(ground, terrain.boxes, k)
         return ground
+
+    def _edge_costs(self, name: str, ground: np.ndarray) -> EdgeCosts:
+        """Return one of the costs of moves, which are given by the (E,) terrain that they enter."""
+        costs = [exact(amount(cost, name)) for cost in (self.cost, *(rough.cost for rough in self.terrain.values()))]
+        counts, unit = in_common_unit(costs)
+        return EdgeCosts(name, counts[ground], unit)
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return (S,) each free cell's label as an index, and the distinct labels."""

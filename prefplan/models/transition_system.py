@@ -12,40 +12,16 @@ import numpy as np
 
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, describe
-from prefplan.exact_costs import Number, exact, in_common_unit, round_costs, to_number, whole_numbers
+from prefplan.exact_costs import Number, in_units, to_number
+from prefplan.models.costs import DEFAULT_COST, Cost, EdgeCosts, amount, check_costs_agree, names_of
 from prefplan.models.system import Barred, Quotient, System
 from prefplan.text.display_names import DisplayNames
 from prefplan.text.names import check_names
 
-DEFAULT_COST = "cost"
-"""Name of a cost that is given as a number."""
-
-
-@dataclass(frozen=True)
-class EdgeCosts:
-    """One of the costs of every edge of a transition system.
-
-    Attributes:
-        name: name of the cost.
-        costs: (E,) >= 0, in multiples of `unit`, as `TransitionSystem.costs`.
-        unit: unit of `costs`, in the user's units.
-    """
-
-    name: str
-    costs: np.ndarray
-    unit: Fraction
-
-    def counts(self, unit: Fraction) -> np.ndarray:
-        """Return (E,) the costs as whole multiples of another unit: int64 if all fit, else Python's integers."""
-        ratio = self.unit / unit
-        if ratio.numerator == 1:
-            return self.costs // ratio.denominator
-        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.costs.tolist()])
-
 
 @dataclass(frozen=True)
 class TransitionSystem(System):
-    """A weighted transition system (Definition 1) whose states are listed.
+    """A weighted transition system (Definition 1) whose states are listed; see also the attributes of `System`.
 
     States are 0 .. S-1; the actions of state s are the edges `offsets[s]:offsets[s + 1]`, in the model's order.
 
@@ -60,12 +36,8 @@ class TransitionSystem(System):
         labels: (S,) int32, index into `label_sets`.
         action_names: names of the actions.
         label_sets: distinct sets of propositions; a state's label is one of them.
-        propositions: every name that a formula over this system may use.
-        resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
         cost_name: name of the first cost.
         more_costs: further costs.
-        map: of a grid, for pictures.
-        display: what people are shown in place of names of objects and locations in actions.
     """
 
     states: Sequence[Hashable]
@@ -178,7 +150,7 @@ class TransitionSystem(System):
     @classmethod
     def from_transitions(
         cls,
-        transitions: Iterable[tuple[Hashable, str, Hashable, Number]],
+        transitions: Iterable[tuple[Hashable, str, Hashable, Cost]],
         *,
         start: Hashable,
         labels: Mapping[Any, Iterable[str]] | None = None,
@@ -188,7 +160,7 @@ class TransitionSystem(System):
         """Build a system from (source, action, target, cost) tuples; the order of a state's actions is kept.
 
         Args:
-            transitions: every edge; states are created as they are named.
+            transitions: every edge; states are created as they are named. A cost is a number, or several by name.
             start: the initial state, which may have no edge.
             labels: propositions true in a state; states not listed have none.
             propositions: further names that formulas may use, although they hold in no state.
@@ -196,46 +168,39 @@ class TransitionSystem(System):
                 if sums would not fit 64 bits, to 12 digits of the largest cost.
 
         Raises:
-            ModelError: a cost is negative, an action leaves a state twice, a label is of an unknown state, or a
-                proposition is not a valid name.
+            ModelError: a cost is negative or has other names than the first, an action leaves a state twice, a label
+                is of an unknown state, or a proposition is not a valid name.
         """
         index: dict[Hashable, int] = {start: 0}
         action_index: dict[str, int] = {}
         edges: dict[tuple[int, int], int] = {}
-        costs: list[Number] = []
-        values: dict[Number, Fraction] = {}
+        costs: list[tuple[str, Cost]] = []
         for i, transition in enumerate(transitions):
             try:
                 source, action, target, cost = transition
             except (TypeError, ValueError):
                 what = f"must be (source, action, target, cost), not {describe(transition)}"
                 raise ModelError(f"transitions[{i}]: {what}") from None
-            s, t = (index.setdefault(state, len(index)) for state in (source, target))
-            a = action_index.setdefault(action, len(action_index))
-            if (s, a) in edges:
+            s, t = index.setdefault(source, len(index)), index.setdefault(target, len(index))
+            edge = s, action_index.setdefault(action, len(action_index))
+            if edge in edges:
                 raise ModelError(f"action {action!r} leaves state {source!r} twice")
-            if not isinstance(cost, Hashable) or cost not in values:
-                values[cost] = exact(cost, f"action {action!r} from state {source!r}")
-            if values[cost] < 0:
-                raise ModelError(f"action {action!r} from state {source!r}: negative cost {cost}")
-            edges[s, a] = t
-            costs.append(cost)
-        label_of = {index[state]: label for state, label in _labels(labels or {}, index).items()}
-        step = round_costs(values, None if resolution is None else exact(resolution, "resolution"))
-        multiples, unit = in_common_unit([values[cost] for cost in costs])
-        table = np.array([(s, a, t) for (s, a), t in edges.items()], dtype=np.int64).reshape(-1, 3)
+            edges[edge] = t
+            costs.append((f"action {action!r} from state {source!r}", cost))
+        check_costs_agree(costs)
+        names = names_of(costs[0][1]) if costs else (DEFAULT_COST,)
+        sources, actions = np.array(list(edges), dtype=np.int64).reshape(-1, 2).T
         return cls.from_arrays(
             states=tuple(index),
             start=0,
-            sources=table[:, 0],
-            targets=table[:, 2],
-            actions=table[:, 1],
-            costs=multiples,
-            unit=unit,
+            sources=sources,
+            targets=np.array(list(edges.values()), dtype=np.int64),
+            actions=actions,
+            costs={name: [amount(cost, name) for _, cost in costs] for name in names},
             action_names=tuple(action_index),
-            label_of=label_of,
+            label_of={index[state]: label for state, label in _labels(labels or {}, index).items()},
             propositions=propositions,
-            resolution=step,
+            resolution=resolution,
         )
 
     @classmethod
@@ -247,17 +212,17 @@ class TransitionSystem(System):
         sources: np.ndarray,
         targets: np.ndarray,
         actions: np.ndarray,
-        costs: np.ndarray,
-        unit: Fraction,
+        costs: Mapping[str, Sequence[Number]],
         action_names: tuple[str, ...],
         label_of: Mapping[int, frozenset[str]],
         propositions: Iterable[str] = (),
-        resolution: Fraction | None = None,
+        resolution: Number | None = None,
     ) -> TransitionSystem:
         """Build a system from checked edges in any order; the order of a state's actions is kept.
 
-        Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, and `label_of` has
-        the propositions of the states that have any.
+        Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, `costs` are by
+        name and in the user's units, `label_of` has the propositions of the states that have any, and `resolution` is
+        as in `from_transitions`.
 
         Raises:
             ModelError: a proposition is not a valid name.
@@ -265,6 +230,8 @@ class TransitionSystem(System):
         known = frozenset(propositions).union(*label_of.values())
         check_names(known, where="propositions")
         order = np.argsort(sources, kind="stable")
+        columns = {name: in_units(each, resolution) for name, each in costs.items()}
+        first, *more = (EdgeCosts(name, counts[order], unit) for name, (counts, unit, _) in columns.items())
         distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
         labels = np.zeros(len(states), dtype=np.int32)
         for state, names in label_of.items():
@@ -275,23 +242,20 @@ class TransitionSystem(System):
             offsets=np.searchsorted(sources[order], np.arange(len(states) + 1)).astype(np.int64),
             targets=targets[order].astype(np.int32),
             actions=actions[order].astype(np.int32),
-            costs=costs[order],
-            unit=unit,
+            costs=first.costs,
+            unit=first.unit,
             labels=labels,
             action_names=action_names,
             label_sets=tuple(distinct),
             propositions=known,
-            resolution=resolution,
+            resolution=columns[first.name][2],
+            cost_name=first.name,
+            more_costs=tuple(more),
         )
 
     @classmethod
     def from_networkx(
-        cls,
-        graph: nx.DiGraph,
-        *,
-        start: Hashable,
-        propositions: Iterable[str] = (),
-        resolution: Number | None = None,
+        cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = (), resolution: Number | None = None
     ) -> TransitionSystem:
         """Build a system from a networkx graph.
 
@@ -311,37 +275,29 @@ class TransitionSystem(System):
             raise ModelError(f"start {start!r} is not a node of the graph{near}")
         if not graph.is_directed():
             graph = graph.to_directed()
+        transitions = []
         for source, target, data in graph.edges(data=True):
             if "weight" in data and "cost" not in data:
                 raise ModelError(f"edge {source!r} to {target!r}: has a 'weight' but no 'cost'; name it 'cost'")
-        transitions = [
-            (source, str(data.get("action", target)), target, data.get("cost", 1))
-            for source, target, data in graph.edges(data=True)
-        ]
-        linked = {start} | {node for edge in transitions for node in (edge[0], edge[2])}
-        labels = {node: data.get("labels", ()) for node, data in graph.nodes(data=True)}
-        everything = frozenset(propositions).union(*_labels(labels, graph).values())
+            transitions.append((source, str(data.get("action", target)), target, data.get("cost", 1)))
+        linked = {start}.union(*graph.edges())
+        labels = _labels({node: data.get("labels", ()) for node, data in graph.nodes(data=True)}, graph)
         return cls.from_transitions(
             transitions,
             start=start,
             labels={node: names for node, names in labels.items() if node in linked},
-            propositions=everything,
+            propositions=frozenset(propositions).union(*labels.values()),
             resolution=resolution,
         )
 
     def to_networkx(self) -> nx.MultiDiGraph:
         """Return the system as a MultiDiGraph with node `labels` (sorted) and edge `action` and `cost`."""
         graph = nx.MultiDiGraph(start=self.states[self.start])
-        for state in range(self.size):
-            graph.add_node(self.states[state], labels=sorted(self.label(state)))
-        for state in range(self.size):
+        for state, name in enumerate(self.states):
+            graph.add_node(name, labels=sorted(self.label(state)))
             for edge in self.edges(state):
-                graph.add_edge(
-                    self.states[state],
-                    self.states[self.targets[edge]],
-                    action=self.action_names[self.actions[edge]],
-                    cost=self.cost(edge),
-                )
+                action = self.action_names[self.actions[edge]]
+                graph.add_edge(name, self.states[self.targets[edge]], action=action, cost=self.cost(edge))
         return graph
 
 

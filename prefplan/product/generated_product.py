@@ -12,8 +12,8 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
+from prefplan.models.costs import EdgeCosts
 from prefplan.models.manipulation.symmetry import ReducedModel
-from prefplan.models.transition_system import EdgeCosts
 from prefplan.problem import Problem
 from prefplan.product.moves import generated
 from prefplan.product.product_automaton import CODE_LIMIT, Product

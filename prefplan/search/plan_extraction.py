@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.exact_costs import exact, to_number
 from prefplan.ledger import Ledger
-from prefplan.models.transition_system import EdgeCosts
+from prefplan.models.costs import EdgeCosts
 from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct

@@ -22,8 +22,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
+from prefplan.models.costs import amount
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
-from prefplan.models.several_costs import amount
 from sim.errors import LogError
 from sim.external.bundle import packed
 from sim.robots.catalogue import OLD_NAMES

@@ -13,9 +13,8 @@ import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.exact_costs import exact, in_common_unit
+from prefplan.models.costs import DEFAULT_COST, Cost, amount, check_costs_agree, names_of
 from prefplan.models.manipulation.slots import location_of
-from prefplan.models.several_costs import Cost, amount, check_costs_agree, names_of
-from prefplan.models.transition_system import DEFAULT_COST
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.description import Description

@@ -11,6 +11,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.limits import check_limits
+from prefplan.models.costs import EdgeCosts
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import UNMEASURED, CostMatrix, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
@@ -18,7 +19,7 @@ from prefplan.models.manipulation.operators import Operator
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
 from prefplan.models.on_demand import OnDemand
-from prefplan.models.transition_system import EdgeCosts, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
 
 CHUNK = 2**13
 """States whose actions are listed at once, between two checks of the limits."""

@@ -13,11 +13,11 @@ from typing import Any
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number
+from prefplan.models.costs import Cost
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses
 from prefplan.models.manipulation.surroundings import RobotSetup
-from prefplan.models.several_costs import Cost
 
 IRRELEVANT = frozenset({"rgba", "folder"})
 """Attributes of parts of the model that do not affect measurements."""

@@ -24,6 +24,7 @@ from dataclasses import replace
 from functools import cached_property
 from math import comb, perm
 
+from prefplan.models.costs import amount
 from prefplan.models.manipulation.action import at, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.codes import StateCodes
@@ -33,7 +34,6 @@ from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.slots import hand_poses
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, canonical
-from prefplan.models.several_costs import amount
 from prefplan.models.system import Barred, Quotient, Trajectory
 
 

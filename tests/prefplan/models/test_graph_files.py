@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from graph_writers import WRITERS, dimacs, states_of
 from hypothesis import given
@@ -17,7 +16,7 @@ from judge.random_problems import random_problem
 
 from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
 from prefplan.errors import LimitError
-from prefplan.exact_costs import exact, exact_floats, in_common_unit, round_costs
+from prefplan.exact_costs import exact, in_common_unit, in_units, round_costs
 from prefplan.limits import Limits
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.scenario.decode import from_dict
@@ -290,10 +289,10 @@ COSTS = st.one_of(
 
 
 @given(st.lists(COSTS, max_size=8), st.sampled_from([None, None, exact(0.1), exact(1) / 3]))
-def test_an_array_of_floats_is_as_exact_as_a_list(values: list[float], wanted: Any) -> None:
+def test_distinct_costs_in_units_are_as_exact_as_each_alone(values: list[float], wanted: Any) -> None:
     fractions: Any = {value: exact(value) for value in values}
     resolution = round_costs(fractions, wanted)
     multiples, unit = in_common_unit([fractions[value] for value in values])
-    found, found_unit, found_resolution = exact_floats(np.array(values, dtype=np.float64), wanted)
+    found, found_unit, found_resolution = in_units(values, wanted)
     assert found.tolist() == multiples.tolist()
     assert (found_unit, found_resolution) == (unit, resolution)

@@ -14,7 +14,6 @@ from judge.verdict import printed, relaxations
 
 from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError
 from prefplan.limits import Limits
-from prefplan.models.several_costs import with_costs
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 from prefplan.search.objective_search import ObjectiveSearch
@@ -74,14 +73,9 @@ def grid() -> Problem:
     rng = random.Random(3)
     cells = [(x, y) for x in range(12) for y in range(12)]
     steps = [((x, y), (x + dx, y + dy)) for x, y in cells for dx, dy in ((0, 1), (1, 0), (0, -1), (-1, 0))]
-    edges = [(a, str(b), b, [rng.randint(1, 9) for _ in range(3)]) for a, b in steps if b in cells]
-
-    def build(name: str) -> TransitionSystem:
-        k = COST_NAMES.index(name)
-        costs = ((a, action, b, cost[k]) for a, action, b, cost in edges)
-        return TransitionSystem.from_transitions(costs, start=(0, 0), labels={(11, 5): ["a"], (4, 11): ["b"]})
-
-    return Problem(with_costs(COST_NAMES, build), [Task("x", "F a"), Task("y", "F b")], [])
+    edges = [(a, str(b), b, {name: rng.randint(1, 9) for name in COST_NAMES}) for a, b in steps if b in cells]
+    system = TransitionSystem.from_transitions(edges, start=(0, 0), labels={(11, 5): ["a"], (4, 11): ["b"]})
+    return Problem(system, [Task("x", "F a"), Task("y", "F b")], [])
 
 
 def test_one_objective_is_found_by_expanding_no_state_twice(grid: Problem) -> None:

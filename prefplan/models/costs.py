@@ -1,17 +1,44 @@
-"""Costs of an action: a number, or a table of named costs, with the same names for all actions."""
+"""Costs of actions: a number, or a table of named costs, with the same names for all actions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import Number, exact
-from prefplan.models.transition_system import DEFAULT_COST, EdgeCosts, TransitionSystem
+from prefplan.exact_costs import Number, exact, whole_numbers
 from prefplan.text.names import check_names
+
+DEFAULT_COST = "cost"
+"""Name of a cost that is given as a number."""
 
 Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""
+
+
+@dataclass(frozen=True)
+class EdgeCosts:
+    """One of the costs of every edge of a transition system.
+
+    Attributes:
+        name: name of the cost.
+        costs: (E,) >= 0, in multiples of `unit`, as `TransitionSystem.costs`.
+        unit: unit of `costs`, in the user's units.
+    """
+
+    name: str
+    costs: np.ndarray
+    unit: Fraction
+
+    def counts(self, unit: Fraction) -> np.ndarray:
+        """Return (E,) the costs as whole multiples of another unit: int64 if all fit, else Python's integers."""
+        ratio = self.unit / unit
+        if ratio.numerator == 1:
+            return self.costs // ratio.denominator
+        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.costs.tolist()])
 
 
 def amount(cost: Cost, name: str) -> Number:
@@ -32,7 +59,10 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
     """
     names: tuple[str, ...] | None = None
     first = first_told = ""
+    checked = set[Number]()
     for where, cost in costs:
+        if isinstance(cost, int | float) and cost in checked:
+            continue
         here = names_of(cost)
         if names is None:
             if not here:
@@ -47,19 +77,11 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
             at = f"{where}.{name}" if isinstance(cost, Mapping) else where
             if exact(amount(cost, name), at) < 0:
                 raise ModelError(f"{at}: negative cost {amount(cost, name)}")
+        if isinstance(cost, int | float):
+            checked.add(cost)
 
 
 def _told(cost: Cost) -> str:
     if isinstance(cost, Mapping):
         return f"the costs {', '.join(cost)}" if cost else "no cost"
     return "a number (the cost 'cost')"
-
-
-def with_costs(names: tuple[str, ...], build: Callable[[str], TransitionSystem]) -> TransitionSystem:
-    """Return a transition system with several costs.
-
-    `build` returns the system with one of them, given by name; states and actions must not depend on the cost.
-    """
-    systems = [build(name) for name in names]
-    more = tuple(EdgeCosts(name, one.costs, one.unit) for name, one in zip(names[1:], systems[1:], strict=True))
-    return replace(systems[0], cost_name=names[0], more_costs=more) if names != (DEFAULT_COST,) else systems[0]
