@@ -102,7 +102,7 @@ def _figures(records: Records) -> list[str]:
             f"{longest['scene']}",
             "greatest penetration of an object": f"{deepest['penetration_mm']:.1f} mm, in scene {deepest['scene']}",
             "simulated time of a run": f"median {median(record['sim_seconds'] for record in ran):.0f} s",
-            "processor time of a check, and of a plan and its run": " and ".join(
+            "processor time of finding the answer of the check, and of a plan and its run": " and ".join(
                 f"median {median(record[key] for record in ran):.0f} s"
                 for key in ("check_cpu_seconds", "run_cpu_seconds")
             ),

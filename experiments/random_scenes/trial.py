@@ -6,36 +6,26 @@ often the check refuses what the arm can do.
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from experiments.cli.files import write_bytes
-from experiments.commands.planning.arm_check import barred, tasks_out_of_reach
-from experiments.commands.planning.checkup import check, is_achievable
+from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import scene_text
 from experiments.runs.carry_out import carry_out
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.sweep.job import RolloutRecord, failure_class, observed
 from prefplan.errors import PrefplanError
-from prefplan.limits import Limits
-from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.transition_system import Barred
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario, load
-from prefplan.text.names import NAME
 from sim.evidence.certificate import certify
-from sim.execution.arrangement import allowed_places
-from sim.execution.feasibility import ArmCheck
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
@@ -44,9 +34,6 @@ USUAL = Perturbation()
 
 UNKNOWN: RolloutRecord = {"allowed": None, "refusals": [], "check_cpu_seconds": None}
 """Entries of the record of a scene whose check has not ended."""
-
-MAX_BYTES = 3e9
-"""Memory for finding out whether a task can be achieved; beyond that it counts as achievable."""
 
 COMPLETED, FAILED, REFUTED, ERROR = "completed", "failed honestly", "refuted", "program error"
 NOT_BUILT, TIMED_OUT, CRASHED = "cannot be built", "timed out", "crashed"
@@ -72,15 +59,15 @@ def try_scene(seed: int, folder: Path, number: int, tell: Callable[[RolloutRecor
     began = time.process_time()
     try:
         scenario = load(path)
-        faults = refusals(scenario)
+        model = scenario.model
+        assert isinstance(model, ManipulationModel)
+        scene, faults = answer(scenario, model)
     except PrefplanError as error:
         return {"allowed": False, "refusals": [str(error)], "outcome": NOT_BUILT}
-    model = scenario.model
-    assert isinstance(model, ManipulationModel)
     classes = list(dict.fromkeys(failure_class(fault, model) for fault in faults))
     tell({"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)})
     try:
-        scene = build_scene(model, judged=not faults)
+        scene = scene or build_scene(model, judged=False)
     except PrefplanError as error:
         return {"outcome": NOT_BUILT, "reason": str(error)}
     try:
@@ -89,44 +76,6 @@ def try_scene(seed: int, folder: Path, number: int, tell: Callable[[RolloutRecor
         return {"outcome": FAILED, "reason": str(error)}
     except Exception as error:  # one error must not end the experiment
         return {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
-
-
-def refusals(scenario: Scenario) -> list[str]:
-    """Return why `prefplan check` refuses a scenario; empty if it does not.
-
-    Raises:
-        PrefplanError: the scenario has a mistake.
-    """
-    with suppress(PrefplanError):
-        if (faults := _told_by_named_objects(scenario)) is not None:
-            return faults
-    found = check(scenario)
-    return [*found.faults, *(f"task {name} cannot be satisfied" for name in found.impossible)]
-
-
-def _told_by_named_objects(scenario: Scenario) -> list[str] | None:
-    """Return the faults that `prefplan check` finds from what the arm can do with the objects that tasks name.
-
-    None if the other objects matter as well: if a task can be achieved, but not without moving them. This takes a third
-    of the time of trying out every object.
-
-    Raises:
-        PrefplanError: the arm cannot work in the scene.
-    """
-    problem, model = scenario.problem(), scenario.model
-    assert isinstance(model, ManipulationModel)
-    achievable = partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
-    scene = build_scene(model)
-    arm = ArmCheck(scene)
-    if arm.check_start() is not None or not all(achievable(problem.system, task) for task in problem.tasks):
-        return None
-    words = {word for task in problem.tasks for word in re.findall(NAME, task.formula)}
-    named = {obj.name for obj in model.objects if any(at(obj.name, place.name) in words for place in model.locations)}
-    places = [arm.check(obj, location) for obj, location in allowed_places(scene.model) if obj in named]
-    faults = list(tasks_out_of_reach(problem, [True] * len(problem.tasks), places, achievable))
-    others: Barred = [(frozenset(), f"grasp {obj.name}") for obj in model.objects if obj.name not in named]
-    still = problem.system.without([*barred([found for found in places if not (found.take and found.put)]), *others])
-    return faults if faults or all(achievable(still, task) for task in problem.tasks) else None
 
 
 def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:

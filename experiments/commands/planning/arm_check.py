@@ -130,15 +130,7 @@ def tasks_out_of_reach(
 
 def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCheck], achievable: Achievable) -> bool:
     """Return whether a task can be achieved without the actions that the arm cannot do; True if a limit was reached."""
-    try:
-        return achievable(problem.system.without(barred(unusable)), task)
-    except (UnfinishedError, LimitError):
-        return True
-
-
-def barred(unusable: Sequence[PlaceCheck]) -> Barred:
-    """Return the actions that the arm cannot do."""
-    return [
+    barred: Barred = [
         entry
         for found in unusable
         for possible, entry in (
@@ -147,3 +139,7 @@ def barred(unusable: Sequence[PlaceCheck]) -> Barred:
         )
         if not possible
     ]
+    try:
+        return achievable(problem.system.without(barred), task)
+    except (UnfinishedError, LimitError):
+        return True

@@ -15,6 +15,7 @@ from scenario_texts import cup_scenario, task_tables
 from experiments.commands.planning.checkup import check
 from experiments.random_scenes import __main__ as command
 from experiments.random_scenes import trial
+from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
 from experiments.random_scenes.page import markdown
 from experiments.random_scenes.processes import in_processes
@@ -25,7 +26,6 @@ from experiments.random_scenes.trial import (
     REFUTED,
     TIMED_OUT,
     penetration,
-    refusals,
     try_scene,
 )
 from experiments.runs.carry_out import carry_out
@@ -117,12 +117,14 @@ def test_a_refused_scene_with_objects_inside_one_another_fails(tmp_path: Path, m
 
 
 @pytest.mark.parametrize("goal", ["away", "beside", "far"])
-def test_the_objects_that_tasks_name_tell_what_check_answers(goal: str) -> None:
+def test_a_plan_and_the_objects_that_tasks_name_tell_what_check_answers(goal: str) -> None:
     """The task can be achieved at once, once another object was moved, or not at all."""
     text = TWO_BEAMS.format(x=0.65).replace("oak_away", f"oak_{goal}")
     scenario = loads(text.replace("[model.objects]", "far = { at = [0.95, 0.0] }\n[model.objects]"), name="beams")
-    assert refusals(scenario) == list(check(scenario).faults)
-    assert bool(refusals(scenario)) == (goal == "far")
+    assert isinstance(scenario.model, ManipulationModel)
+    scene, faults = answer(scenario, scenario.model)
+    assert scene is not None and faults == list(check(scenario).faults)
+    assert bool(faults) == (goal == "far")
 
 
 def test_a_scene_whose_objects_have_no_place_cannot_be_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,71 @@
+"""The answer of `prefplan check` to a scene, found without trying out every object at every location where possible."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cache, partial
+
+from experiments.commands.planning.arm_check import tasks_out_of_reach
+from experiments.commands.planning.checkup import check, is_achievable
+from prefplan.errors import PrefplanError
+from prefplan.limits import Limits
+from prefplan.models.manipulation.action import at
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.plan import Plan
+from prefplan.planner import Planner
+from prefplan.scenario.decode import Scenario
+from prefplan.text.names import NAME
+from sim.execution.arrangement import allowed_places
+from sim.execution.feasibility import ArmCheck
+from sim.world.scene import Scene, build_scene
+
+MAX_BYTES = 3e9
+"""Memory for finding out whether a task can be achieved; beyond that it counts as achievable."""
+
+
+def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, list[str]]:
+    """Return a scenario's scene, None if the check refuses its layout, and why `prefplan check` refuses it, if it does.
+
+    Raises:
+        PrefplanError: the scenario has a mistake.
+    """
+    scene = None
+    with suppress(PrefplanError):
+        scene = build_scene(model)
+        faults = _faults_of_plan(scenario, scene, Planner(scenario.problem()).cheapest())
+        if faults is not None:
+            return scene, faults
+    found = check(scenario)
+    return scene, [*found.faults, *(f"task {name} cannot be satisfied" for name in found.impossible)]
+
+
+def _faults_of_plan(scenario: Scenario, scene: Scene, plan: Plan) -> list[str] | None:
+    """Return the faults that the check finds, given a plan for all tasks; None if it takes a whole check to tell.
+
+    If the arm can do what the plan needs, every task can be achieved. If not, what it cannot do with the objects that
+    tasks name may suffice to refuse one: what it cannot do with others cannot help.
+    """
+    problem, model, arm = scenario.problem(), scene.model, ArmCheck(scene)
+    if arm.check_start() is not None:
+        return None
+    tried = cache(arm.check)
+    if all(getattr(tried(obj, location), kind) for kind, obj, location in _uses(model, plan)):
+        return []
+    words = {word for task in problem.tasks for word in re.findall(NAME, task.formula)}
+    named = {obj.name for obj in model.objects if any(at(obj.name, place.name) in words for place in model.locations)}
+    places = [tried(obj, location) for obj, location in allowed_places(model) if obj in named]
+    achievable = partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
+    return list(tasks_out_of_reach(problem, [True] * len(problem.tasks), places, achievable)) or None
+
+
+def _uses(model: ManipulationModel, plan: Plan) -> Iterator[tuple[str, str, str]]:
+    """Yield whether the arm has to take or to put, an object and a location, for each grasp and release of a plan."""
+    places = dict(model.initial_state.place)
+    for kind, obj, *location in (text.split() for text in plan.actions if text.split()[0] in ("grasp", "release")):
+        if kind == "grasp":
+            yield "take", obj, places[obj]
+        else:
+            places[obj] = location[0]
+            yield "put", obj, location[0]
