@@ -105,7 +105,7 @@ class Problem:
         labels = labels_of("task", [(f"tasks[{i}]", task.name, task.label) for i, task in enumerate(self.tasks)])
         self.__dict__["display"] = replace(system.display, tasks=labels)
         check_objective_names(named, self.cost_names)
-        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.tasks), (), len(self._breakable))
+        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.tasks), len(self._breakable))
         self._check_claims()
         self._check_weighed()
 

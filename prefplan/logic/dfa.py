@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache, reduce
+from functools import cache
 
 from prefplan.errors import FormulaError
 from prefplan.limits import check_limits
@@ -171,9 +171,9 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
             case Truth(value):
                 return _TRUE if value else _FALSE
             case And(operands):
-                return _joined(both, map(obligations, operands))
+                return both(*map(obligations, operands))
             case Or(operands):
-                return _joined(either, map(obligations, operands))
+                return either(*map(obligations, operands))
         return frozenset({frozenset({met.add(f)})})
 
     @cache
@@ -183,9 +183,9 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
             case Literal(name, positive):
                 return diagrams.branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
             case And(operands):
-                return _joined(both, map(read, operands))
+                return both(*map(read, operands))
             case Or(operands):
-                return _joined(either, map(read, operands))
+                return either(*map(read, operands))
             case Until(left, right, low):
                 waits = both(read(left), obligations(later(f)))
                 return waits if low else either(read(right), waits)
@@ -208,17 +208,9 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
     transitions: list[Diagram] = []
     for state in queue:
         clauses = [[read(met.formulas[k]) for k in clause] for clause in sorted(map(sorted, state))]
-        after = _joined(either, [_FALSE, *(_joined(both, [_TRUE, *clause]) for clause in clauses)])
+        after = either(_FALSE, *(both(_TRUE, *clause) for clause in clauses))
         transitions.append(diagrams.map(after, enter))
     return transitions, number.get(_TRUE)
-
-
-def _joined(connective: Callable[[Diagram, Diagram], Diagram], operands: Iterable[Diagram]) -> Diagram:
-    """Join diagrams in pairs, then what results: one after the other, thousands would take quadratic time."""
-    joined = list(operands)
-    while len(joined) > 1:
-        joined = [reduce(connective, joined[k : k + 2]) for k in range(0, len(joined), 2)]
-    return joined[0]
 
 
 def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
@@ -229,6 +221,7 @@ def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
         successors.append(set(leaves(diagram)))
     met = {goal}
     while more := {state for state, ends in enumerate(successors) if ends <= met} - met:
+        check_limits()
         met |= more
     return met
 

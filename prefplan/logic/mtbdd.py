@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 from prefplan.limits import check_limits
@@ -59,11 +60,11 @@ class Diagrams:
             mapped[d] = self.branch(d.name, mapped[d.high], mapped[d.low]) if isinstance(d, Branch) else function(d)
         return mapped[diagram]
 
-    def lift(self, function: Callable[[Any, Any], Hashable]) -> Callable[[Diagram, Diagram], Diagram]:
-        """Return a function of two leaves as a function of two diagrams."""
+    def lift(self, function: Callable[[Any, Any], Hashable]) -> Callable[..., Diagram]:
+        """Return a function of two leaves as one of two diagrams; if it is associative, of any number of them."""
         memo: dict[tuple[Diagram, Diagram], Diagram] = {}
 
-        def apply(left: Diagram, right: Diagram) -> Diagram:
+        def join(left: Diagram, right: Diagram) -> Diagram:
             pending = [(left, right)]
             while pending:
                 pair = pending[-1]
@@ -82,6 +83,12 @@ class Diagrams:
                     else:
                         memo[pair] = self.branch(name, memo[a, c], memo[b, d])
             return memo[left, right]
+
+        def apply(*diagrams: Diagram) -> Diagram:
+            # In pairs, then what results: one after the other, thousands would take quadratic time.
+            while len(diagrams) > 1:
+                diagrams = tuple(reduce(join, diagrams[k : k + 2]) for k in range(0, len(diagrams), 2))
+            return diagrams[0]
 
         return apply
 

@@ -118,7 +118,7 @@ class Max:
         if not _over_violation(self.over):
             return [Maximum(weights)]
         operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
-        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise", len(weights))]
+        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise")]
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class Deadline:
             if _over_violation(self.over):
                 late = Operation("-", (Variable(i, True), Constant(by)))
                 tree = Operation("max", (Constant(Fraction(0)), late))
-                terms.append(OpaqueTerm(tree, None, "componentwise", len(names), weight))
+                terms.append(OpaqueTerm(tree, None, "componentwise", weight))
             else:
                 terms.append(Tardiness(i, by, weight))
         return terms
@@ -177,13 +177,13 @@ class Expression:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
-        names, count = _weighed(tasks, rules, self.over), len(tasks) + len(rules)
+        names = _weighed(tasks, rules, self.over)
         tree = parse(self.expression, names, violation=_over_violation(self.over))
         check_divisors(tree, names)
-        outline, summands = shape(tree), decompose(tree, count)
+        outline, summands = shape(tree), decompose(tree, len(tasks) + len(rules))
         shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown
-        whole = OpaqueTerm(tree, None, contract, count, claimed=contract not in (shown, "general"))
+        whole = OpaqueTerm(tree, None, contract, claimed=contract not in (shown, "general"))
         if (outline.rising and outline.low >= 0) or (summands is not None and summands[0] >= 0):
             check_size(whole, (*tasks, *rules), "expression")
         else:
@@ -209,7 +209,7 @@ class Function:
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the function as a term."""
         names, contract = (*tasks, *rules), _contract(self.contract) or "general"
-        whole = OpaqueTerm(None, self.function, contract, len(tasks), claimed=True, rules=len(rules))
+        whole = OpaqueTerm(None, self.function, contract, claimed=True, tasks=len(tasks), rules=len(rules))
         check_never_falls(whole, names, "function")
         check_contract(whole, names, "contract")
         return [whole]

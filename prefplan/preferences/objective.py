@@ -110,77 +110,68 @@ class Measure:
 
     Attributes:
         tasks: N, the number of tasks.
-        terms: the summands of mu.
         rules: P - N, the number of rules that may be broken.
         constant: the constant summand.
+        one_entry: rates, violation sums and tardiness, whose sum is one entry of a label key.
+        maxima: the weighted maxima.
+        formulas: expressions and Python functions that are none of these.
     """
 
     tasks: int
-    terms: tuple[Term, ...]
     rules: int = 0
     constant: Fraction = Fraction(0)
+    one_entry: tuple[Rate | Violation | Tardiness, ...] = ()
+    maxima: tuple[Maximum, ...] = ()
+    formulas: tuple[OpaqueTerm, ...] = ()
 
     @classmethod
     def of(cls, parts: Sequence[Term | Fraction], tasks: int, rules: int = 0) -> Measure:
         """Return the measure of a preference's terms and constants."""
-        constants = [part for part in parts if isinstance(part, Fraction)]
-        terms = tuple(part for part in parts if not isinstance(part, Fraction))
-        if sum(isinstance(term, OpaqueTerm) and term.function is not None for term in terms) > 1:
+        formulas = _of_kind(parts, OpaqueTerm)
+        if sum(formula.function is not None for formula in formulas) > 1:
             raise PreferenceError("terms: a sum can hold one Python function only")
-        return cls(tasks, terms, rules, sum(constants, Fraction(0)))
+        constant = sum(_of_kind(parts, Fraction), Fraction(0))
+        rest = _of_kind(parts, Rate | Violation | Tardiness)
+        return cls(tasks, rules, constant, rest, _of_kind(parts, Maximum), formulas)
 
     def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
-        return sum((term.value(costs, violations) for term in self.terms), self.constant)
-
-    def _of_kind(self, kind: Any) -> list[Any]:
-        return [term for term in self.terms if isinstance(term, kind)]
-
-    @cached_property
-    def formulas(self) -> list[OpaqueTerm]:
-        """The terms that are general expressions or Python functions."""
-        return self._of_kind(OpaqueTerm)
+        others: tuple[Term, ...] = (*self.maxima, *self.formulas)
+        return self.constant + self.summed(costs, violations) + sum(term.value(costs, violations) for term in others)
 
     def summed(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Fraction:
-        """Return the entry of rates, violation sums and tardiness for a preference cost set, in the user's units."""
-        terms = [term for term in self.terms if not isinstance(term, Maximum | OpaqueTerm)]
-        return sum((term.value(costs, violations) for term in terms), Fraction(0))
+        """Return the one entry for a preference cost set, in the user's units."""
+        return sum((term.value(costs, violations) for term in self.one_entry), Fraction(0))
 
     @property
-    def maxima(self) -> list[Maximum]:
-        """The weighted maxima."""
-        return self._of_kind(Maximum)
-
-    @property
-    def tardiness(self) -> list[Tardiness]:
-        """The deadlines."""
-        return self._of_kind(Tardiness)
-
-    @property
-    def rate_terms(self) -> list[Rate]:
+    def rate_terms(self) -> tuple[Rate, ...]:
         """The additive terms over cost."""
-        return self._of_kind(Rate)
+        return _of_kind(self.one_entry, Rate)
+
+    @property
+    def tardiness(self) -> tuple[Tardiness, ...]:
+        """The deadlines."""
+        return _of_kind(self.one_entry, Tardiness)
 
     @property
     def weighs_violation(self) -> bool:
         """Whether any term depends on violation costs."""
-        return bool(self._of_kind(Violation)) or any(formula.violations for formula in self.formulas)
+        return bool(_of_kind(self.one_entry, Violation)) or any(formula.violations for formula in self.formulas)
 
     @property
     def bi_objective(self) -> bool:
         """Whether (g, mu) is a sufficient label key."""
-        return not self.formulas and len(self.maxima) <= (0 if len(self.terms) > 1 else 1)
+        return not self.formulas and (not self.maxima or (len(self.maxima) == 1 and not self.one_entry))
 
     @property
     def contract(self) -> str:
         """The weakest contract that covers all terms."""
-        declared = {formula.contract for formula in self.formulas}
-        if "general" in declared:
+        if any(formula.contract == "general" for formula in self.formulas):
             return "general"
         if self.bi_objective:
             return "convex" if self.tardiness or self.maxima else "additive"
-        if len(self.terms) == 1 and declared:
-            return declared.pop()
+        if len(self.formulas) == 1 and not self.maxima and not self.one_entry:
+            return self.formulas[0].contract
         return "componentwise"
 
     @property
@@ -207,7 +198,7 @@ class Measure:
     @cached_property
     def violation_weights(self) -> list[Fraction]:
         """(P,) weights of the violation costs in additive terms."""
-        terms = self._of_kind(Violation)
+        terms = _of_kind(self.one_entry, Violation)
         return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks + self.rules)]
 
     def largest_rate(self) -> Fraction:
@@ -231,6 +222,10 @@ class Measure:
             for i, weight in enumerate(term.weights):
                 table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * factor))
         return table
+
+
+def _of_kind(terms: Sequence[Term | Fraction], kind: Any) -> tuple[Any, ...]:
+    return tuple(term for term in terms if isinstance(term, kind))
 
 
 @dataclass(frozen=True)

@@ -160,18 +160,18 @@ class OpaqueTerm:
         tree: the expression; None for a function.
         function: (costs, violations) -> value; None for an expression.
         contract: `additive`, `convex`, `componentwise` or `general`; see `prefplan.preferences.contracts`.
-        tasks: number of tasks.
         weight: factor.
         claimed: whether the contract was declared by the user: tested, not proven.
-        rules: number of rules that may be broken.
+        tasks: number of tasks whose costs a function is given.
+        rules: number of rules that may be broken, whose violation costs it is given, too.
     """
 
     tree: Tree | None
     function: Callable[[Any, Any], float] | None
     contract: str
-    tasks: int
     weight: Fraction = Fraction(1)
     claimed: bool = False
+    tasks: int = 0
     rules: int = 0
 
     @cached_property

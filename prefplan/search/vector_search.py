@@ -29,7 +29,7 @@ class VectorSearch(Search):
         problem = prepared.product.problem
         measure = problem.measure
         self._max_mu, self.single = max_mu, single
-        self._programs = compile_programs(measure.formulas, prepared.product.units, len(problem.priced))
+        self._programs = compile_programs(list(measure.formulas), prepared.product.units, len(problem.priced))
         general = measure.contract == "general"
         costs = range(measure.tasks) if general else sorted({i for formula in measure.formulas for i in formula.costs})
         paid = (
