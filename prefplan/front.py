@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, overload
 
@@ -118,6 +119,41 @@ class Stats:
         )
 
 
+class Plans(Sequence[Plan]):
+    """The plans of a front, each made when it is first read.
+
+    Attributes:
+        points: the values of their objectives.
+    """
+
+    def __init__(self, points: Sequence[tuple[Number, ...]], make: Sequence[Callable[[], Plan]]) -> None:
+        """Take the points, and for each a function that makes the plan."""
+        self.points, self._make, self._made = points, make, dict[int, Plan]()
+
+    def __len__(self) -> int:
+        """Return the number of plans."""
+        return len(self.points)
+
+    @overload
+    def __getitem__(self, index: int) -> Plan: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
+        """Return a plan by its number, or several."""
+        number = range(len(self))[index]
+        if isinstance(number, range):
+            return tuple(self[k] for k in number)
+        if number not in self._made:
+            self._made[number] = self._make[number]()
+        return self._made[number]
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the plans are those of another sequence."""
+        return isinstance(other, Sequence) and tuple(self) == tuple(other)
+
+
 @dataclass(frozen=True)
 class Front(Sequence[Plan]):
     """All non-dominated (cost, mu), one plan each, in order of rising cost and falling mu.
@@ -136,7 +172,7 @@ class Front(Sequence[Plan]):
         stats: work and time of the search.
     """
 
-    plans: tuple[Plan, ...]
+    plans: Sequence[Plan]
     reason: Reason | None = None
     ended: str | None = None
     complete_below: Number | None = None
@@ -149,6 +185,11 @@ class Front(Sequence[Plan]):
     def objectives(self) -> tuple[str, ...]:
         """The names of the costs and the preferences; none if there is no plan."""
         return tuple(self.plans[0].objectives) if self.plans else ()
+
+    @property
+    def points(self) -> Sequence[tuple[Number, ...]]:
+        """The values of the objectives of each plan."""
+        return self.plans.points if isinstance(self.plans, Plans) else [*map(point_of, self.plans)]
 
     @property
     def complete(self) -> bool:
@@ -168,15 +209,17 @@ class Front(Sequence[Plan]):
 
         It is complete if this front is: each of its points is that of a plan on this front.
         """
-        kept: dict[tuple[Number, ...], Plan] = {}
-        for plan in self:
-            kept.setdefault(tuple(plan.objectives[name] for name in objectives), plan)
-        plans = [
-            plan
-            for worth, plan in kept.items()
-            if not any(other != worth and all(map(operator.le, other, worth)) for other in kept)
+        columns = [self.objectives.index(name) for name in objectives] if self.plans else []
+        kept: dict[tuple[Number, ...], int] = {}
+        for k, point in enumerate(self.points):
+            kept.setdefault(tuple(point[column] for column in columns), k)
+        numbers = [
+            k
+            for point, k in kept.items()
+            if not any(other != point and all(map(operator.le, other, point)) for other in kept)
         ]
-        return replace(self, plans=tuple(plans))
+        points = self.points
+        return replace(self, plans=Plans([points[k] for k in numbers], [partial(self.__getitem__, k) for k in numbers]))
 
     def to_pandas(self) -> DataFrame:
         """Return a table with a row for each plan: `cost`, `preference`, `task_costs.NAME` for each task, `actions`.
@@ -208,7 +251,7 @@ class Front(Sequence[Plan]):
             _, ax = pyplot.subplots()
         names = self.objectives[:2] or PAIR
         shown = self.over(names) if len(self.objectives) > 2 else self
-        points = sorted(tuple(map(float, point_of(plan)[:2])) for plan in shown)
+        points = sorted(tuple(map(float, point[:2])) for point in shown.points)
         ax.step([x for x, _ in points], [y for _, y in points], "o-", where="post")
         if self.complete_below is not None:
             ax.axvline(float(self.complete_below), linestyle="--", color="gray", label="complete up to here")
@@ -290,7 +333,7 @@ class Front(Sequence[Plan]):
     def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
         """Return a plan by its number, or several."""
         try:
-            return self.plans[index]
+            return self.plans[index]  # type: ignore[return-value]
         except IndexError:
             raise IndexError(f"plan {index}: the front has {len(self)}, counted from 0") from None
 

@@ -13,7 +13,7 @@ from typing import Unpack
 
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, to_number
-from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
+from prefplan.front import Front, NoPlanError, Plans, Reason, Stats, UnfinishedError
 from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
 from prefplan.plan import Plan
@@ -26,7 +26,7 @@ from prefplan.search.incumbent import run_cheapest, run_with_incumbent
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.objective_search import ObjectiveSearch
 from prefplan.search.reference import ReferenceSearch, needs_exact_numbers
-from prefplan.search.result import Goal, Result, ended_by
+from prefplan.search.result import Result, ended_by
 from prefplan.search.vector_search import VectorSearch
 
 
@@ -120,8 +120,10 @@ class Planner:
         """
         one = next(iter(over)) if len(set(over)) == 1 else None
         result, reason = self._solve(one, keep_on_interrupt=keep_on_interrupt, **wanted)
+        result.check()
+        goals = result.goals or result.incumbents
         front = Front(
-            tuple(map(self._plan, result.goals or result.incumbents)),
+            Plans([goal.point for goal in goals], [goal.plan for goal in goals]) if goals else (),
             reason=reason,
             ended=result.ended,
             complete_below=None if result.ended is None or one else self._below(result),
@@ -151,7 +153,7 @@ class Planner:
         if reason is not None:
             raise NoPlanError(reason)
         goal = next(iter(result.goals or result.incumbents), None)
-        plan = None if goal is None else self._plan(goal)
+        plan = None if goal is None else goal.plan()
         if plan is not None and result.ended is None:
             return plan
         below, within = self._below(result), None
@@ -203,12 +205,6 @@ class Planner:
         product = self._reduction.listed_product(self.problem)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
-
-    def _plan(self, goal: Goal) -> Plan:
-        """Return the plan of a goal, asserting that its costs and preferences in the model are those of the search."""
-        values = tuple(map(to_number, goal.objectives))
-        assert tuple(goal.plan.objectives.values()) == values, "the plan is worth something else in the model"
-        return self._reduction.lifted(goal.plan, goal.product)
 
     def _below(self, result: Result) -> Number | None:
         """Return the cost below which a search has every point, in the user's units; None if it ran to its end."""

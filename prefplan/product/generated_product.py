@@ -16,7 +16,7 @@ from prefplan.models.costs import EdgeCosts
 from prefplan.models.manipulation.symmetry import ReducedModel
 from prefplan.problem import Problem
 from prefplan.product.moves import generated
-from prefplan.product.product_automaton import CODE_LIMIT, Product
+from prefplan.product.product_automaton import CODE_LIMIT, Product, Trajectory
 
 LETTERS_LIMIT = 2**14
 """Most pairs of a state and a letter of one automaton that are tabulated."""
@@ -65,6 +65,11 @@ class GeneratedProduct(Product):
         columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
         dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
         return max(counts) <= LETTERS_LIMIT and not dear
+
+    def trajectory(self, steps: np.ndarray) -> Trajectory:
+        """Return what happens in the problem's own system along (K,) states of the model after the start."""
+        actions, states = self.model.lift([self.start_node, *steps.tolist()])
+        return actions, states, *self.problem.system.along(actions)
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""

@@ -7,7 +7,8 @@ Labels on which every automaton has the same transitions form a *class*.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 
@@ -17,6 +18,7 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
+from prefplan.models.costs import EdgeCosts
 from prefplan.problem import Problem
 from prefplan.product.moves import Generated
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
@@ -29,6 +31,10 @@ BARRED = -1
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
 count cannot overflow. In larger products counting would cost speed."""
+
+
+Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...], list[frozenset[str]], list[tuple[Fraction, ...]]]
+"""(K,) actions, (K + 1,) states and labels before the first and after each, and for each cost the (K,) values."""
 
 
 class Product:
@@ -196,6 +202,24 @@ class Product:
         q, n = np.array(automata), len(self.automata)
         of_rules = self.rule_delta[np.arange(len(self.rules)), q[n:]]
         return np.concatenate([self.delta[np.arange(n), q[:n]], of_rules.reshape(-1, self.delta.shape[2])])
+
+    def trajectory(self, steps: np.ndarray) -> Trajectory:
+        """Return what happens along (K,) edges from the start on."""
+        system = self.problem.system.listed
+        visited = [system.start, *system.targets[steps].tolist()]
+        return (
+            tuple(system.action_names[action] for action in system.actions[steps].tolist()),
+            tuple(system.states[state] for state in visited),
+            [system.label(state) for state in visited],
+            [_in_users_units(column, steps) for column in system.edge_costs],
+        )
+
+
+def _in_users_units(column: EdgeCosts, edges: np.ndarray) -> tuple[Fraction, ...]:
+    """Return the costs of (K,) edges, in the user's units."""
+    counts = column.costs[edges].tolist()
+    cost_of = {count: count * column.unit for count in set(counts)}
+    return tuple(map(cost_of.__getitem__, counts))
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:

@@ -1,21 +1,18 @@
-"""The quotient that is searched in place of a problem's system, and the lifting of its plans to the whole system."""
+"""The product that is searched for a problem: of its system, or of a smaller one, whose paths are lifted to it."""
 
 from __future__ import annotations
 
-import math
 import time
-from dataclasses import replace
 from functools import cached_property
 
-from prefplan.exact_costs import to_number
-from prefplan.ledger import Ledger
+import numpy as np
+
 from prefplan.models.manipulation.symmetry import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Quotient
-from prefplan.plan import Plan
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.product_automaton import Product
+from prefplan.product.product_automaton import Product, Trajectory
 
 
 class Reduction:
@@ -62,19 +59,18 @@ class Reduction:
 
     def listed_product(self, problem: Problem) -> Product:
         """Return the same, its states listed."""
-        return Product(problem.over(self.quotient.system))
+        return Product(problem) if self.quotient.system is problem.system else QuotientProduct(problem, self.quotient)
 
-    def lifted(self, plan: Plan, searched: Product) -> Plan:
-        """Return a plan of a product as a plan of the whole system, asserting that all its costs and values agree."""
-        whole = plan
-        if not isinstance(searched, GeneratedProduct):
-            known = len(self.problem.past.actions)
-            actions, states = self.quotient.lift((plan.actions[known:], plan.states[known:]))
-            whole = replace(plan, actions=plan.actions[:known] + actions, states=plan.states[:known] + states)
-        if whole.states is not plan.states or isinstance(searched, GeneratedProduct):
-            ledger = Ledger.of_plan(self.problem, whole)
-            whole = replace(whole, action_costs=tuple(map(to_number, ledger.costs)))
-            worth = (*ledger.exact_objectives(), *ledger.final.task_costs.values())
-            found_worth = (*whole.objectives.values(), *whole.task_costs.values())
-            assert all(map(math.isclose, worth, found_worth)), "the plan is worth something else in the whole model"
-        return whole
+
+class QuotientProduct(Product):
+    """The product of a smaller system than the problem's own."""
+
+    def __init__(self, problem: Problem, quotient: Quotient) -> None:
+        """Take a problem, and the quotient of its system."""
+        super().__init__(problem.over(quotient.system))
+        self._whole, self._lift = problem.system, quotient.lift
+
+    def trajectory(self, steps: np.ndarray) -> Trajectory:
+        """Return what happens in the problem's own system along (K,) edges of the smaller one from the start on."""
+        actions, states = self._lift(super().trajectory(steps)[:2])
+        return actions, states, *self._whole.along(actions)

@@ -32,7 +32,7 @@ from prefplan.search.labels import (
     growth_of,
     rehash,
 )
-from prefplan.search.plan_extraction import Waypoint, extract
+from prefplan.search.paths import GeneratedPaths, Paths
 from prefplan.search.result import Goal, Result, ended_by
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
@@ -123,7 +123,9 @@ class Search(ABC):
                     raise LimitError("time")
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        goals = [self._goal(label, objectives) for rank, label, objectives in self._found if rank < self._lowest]
+        settled = [(label, objectives) for rank, label, objectives in self._found if rank < self._lowest]
+        paths = self._paths([label for label, _ in settled])
+        goals = [Goal(self._cost(label), values, paths, k) for k, (label, values) in enumerate(settled)]
         below = self._lowest if self.by_cost or self._lowest == math.inf else 0
         return Result(tuple(self._points(goals)), ended, below, self.work)
 
@@ -178,35 +180,48 @@ class Search(ABC):
 
     def _cost(self, label: int) -> int:
         """Return a label's first cost, units."""
-        return int(self.labels.cost[label]) >> self.product.shift
+        return int(self._costs(np.array([label]))[0]) >> self.product.shift
 
-    def _goal(self, label: int, objectives: tuple[Any, ...]) -> Goal:
-        labels = self._labels_to(label)
-        codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels].tolist()
-        path = self.waypoints(codes, costs)
-        start, graph = self._start_of(labels[0], path[0]), self.prepared.graph
-        return Goal(self.product, self._cost(label), objectives, lambda: extract(self.product, graph, path, start)[0])
+    def _paths(self, labels: Sequence[int]) -> Paths:
+        """Return the paths that lead to some labels."""
+        parents, ahead = self.labels.parent, np.array(labels, dtype=np.int64)
+        on_path = np.zeros(len(parents) + 1, dtype=bool)
+        on_path[NONE] = True
+        while len(ahead := ahead[~on_path[ahead]]):
+            on_path[ahead] = True
+            ahead = np.unique(parents[ahead])
+        kept = np.flatnonzero(on_path[:-1])
+        number = np.zeros(len(on_path), dtype=np.int64)
+        number[kept] = np.arange(len(kept))
+        before = np.where(parents[kept] == NONE, number[kept], number[parents[kept]])
+        codes, space = self.states.known[self.labels.row[kept], COL.CODE], self.prepared.space
+        automata = codes[:, None] // space.strides % space.automata.sizes
+        nodes = codes % space.automata.nodes
+        first = np.flatnonzero(parents[kept] == NONE).tolist()
+        starts = {k: self._start_of(int(kept[k]), tuple(automata[k].tolist())) for k in first}
+        ends = number[np.array(labels, dtype=np.int64)]
+        if isinstance(self.product, GeneratedProduct):
+            return GeneratedPaths(self.product, before, nodes, automata, starts, ends)
+        edges = self._edges(kept)
+        if edges is not None:
+            return Paths(self.product, before, edges, automata, starts, ends)
+        costs = self._costs(kept)
+        return Paths.through(self.product, self.prepared.graph, (before, nodes, costs, automata), starts, ends)
 
-    def _labels_to(self, label: int) -> list[int]:
-        """Return the labels on the path to one, that of the start first."""
-        labels = []
-        while label != NONE:
-            labels.append(label)
-            label = int(self.labels.parent[label])
-        return labels[::-1]
+    def _edges(self, labels: np.ndarray) -> np.ndarray | None:
+        """Return the system's edges that lead to labels, where they are known."""
+        return None
 
-    def waypoints(self, codes: np.ndarray, costs: Sequence[int]) -> tuple[Waypoint, ...]:
-        """Return product states (n,) on a path, and its costs up to each, as waypoints."""
-        space = self.prepared.space
-        automata = (codes[:, None] // space.strides % space.automata.sizes).tolist()
-        nodes = (codes % space.automata.nodes).tolist()
-        return tuple(Waypoint(*at) for at in zip(nodes, map(tuple, automata), costs, strict=True))
+    def _costs(self, labels: np.ndarray) -> np.ndarray:
+        """Return the costs of labels, as in `Product.costs`."""
+        costs: np.ndarray = self.labels.cost[labels]
+        return costs
 
-    def _start_of(self, label: int, at: Waypoint) -> Start:
+    def _start_of(self, label: int, automata: tuple[int, ...]) -> Start:
         """Return the start of a label without parent: one with its automaton states and its mu."""
         mu = self.labels.mu[label]
         starts = zip(self._starts, self.begin[:, 0], strict=True)
-        return next(start for start, key in starts if key == mu and start.automata == at.automata)
+        return next(start for start, key in starts if key == mu and start.automata == automata)
 
     @property
     def work(self) -> Stats:

@@ -16,7 +16,6 @@ from prefplan.front import Stats
 from prefplan.heuristics.objective_bounds import objective_bounds
 from prefplan.heuristics.preprocessing import Options, Prepared, require_64_bits
 from prefplan.limits import Limits
-from prefplan.plan import Plan
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.kernels import INFINITE, UNBOUNDED
 from prefplan.product.product_automaton import Product
@@ -27,7 +26,6 @@ from prefplan.search.driver import ROWS_AT_FIRST, Search
 from prefplan.search.entries import BOUND, EntryMap, Paths
 from prefplan.search.labels import AT, COL, States, growth_of
 from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vector, Vectors
-from prefplan.search.plan_extraction import account, extract
 from prefplan.search.result import Goal
 
 VECTORS_MADE_AT_FIRST = 2**14
@@ -186,22 +184,14 @@ class ObjectiveSearch(Search):
         self.vectors = self.vectors._replace(**{Vectors._fields[end - MORE_VECTORS]: longer})
         return True
 
-    def _cost(self, label: int) -> int:
-        return int(self.labels.key[label, 0]) >> self.product.shift
+    def _edges(self, labels: np.ndarray) -> np.ndarray | None:
+        return self.labels.step[labels].astype(np.int64) if self._numbered else None
 
-    def _goal(self, label: int, objectives: tuple[Any, ...]) -> Goal:
-        labels = self._labels_to(label)
-        codes = self.states.known[self.labels.row[labels], COL.CODE]
-        steps, costs = self.labels.step[labels].tolist(), self.labels.key[labels, 0].tolist()
-        start, graph = self._starts[steps[0]], self.prepared.graph
-        path = self.waypoints(codes, costs)
+    def _costs(self, labels: np.ndarray) -> np.ndarray:
+        return self.labels.key[labels, 0]
 
-        def plan() -> Plan:
-            if self._numbered and not isinstance(self.product, GeneratedProduct):
-                return account(self.product, steps[1:], [at.automata for at in path], start)[0]
-            return extract(self.product, graph, path, start)[0]
-
-        return Goal(self.product, self._cost(label), objectives, plan)
+    def _start_of(self, label: int, automata: tuple[int, ...]) -> Start:
+        return self._starts[self.labels.step[label]]
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal, in the user's units."""

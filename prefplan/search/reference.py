@@ -36,7 +36,7 @@ from prefplan.preferences.terms import Term
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
-from prefplan.search.plan_extraction import account
+from prefplan.search.paths import Paths
 from prefplan.search.result import Goal, Result, ended_by
 
 BYTES_A_LABEL = 1500
@@ -111,16 +111,16 @@ class ReferenceSearch:
 
     def run(self, limits: Limits) -> Result:
         """Search for the front in order of f (BOA*), or its first point; a limit or Ctrl-C may stop it before."""
-        goals, ended = list[Goal](), None
+        found, ended = list[Label](), None
         try:
             for start in self.product.starts:
                 self._begin(start)  # lines 1 to 4
-            while not (goals and self._single) and (goal := self._constrained_a_star(limits)) is not None:
+            while not (found and self._single) and (goal := self._constrained_a_star(limits)) is not None:
                 self._front.append(goal.f)
-                goals.append(self._goal(goal))
+                found.append(goal)
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        return Result(tuple(goals), ended, self._complete_below, self.work)
+        return Result(self._goals(found), ended, self._complete_below, self.work)
 
     def _begin(self, start: Start) -> None:
         """Add x_0 to O. Of a past, only the first cost counts."""
@@ -255,17 +255,20 @@ class ReferenceSearch:
         general = sorted({o.cost for o in self._problem.objectives if o.measure.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 
-    def _goal(self, goal: Label) -> Goal:
-        """Return a goal with its exact objectives, in the user's units, and its plan (extractPlan)."""
-        units = self._problem.cost_units
-        costs = (count * unit for count, unit in zip(goal.f, units, strict=False))
-        edges, automata, at = [], [goal.state[1:]], goal
-        while isinstance(at.parent, Label):
-            edges.append(at.edge)
-            at = at.parent
-            automata.append(at.state[1:])
-        path = self.product, edges[::-1], automata[::-1], at.parent
-        return Goal(self.product, goal.g[0], (*costs, *goal.f[len(units) :]), lambda: account(*path)[0])
+    def _goals(self, found: Sequence[Label]) -> tuple[Goal, ...]:
+        """Return goals with their exact objectives, in the user's units, and their paths (extractPlan)."""
+        units, each = self._problem.cost_units, []
+        for at in found:
+            edges, automata = [], [at.state[1:]]
+            while isinstance(at.parent, Label):
+                edges.append(at.edge)
+                at = at.parent
+                automata.append(at.state[1:])
+            each.append((edges[::-1], automata[::-1], at.parent))
+        paths = Paths.apart(self.product, each)
+        costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in found]
+        values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(found)]
+        return tuple(Goal(goal.g[0], values[k], paths, k) for k, goal in enumerate(found))
 
 
 def needs_exact_numbers(problem: Problem) -> bool:

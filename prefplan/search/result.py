@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 from prefplan.errors import LimitError
+from prefplan.exact_costs import Number, to_number
 from prefplan.front import Stats
 from prefplan.plan import Plan
-from prefplan.product.product_automaton import Product
+from prefplan.search.paths import Paths
+
+WORTH = "a plan is worth something else in the model"
 
 
 @dataclass(frozen=True)
@@ -19,20 +20,27 @@ class Goal:
     """A goal that a search found.
 
     Attributes:
-        product: what was searched.
         cost: first total cost, units.
         objectives: exact values of all costs and preferences, in the user's units.
+        paths: the paths to all goals of the search.
+        number: which of them leads to this one.
     """
 
-    product: Product
     cost: int
     objectives: tuple[Any, ...]
-    _extract: Callable[[], Plan] = field(repr=False)
+    paths: Paths = field(repr=False)
+    number: int
 
-    @cached_property
+    @property
+    def point(self) -> tuple[Number, ...]:
+        """The values of all costs and preferences as they are printed."""
+        return tuple(map(to_number, self.objectives))
+
     def plan(self) -> Plan:
-        """The plan that leads to the goal, in the system that was searched."""
-        return self._extract()
+        """Return the plan that leads to the goal, asserting that its values in the model are those of the search."""
+        plan = self.paths.plan(self.number)
+        assert tuple(plan.objectives.values()) == self.point, WORTH
+        return plan
 
 
 @dataclass(frozen=True)
@@ -52,6 +60,12 @@ class Result:
     complete_below: float = 0
     work: Stats = Stats()
     incumbent: Goal | None = None
+
+    def check(self) -> None:
+        """Assert that the values of all goals are those that their paths have in the model."""
+        if self.goals:
+            derived = self.goals[0].paths.objectives()
+            assert all(tuple(map(to_number, derived[goal.number])) == goal.point for goal in self.goals), WORTH
 
     @property
     def incumbents(self) -> tuple[Goal, ...]:

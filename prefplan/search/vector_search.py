@@ -15,8 +15,7 @@ from prefplan.product.formula_programs import compile_programs
 from prefplan.product.starts import Start
 from prefplan.search import multi_objective
 from prefplan.search.driver import Search, in_units
-from prefplan.search.labels import COL, END
-from prefplan.search.plan_extraction import Waypoint, extract
+from prefplan.search.labels import END
 
 
 class VectorSearch(Search):
@@ -97,11 +96,7 @@ class VectorSearch(Search):
         return int(end)
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
-        labels = self._labels_to(label)
-        codes, costs = self.states.known[self.labels.row[labels], COL.CODE], self.labels.cost[labels].tolist()
-        path = self.waypoints(codes, costs)
-        mu = extract(self.product, self.prepared.graph, path, self._start_of(labels[0], path[0]))[1]
-        return self._cost(label) * self.product.units.cost, mu
+        return self._paths([label]).objectives()[0]
 
     def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
         mu = objectives[1]
@@ -111,12 +106,12 @@ class VectorSearch(Search):
         self._best[0] = float_above(in_units(self.product, Fraction(mu)))
         return True
 
-    def _start_of(self, label: int, at: Waypoint) -> Start:
+    def _start_of(self, label: int, automata: tuple[int, ...]) -> Start:
         first = 1 + self._key.maxima
         values = range(first, first + len(self._key.values))
         keys = np.delete(self.begin, values, axis=1) == np.delete(self.labels.key[label], values)
         same = zip(self._starts, keys.all(axis=1), strict=True)
-        return next(start for start, alike in same if alike and start.automata == at.automata)
+        return next(start for start, alike in same if alike and start.automata == automata)
 
     def _too_large(self) -> None:
         """Raise an error that names the user's function if that is the cause."""

@@ -1,0 +1,108 @@
+"""The paths of a whole front are checked at once, and a plan is made when it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from prefplan import Options, Order, Planner, Problem, Relaxation, Rule, Sum, Task, TransitionSystem, WeightedSum
+from prefplan.limits import Limits
+from prefplan.planner import choose_search
+from prefplan.product.product_automaton import Product
+from prefplan.search import paths
+from prefplan.search.reference import ReferenceSearch
+from prefplan.search.result import Result
+
+
+def problem() -> Problem:
+    """Return a street with an errand at each end, a toll that may be assumed away, and a rule that may be broken.
+
+    Longer ways lead round the toll, and round the grass.
+    """
+    street = [(x, "E", x + 1, 1 + x % 3) for x in range(8)] + [(x + 1, "W", x, 1) for x in range(8)]
+    street += [
+        (4, "N", "hill", 3),
+        ("hill", "E", 8, 9),
+        (5, "N", "lane", 1),
+        ("lane", "E", 7, 5),
+        (7, "S", "park", 2),
+        ("park", "W", 5, 2),
+    ]
+    labels = {0: ["home"], 2: ["toll"], 5: ["toll"], 8: ["work"], 6: ["grass"]}
+    system = TransitionSystem.from_transitions(street, start=4, labels=labels, propositions=["free"])
+    tasks = [
+        Task("rest", "F (home & F toll)"),
+        Task("earn", "(!toll | free) U work", relax=(Relaxation("free", "toll", 3),)),
+    ]
+    prices = WeightedSum({"rest": 1, "earn": 2, "green": 1}, over="violation")
+    return Problem(
+        system, tasks, Sum([(Order(["earn", "rest"]), 1), (prices, 1)]), rules=[Rule("green", "G !grass", skip=4)]
+    )
+
+
+def searched(kind: str) -> Result:
+    product = Product(problem())
+    if kind == "reference":
+        return ReferenceSearch(product, bounds={}).run(Limits())
+    options = Options(contraction=kind == "contracted")
+    return choose_search(product, options, Limits(), {}, None)(Limits())
+
+
+KINDS = ("contracted", "whole", "reference")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_values_of_all_paths_are_those_of_their_plans(kind: str) -> None:
+    result = searched(kind)
+    result.check()
+    assert len(result.goals) > 2
+    assert [goal.plan().objectives for goal in result.goals] == [plan.objectives for plan in Planner(problem()).front()]
+    assert {bought.task for goal in result.goals for bought in goal.plan().relaxations} == {"earn", "green"}
+
+
+def other_edge(found: paths.Paths) -> paths.Paths:
+    edges = found.edges.copy()
+    edges[found.ends[0]] += 1
+    return replace(found, edges=edges)
+
+
+def other_reading(found: paths.Paths) -> paths.Paths:
+    automata = found.automata.copy()
+    automata[found.before[found.ends[0]]] = automata[found.ends[0]]
+    return replace(found, automata=automata)
+
+
+def unfinished(found: paths.Paths) -> paths.Paths:
+    return replace(found, ends=found.before[found.ends])
+
+
+def exchanged(found: paths.Paths) -> paths.Paths:
+    return replace(found, ends=np.roll(found.ends, 1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("spoil", [other_edge, other_reading, unfinished, exchanged])
+def test_a_path_that_is_wrong_is_noticed(kind: str, spoil: Callable[[paths.Paths], paths.Paths]) -> None:
+    result = searched(kind)
+    wrong = spoil(result.goals[0].paths)
+    goals = tuple(replace(goal, paths=wrong) for goal in result.goals)
+    with pytest.raises(AssertionError, match=r"does not have|is not satisfied|worth something else"):
+        replace(result, goals=goals).check()
+
+
+def test_plans_are_made_when_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, plan_of = list[int](), paths.plan_of
+
+    def counted(*arguments: object) -> object:
+        made.append(1)
+        return plan_of(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(paths, "plan_of", counted)
+    front = Planner(problem()).front()
+    few = front.over(["preference"])
+    assert len(front) > 2 and len(front.points) == len(front) and len(few) == 1 and not made[1:]
+    assert few[0] is front[-1] and front[-1] is front[-1] and len(made) <= 2
+    assert [tuple(plan.objectives.values()) for plan in front] == list(front.points) and len(made) == len(front)
