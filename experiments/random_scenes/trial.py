@@ -22,6 +22,7 @@ from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.sweep.job import RolloutRecord, failure_class, observed
 from prefplan.errors import PrefplanError
+from prefplan.limits import Limits
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario, load
@@ -34,6 +35,9 @@ USUAL = Perturbation()
 
 UNKNOWN: RolloutRecord = {"allowed": None, "refusals": [], "check_cpu_seconds": None}
 """Entries of the record of a scene whose check has not ended."""
+
+MAX_BYTES = 1e9
+"""Memory for a run: planning again without an action that a task needs would otherwise take minutes to find nothing."""
 
 COMPLETED, FAILED, REFUTED, ERROR = "completed", "failed honestly", "refuted", "program error"
 NOT_BUILT, TIMED_OUT, CRASHED = "cannot be built", "timed out", "crashed"
@@ -86,7 +90,8 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:
     """
     began = time.process_time()
     plan = Planner(scenario.problem()).cheapest()
-    outcome = carry_out(scenario, scene, plan, seed=seed, perturbation=USUAL)
+    with Limits(bytes=MAX_BYTES):
+        outcome = carry_out(scenario, scene, plan, seed=seed, perturbation=USUAL)
     certificate = certify(evidence(scenario, scene, outcome))
     outcome = replace(outcome, certificate=certificate)
     measures = observed(scene.model, outcome)
