@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -152,20 +151,22 @@ class GraphFileModel:
     def _edges(self) -> tuple[Listing, np.ndarray]:
         """Return the edges of the first file, and their (C, E) costs."""
         if isinstance(self.file, str):
-            wanted = self.cost if isinstance(self.cost, Mapping) else {"": self.cost}
-            edges = read(self.folder, self.file, "file")
-            attributes = [_attribute(edges, f"cost.{name}".strip("."), each) for name, each in wanted.items()]
-            return edges, np.array([_costs(edges, attribute) for attribute in attributes])
-        for key, name in self.file.items():
-            if ending(name) != ".gr":
-                what = f"a file that ends in .gr, not {name!r}; other files have all costs"
-                raise ModelError(f"file.{key}: must be {what}")
-        if self.cost is not None and (not isinstance(self.cost, str) or self.cost not in self.file):
+            edges, cost = read(self.folder, self.file, "file"), self.cost
+            keys = (
+                {f"cost.{name}": each for name, each in cost.items()} if isinstance(cost, Mapping) else {"cost": cost}
+            )
+            return edges, np.array([_costs(edges, _attribute(edges, key, each)) for key, each in keys.items()])
+        for name, file in self.file.items():
+            if ending(file) != ".gr":
+                what = f"a file that ends in .gr, not {file!r}; other files have all costs"
+                raise ModelError(f"file.{name}: must be {what}")
+        if self.cost not in (None, *self.file):
             raise ModelError(f"cost: must be one of {', '.join(self.file)}, or missing for all; each file has one cost")
-        chosen = list(self.file.values()) if self.cost is None else [self.file[self.cost]]
-        first, *others = (read(self.folder, name, "file") for name in chosen)
+        files = [file for name, file in self.file.items() if self.cost in (None, name)]
+        first, *others = (read(self.folder, file, "file") for file in files)
         for other in others:
-            _check_same_edges(first, other)
+            if any(first.edges[end] != other.edges[end] for end in ENDS):
+                raise ModelError(f"{other.place}must list the same edges in the same order as {files[0]}")
         return first, np.array([_costs(edges, DEFAULT_COST) for edges in (first, *others)])
 
 
@@ -208,16 +209,6 @@ def _number(value: Any) -> float:
         return math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
-
-
-def _check_same_edges(first: Listing, other: Listing) -> None:
-    """Raise ModelError unless two files list the same edges in the same order."""
-    ends = (zip(*(edges.edges[end] for end in ENDS), strict=True) for edges in (first, other))
-    for row, (one, two) in enumerate(zip_longest(*ends)):
-        if one != two:
-            here, there = (edges.edge(row) for edges in (other, first))
-            rule = "files of several costs must list the same edges in the same order"
-            raise ModelError(f"{here}, where there is {there}; {rule}")
 
 
 def _numbered(nodes: Listing, edges: Listing) -> dict[str, int]:

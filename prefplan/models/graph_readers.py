@@ -60,9 +60,7 @@ class Listing:
     place: str = ""
 
     def edge(self, row: int) -> str:
-        """Return where an edge is, as the beginning of a message; `row` may be that after the last."""
-        if row == len(self.edges["from"]):
-            return f"{self.place}the end"
+        """Return where an edge is, as the beginning of a message."""
         line = f"line {self.lines[row]}: " if self.lines else ""
         return f"{self.place}{line}edge from {self.edges['from'][row]!r} to {self.edges['to'][row]!r}"
 

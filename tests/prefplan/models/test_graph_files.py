@@ -209,15 +209,15 @@ def test_several_files_are_of_one_format_and_have_one_cost_each(tmp_path: Path) 
         _ = GraphFileModel(tmp_path, files, "1", cost={"time": "time"}).network
 
 
-THERE = "file: t.gr: line 3: edge from '2' to '3'"
+OTHERS = "must list the same edges in the same order as t.gr"
 
 
 @pytest.mark.parametrize(
     ("arcs", "message"),
     [
-        (["a 1 2 5", "a 1 3 5"], f"line 3: edge from '1' to '3', where there is {THERE}"),
-        (["a 1 2 5", "a 2 3 5", "a 3 1 5"], "line 4: edge from '3' to '1', where there is file: t.gr: the end"),
-        (["a 1 2 5"], f"the end, where there is {THERE}"),
+        (["a 1 2 5", "a 1 3 5"], OTHERS),
+        (["a 1 2 5", "a 2 3 5", "a 3 1 5"], OTHERS),
+        (["a 1 2 5"], OTHERS),
         (["a 1 2 5", "a 2 3 -5"], "line 3: edge from '2' to '3': cost is negative: '-5'"),
     ],
 )
