@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.plan import PAIR, Plan, point_of, worth
+from prefplan.plan import PAIR, Plan, Plans, point_of, worth
 from prefplan.text.layout import counted, in_columns, listed, number
 
 if TYPE_CHECKING:
@@ -119,41 +117,6 @@ class Stats:
         )
 
 
-class Plans(Sequence[Plan]):
-    """The plans of a front, each made when it is first read.
-
-    Attributes:
-        points: the values of their objectives.
-    """
-
-    def __init__(self, points: Sequence[tuple[Number, ...]], make: Sequence[Callable[[], Plan]]) -> None:
-        """Take the points, and for each a function that makes the plan."""
-        self.points, self._make, self._made = points, make, dict[int, Plan]()
-
-    def __len__(self) -> int:
-        """Return the number of plans."""
-        return len(self.points)
-
-    @overload
-    def __getitem__(self, index: int) -> Plan: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
-
-    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
-        """Return a plan by its number, or several."""
-        number = range(len(self))[index]
-        if isinstance(number, range):
-            return tuple(self[k] for k in number)
-        if number not in self._made:
-            self._made[number] = self._make[number]()
-        return self._made[number]
-
-    def __eq__(self, other: object) -> bool:
-        """Return whether the plans are those of another sequence."""
-        return isinstance(other, Sequence) and tuple(self) == tuple(other)
-
-
 @dataclass(frozen=True)
 class Front(Sequence[Plan]):
     """All non-dominated (cost, mu), one plan each, in order of rising cost and falling mu.
@@ -189,7 +152,7 @@ class Front(Sequence[Plan]):
     @property
     def points(self) -> Sequence[tuple[Number, ...]]:
         """The values of the objectives of each plan."""
-        return self.plans.points if isinstance(self.plans, Plans) else [*map(point_of, self.plans)]
+        return Plans.of(self.plans).points
 
     @property
     def complete(self) -> bool:
@@ -199,10 +162,8 @@ class Front(Sequence[Plan]):
     @property
     def ending(self) -> str | None:
         """What stopped the search and how far it got, in words; None if it ran to its end."""
-        if self.ended is None:
-            return None
-        below = "" if not self.complete_below else f"; the front is complete below cost {self.complete_below}"
-        return f"{stopped_by(self.ended)}{below}"
+        below = f"; the front is complete below cost {self.complete_below}" if self.complete_below else ""
+        return None if self.ended is None else f"{stopped_by(self.ended)}{below}"
 
     def over(self, objectives: Collection[str]) -> Front:
         """Return the front of some of the costs and preferences, given by name.
@@ -210,16 +171,7 @@ class Front(Sequence[Plan]):
         It is complete if this front is: each of its points is that of a plan on this front.
         """
         columns = [self.objectives.index(name) for name in objectives] if self.plans else []
-        kept: dict[tuple[Number, ...], int] = {}
-        for k, point in enumerate(self.points):
-            kept.setdefault(tuple(point[column] for column in columns), k)
-        numbers = [
-            k
-            for point, k in kept.items()
-            if not any(other != point and all(map(operator.le, other, point)) for other in kept)
-        ]
-        points = self.points
-        return replace(self, plans=Plans([points[k] for k in numbers], [partial(self.__getitem__, k) for k in numbers]))
+        return replace(self, plans=Plans.of(self.plans).undominated(columns))
 
     def to_pandas(self) -> DataFrame:
         """Return a table with a row for each plan: `cost`, `preference`, `task_costs.NAME` for each task, `actions`.
@@ -263,24 +215,29 @@ class Front(Sequence[Plan]):
     @property
     def title(self) -> str:
         """What the front is of."""
-        names = self.objectives or PAIR
-        return f"Pareto front of {listed(['penalty' if name == PAIR[1] else name for name in names])}"
+        return f"Pareto front of {listed(self._heads)}"
+
+    @property
+    def _heads(self) -> list[str]:
+        return ["penalty" if name == PAIR[1] else name for name in self.objectives or PAIR]
 
     @property
     def table(self) -> list[list[str]]:
         """The heads of a table with a row for each plan, and then its rows."""
-        heads = ["penalty" if name == PAIR[1] else name for name in self.objectives or PAIR]
         rows = [[str(i), *map(number, (*point_of(p), *p.task_costs.values()))] for i, p in enumerate(self)]
-        return [["#", *heads, *(plan.display.task(name) for plan in self.plans[:1] for name in plan.task_costs)], *rows]
+        return [
+            ["#", *self._heads, *(plan.display.task(name) for plan in self.plans[:1] for name in plan.task_costs)],
+            *rows,
+        ]
 
     @property
     def notes(self) -> list[str]:
         """Sentences below the table: what its columns are, the work of the search, and what the front assumes."""
-        notes = [
+        return [
             f"A task's column is its cost: the total {(self.objectives or PAIR)[0]} until it was satisfied. "
-            f"{self.stats.seconds:.2f} s, {self.stats.expanded} labels expanded."
+            f"{self.stats.seconds:.2f} s, {self.stats.expanded} labels expanded.",
+            *self.assumptions,
         ]
-        return [*notes, *self.assumptions]
 
     def listing(self, whole: Callable[[int], str]) -> list[str]:
         """Return a heading for each plan, and below it the plan's first actions.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from itertools import accumulate
-from typing import cast
+from operator import ge
+from typing import cast, overload
 
 from prefplan.drawing.cell_map import CellMap, map_picture
 from prefplan.drawing.timeline import timeline
@@ -142,3 +144,48 @@ def worth(plan: Plan, *, penalty: str = "penalty") -> str:
 def point_of(plan: Plan) -> tuple[Number, ...]:
     """Return the values of a plan's objectives."""
     return tuple(plan.objectives.values())
+
+
+class Plans(Sequence[Plan]):
+    """The plans of a front, each made when it is first read.
+
+    Attributes:
+        points: the values of their objectives.
+    """
+
+    def __init__(self, points: Sequence[tuple[Number, ...]], make: Sequence[Callable[[], Plan]]) -> None:
+        """Take the points, and for each a function that makes the plan."""
+        self.points, self._make, self._made = points, make, dict[int, Plan]()
+
+    @classmethod
+    def of(cls, plans: Sequence[Plan]) -> Plans:
+        """Return plans, which may have been made before."""
+        if isinstance(plans, Plans):
+            return plans
+        return cls([*map(point_of, plans)], [partial(plans.__getitem__, k) for k in range(len(plans))])
+
+    def undominated(self, columns: Sequence[int]) -> Plans:
+        """Return the plans that no other one dominates in some of the objectives; of equal ones the first."""
+        values = [tuple(point[column] for column in columns) for point in self.points]
+        first = dict(zip(reversed(values), reversed(range(len(values))), strict=True))
+        kept = [k for one, k in first.items() if not any(other != one and all(map(ge, one, other)) for other in first)]
+        return Plans([self.points[k] for k in sorted(kept)], [partial(self.__getitem__, k) for k in sorted(kept)])
+
+    def __len__(self) -> int:
+        """Return the number of plans."""
+        return len(self.points)
+
+    @overload
+    def __getitem__(self, index: int) -> Plan: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
+        """Return a plan by its number, or several."""
+        number = range(len(self))[index]
+        if isinstance(number, range):
+            return tuple(self[k] for k in number)
+        if number not in self._made:
+            self._made[number] = self._make[number]()
+        return self._made[number]

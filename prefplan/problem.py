@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -38,7 +39,7 @@ LARGEST_TRIED = 10**15
 """Largest cost, in units, for which a declared contract is tested."""
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(init=False, eq=False)
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 
@@ -67,10 +68,10 @@ class Problem:
     rules: tuple[Rule, ...]
     past: Past
     preferences: tuple[NamedPreference, ...] = field(repr=False)
-    measure: Measure = field(repr=False, compare=False)
-    automata: tuple[Automaton, ...] = field(repr=False, compare=False)
-    monitors: tuple[Automaton, ...] = field(repr=False, compare=False)
-    display: DisplayNames = field(repr=False, compare=False)
+    measure: Measure = field(repr=False)
+    automata: tuple[Automaton, ...] = field(repr=False)
+    monitors: tuple[Automaton, ...] = field(repr=False)
+    display: DisplayNames = field(repr=False)
 
     def __init__(
         self,
@@ -90,22 +91,17 @@ class Problem:
         named = preferences_of(preference)
         system = system_of(system, start=start)
         known = system.propositions
-        # The attributes of a frozen dataclass can be set only like this.
-        self.__dict__.update(
-            system=system,
-            tasks=tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks")),
-            preferences=named,
-            preference=named[0].preference if named else WeightedSum({}),
-            rules=tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules")),
-            past=past,
-        )
+        self.system, self.past, self.preferences = system, past, named
+        self.preference = named[0].preference if named else WeightedSum({})
+        self.tasks = tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks"))
+        self.rules = tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules"))
         self._check_number()
-        self.__dict__["automata"] = checked_automata(self.tasks, "tasks")
-        self.__dict__["monitors"] = checked_automata(self.rules, "rules", self.names)
+        self.automata = checked_automata(self.tasks, "tasks")
+        self.monitors = checked_automata(self.rules, "rules", self.names)
         labels = labels_of("task", [(f"tasks[{i}]", task.name, task.label) for i, task in enumerate(self.tasks)])
-        self.__dict__["display"] = replace(system.display, tasks=labels)
+        self.display = replace(system.display, tasks=labels)
         check_objective_names(named, self.cost_names)
-        self.__dict__["measure"] = self._measures[0] if named else Measure(len(self.tasks), len(self._breakable))
+        self.measure = self._measures[0] if named else Measure(len(self.tasks), len(self._breakable))
         self._check_claims()
         self._check_weighed()
 
@@ -190,19 +186,14 @@ class Problem:
 
         All is kept unless some tasks are given by number, which then have no rules; the preference remains the same.
         """
-        kept = range(len(self.tasks)) if tasks is None else tasks
-        problem = object.__new__(Problem)
-        problem.__dict__.update(
-            self.__dict__,
-            system=system,
-            units=self.units,
-            cost_units=self.cost_units,
-            objectives=self.objectives,
-            tasks=tuple(self.tasks[i] for i in kept),
-            automata=tuple(self.automata[i] for i in kept),
-            weighted_automata=tuple(self.weighted_automata[i] for i in kept),
-            rule_automata=self.rule_automata if tasks is None else (),
-        )
+        problem = copy(self)
+        problem.system, problem.units, problem.cost_units = system, self.units, self.cost_units
+        problem.objectives, problem.rule_automata = self.objectives, self.rule_automata
+        problem.weighted_automata = self.weighted_automata
+        if tasks is not None:
+            problem.tasks = tuple(self.tasks[i] for i in tasks)
+            problem.automata = tuple(self.automata[i] for i in tasks)
+            problem.weighted_automata, problem.rule_automata = tuple(self.weighted_automata[i] for i in tasks), ()
         return problem
 
     @property
