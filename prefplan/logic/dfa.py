@@ -37,7 +37,7 @@ from prefplan.logic.formula import (
     later,
     propositions_of,
 )
-from prefplan.logic.mtbdd import Diagram, Diagrams, leaf, leaves, paths
+from prefplan.logic.mtbdd import CHECKED_EVERY, Diagram, Diagrams, leaf, leaves, paths
 from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
@@ -137,8 +137,9 @@ class _Obligations:
         weaker = {one: {other for other in numbers if other != one and self._implies(one, other)} for one in numbers}
         implied = {clause: clause.union(*(weaker[number] for number in clause)) for clause in clauses}
         kept: list[frozenset[int]] = []
-        for clause in sorted(implied, key=lambda one: len(implied[one])):
-            check_limits()
+        for number, clause in enumerate(sorted(implied, key=lambda one: len(implied[one])), 1):
+            if number % CHECKED_EVERY == 0:
+                check_limits()
             if not any(other <= implied[clause] for other in kept):
                 kept.append(clause)
         return frozenset(clause.difference(*(weaker[number] for number in clause)) for clause in kept)
@@ -216,13 +217,17 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
 def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
     """Return the states from which every infinite path meets the goal."""
     successors = []
-    for diagram in transitions:
-        check_limits()
+    for number, diagram in enumerate(transitions, 1):
+        if number % CHECKED_EVERY == 0:
+            check_limits()
         successors.append(set(leaves(diagram)))
-    met = {goal}
-    while more := {state for state, ends in enumerate(successors) if ends <= met} - met:
-        check_limits()
-        met |= more
+    met, size = {goal}, 0
+    while len(met) > size:
+        size = len(met)
+        # Successors have larger numbers as a rule, so that one or two passes are enough.
+        for state in reversed(range(len(successors))):
+            if successors[state] <= met:
+                met.add(state)
     return met
 
 

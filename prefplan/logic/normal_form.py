@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 
 from prefplan.errors import FormulaError
 from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until, joined
-from prefplan.logic.syntax import Part, error_at, one_line, read, split, unquoted
+from prefplan.logic.syntax import Part, error_at, one_line, read, split
 
 MOST_PARTS = 20_000
 """Largest number of nodes of a normal form: each `<->` and `^` doubles its operands."""
@@ -87,7 +87,7 @@ def _signed(part: Part, positive: bool) -> Formula:
     """Return a part, or its negation if not `positive`."""
     match part.sign, part.parts:
         case "name", _:
-            return Literal(unquoted(part.text), positive)
+            return Literal(part.text.strip("\"'"), positive)
         case "true" | "false", _:
             return Truth((part.sign == "true") == positive)
         case "!", (operand,):

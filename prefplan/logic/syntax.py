@@ -45,6 +45,9 @@ _TOKEN = re.compile("|".join([*_WORDS, r"(?P<foreign>\S)", r"(?=\s*\Z)"]), re.AS
 """A token: of the text, a character that begins none, or the empty one at the end."""
 
 
+Bounds = tuple[int, int | None]
+
+
 @dataclass(frozen=True)
 class Part:
     """A part of a formula as it was written.
@@ -83,11 +86,6 @@ def one_line(text: str) -> str:
     return re.sub(r"\s", " ", text)
 
 
-def unquoted(name: str) -> str:
-    """Return the name of a proposition as it was written, without quotes."""
-    return name.strip("\"'")
-
-
 def split(word: str, names: Collection[str] | None) -> tuple[str, str] | None:
     """Return a word such as `GFa` as (operators, name), with an empty name for `GF`; None if it is a name itself.
 
@@ -116,59 +114,53 @@ def read(text: str, *, names: Collection[str] | None, temporal: bool = True) -> 
     Raises:
         FormulaError: for a syntax error or an unknown name, with the column.
     """
-    return _Parser(text, names, temporal).read()
-
-
-Bounds = tuple[int, int | None]
+    parser = _Parser(text, names, temporal)
+    part = parser.binary(0)
+    if parser.token == ")":
+        raise parser.error("')' closes no bracket", parser.column)
+    if parser.token:
+        raise parser.error(f"expected an operator, not {parser.token!r}", parser.column)
+    return part
 
 
 class _Parser:
-    """A precedence-climbing parser; the depth of what is read counts the operators and brackets around it."""
+    """A precedence-climbing parser; the depth of what is read counts the operators and brackets around it.
+
+    Attributes:
+        token: the next token, empty at the end.
+        column: where it begins.
+        end: where the last token read ends.
+        ahead: the tokens after the next one, with their columns, the first of them last.
+    """
 
     def __init__(self, text: str, names: Collection[str] | None, temporal: bool) -> None:
         self.text, self.names, self.temporal = text, names, temporal
-        self.tokens = list(_TOKEN.finditer(text))
-        self.position = 0
+        matches = list(_TOKEN.finditer(text))
+        for match in matches:
+            if match["foreign"]:
+                raise self.error(f"{match[0]!r} means nothing in a formula", match.start())
+        self.ahead = [("", len(text)), *((match[0], match.start()) for match in reversed(matches))]
+        self.token, self.column, self.end = *self.ahead.pop(), 0
         self.opened: list[int] = []
-        for token in self.tokens:
-            if token["foreign"]:
-                raise self.error(f"{token[0]!r} means nothing in a formula", token.start())
-
-    @property
-    def token(self) -> str:
-        """The next token; empty at the end."""
-        return self.tokens[self.position][0]
-
-    @property
-    def column(self) -> int:
-        """Where the next token begins."""
-        return self.tokens[self.position].start()
 
     def error(self, message: str, column: int) -> FormulaError:
         return error_at(self.text, message, column)
 
     def advance(self) -> str:
         """Return the next token, and go on to the one after it."""
-        self.position += 1
-        return self.tokens[self.position - 1][0]
+        token, self.end = self.token, self.column + len(self.token)
+        self.token, self.column = self.ahead.pop()
+        return token
 
     def part(self, sign: str, parts: tuple[Part, ...], start: int, bounds: Bounds = (0, None)) -> Part:
         """Return a part that ends where the last token read does."""
-        return Part(sign, parts, start, self.text[start : self.tokens[self.position - 1].end()], *bounds)
+        return Part(sign, parts, start, self.text[start : self.end], *bounds)
 
     def nested(self, depth: int, column: int) -> int:
         """Return a depth, unless it is too large for recursion."""
         if depth > NESTING:
             raise self.error(f"nested more than {NESTING} deep", column)
         return depth
-
-    def read(self) -> Part:
-        part = self.binary(0)
-        if self.token == ")":
-            raise self.error("')' closes no bracket", self.column)
-        if self.token:
-            raise self.error(f"expected an operator, not {self.token!r}", self.column)
-        return part
 
     def binary(self, depth: int, weakest: int = 0) -> Part:
         """Read a formula whose binary operators have at least a precedence level."""
@@ -225,8 +217,8 @@ class _Parser:
         is_name = NAME.fullmatch(word) and word not in _CONSTANTS
         signs, rest = (is_name and self.temporal and split(word, self.names)) or ("", "")
         if rest:
-            self.tokens[self.position] = next(_TOKEN.finditer(self.text, column + len(signs)))
-        elif signs and _begins_formula(self.tokens[self.position + 1][0]):
+            self.token, self.column = rest, column + len(signs)
+        elif signs and _begins_formula(self.ahead[-1][0]):
             self.advance()
         else:
             return []
@@ -245,7 +237,7 @@ class _Parser:
 
     def atom(self) -> Part:
         column, token, names = self.column, self.advance(), self.names
-        name, quoted = unquoted(token), token[:1] in ("'", '"')
+        name, quoted = token.strip("\"'"), token[:1] in ("'", '"')
         if not quoted and name in _CONSTANTS and not (names and name in names):
             return self.part(_CONSTANTS[name], (), column)
         if not NAME.fullmatch(name) or (name in RESERVED and not quoted):
