@@ -19,6 +19,7 @@ from sim.robots.own import own_robot
 from sim.robots.panda import PANDA
 from sim.robots.panda_suction import PANDA_SUCTION
 from sim.robots.robot import Robot
+from sim.robots.setup import check_robot
 
 ROBOTS = {robot.name: robot for robot in (PANDA, PANDA_SUCTION, FETCH, MENAGERIE_PANDA, UR5E, XARM7, GEN3)}
 
@@ -60,6 +61,7 @@ def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
 
 
 def placed(robot: Robot, setup: RobotSetup) -> Robot:
-    """Return a robot with its base where a scenario puts it."""
+    """Return a robot with its base where a scenario puts it; errors as in `check_robot`."""
+    check_robot(setup)
     position = robot.position if setup.position is None else np.array(setup.position)
     return replace(robot, position=position, yaw=float(np.radians(setup.yaw)))

@@ -15,6 +15,7 @@ from sim.robots.adapted import PREFIX, adapted, base_of
 from sim.robots.derived import derived_gripper, suction_gripper
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
+from sim.robots.setup import check_robot
 
 DOWN_COSINE = 0.98
 """Least cosine of the angle between the tool's z axis at home and straight down."""
@@ -26,6 +27,7 @@ def own_robot(setup: RobotSetup) -> Robot:
     Raises:
         SimulationError: the MJCF cannot be read, or does not fit the table; the message begins with the key.
     """
+    check_robot(setup)
     spec, gripper = _prepared(setup, _changed(setup))
     model = spec.compile()
     data = mujoco.MjData(model)

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from prefplan.models.manipulation.surroundings import Fixture
+from prefplan.errors import check_known, prefixed
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.surroundings import Fixture, check_point
+from prefplan.text.names import check_names
 from sim.errors import SimulationError
 from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.rectangle import Rectangle, contains, overlap
 from sim.geometry.solids import rounded
+
+KINDS = ("box", "shelf")
+"""Kinds of fixtures: a solid box, and boards between two sides and a back."""
+
+MAX_FIXTURE_M = 20.0
+"""Largest length and coordinate of a fixture; larger ones are probably in millimetres."""
 
 PANEL_M = 0.012
 """Thickness of a shelf's boards, sides and back."""
@@ -48,6 +58,54 @@ class Block:
     def meets(self, outline: Rectangle, low: float, high: float) -> bool:
         """Return whether the block reaches into the space over an outline between two heights, m."""
         return self.low < high - MAX_CONTACT_M and low + MAX_CONTACT_M < self.high and overlap(self.outline, outline)
+
+
+def check_fixtures(model: ManipulationModel) -> None:
+    """Raise `SimulationError`, which begins with the key, for invalid fixtures, or those whose names are taken."""
+    with prefixed("", new=SimulationError):
+        check_names([fixture.name for fixture in model.fixtures], where="fixtures")
+    taken = {*(place.name for place in model.locations), *(obj.name for obj in model.objects)}
+    for fixture in model.fixtures:
+        where = f"fixtures.{fixture.name}"
+        if fixture.name in taken:
+            raise SimulationError(f"{where}: an object or a location has this name")
+        check_known(f"{where}.kind", "kind", fixture.kind, KINDS, SimulationError)
+        with prefixed("", new=SimulationError):
+            check_point(fixture.at, f"{where}.at")
+        if not all(math.isfinite(length) and length > 0 for length in fixture.size):
+            raise SimulationError(f"{where}.size: must be positive lengths, not {list(fixture.size)}")
+        for key in ("at", "size"):
+            lengths = getattr(fixture, key)
+            if max(map(abs, lengths)) > MAX_FIXTURE_M:
+                raise SimulationError(f"{where}.{key}: must be metres, at most {MAX_FIXTURE_M:g}, not {list(lengths)}")
+        if not math.isfinite(fixture.yaw):
+            raise SimulationError(f"{where}.yaw: must be a finite number of degrees, not {fixture.yaw}")
+        if fixture.rgba is not None and not all(0 <= part <= 1 for part in fixture.rgba):
+            raise SimulationError(f"{where}.rgba: each part must lie between 0 and 1, not {list(fixture.rgba)}")
+        _check_boards(fixture, f"{where}.boards")
+        _check_foot(fixture, f"{where}.at")
+
+
+def _check_boards(fixture: Fixture, where: str) -> None:
+    if fixture.kind != "shelf":
+        if fixture.boards:
+            raise SimulationError(f"{where}: only a shelf has boards")
+        return
+    if not fixture.boards:
+        raise SimulationError(f"{where}: missing; a shelf has one at least, as in boards = [0.0, 0.25]")
+    height = fixture.size[2]
+    for board in fixture.boards:
+        if not 0 <= board <= height:
+            raise SimulationError(f"{where}: {board:g} is not from 0 to {height:g} m, the height of the shelf")
+
+
+def _check_foot(fixture: Fixture, where: str) -> None:
+    """Raise `SimulationError` if a fixture reaches into the table."""
+    half = fixture.size[2] / 2 if fixture.kind == "box" else 0.0
+    if fixture.at[2] < half - 1e-6:
+        middle = "`at` is its centre, so its height is" if half else "`at` is the middle of its foot, so its height is"
+        depth = half - fixture.at[2]
+        raise SimulationError(f"{where}: it reaches {depth:.3f} m into the table; {middle} at least {half:g}")
 
 
 def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:

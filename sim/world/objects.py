@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import mujoco
@@ -30,6 +31,23 @@ STORE_M = np.array([0.0, 0.0, -1.4])
 
 SPARE_PITCH_M = 0.06
 """Distance from one spare object to the next, m."""
+
+
+def check_matter(model: ManipulationModel) -> None:
+    """Raise `SimulationError` for an impossible colour, mass or mesh of an object; the message begins with the key."""
+    for obj in model.objects:
+        where = f"objects.{obj.name}"
+        if obj.rgba is not None and not all(0 <= part <= 1 for part in obj.rgba):
+            raise SimulationError(f"{where}.rgba: each part must lie between 0 and 1, not {list(obj.rgba)}")
+        if not (math.isfinite(obj.scale) and obj.scale > 0):
+            raise SimulationError(f"{where}.scale: must be positive, not {obj.scale:g}")
+        if obj.mass is not None and not (math.isfinite(obj.mass) and obj.mass > 0):
+            raise SimulationError(f"{where}.mass: must be positive, not {obj.mass:g}")
+        if obj.kind != "mesh" and (obj.file is not None or obj.scale != 1):
+            key = "scale" if obj.file is None else "file"
+            raise SimulationError(f'{where}.{key}: only an object of kind = "mesh" has one')
+        if obj.kind == "mesh" and obj.size is not None and obj.body is None:
+            raise SimulationError(f"{where}.size: a mesh is as large as its file says; `scale` changes it")
 
 
 def add_objects(

@@ -20,12 +20,12 @@ from sim.geometry.rectangle import Rectangle
 from sim.robots.catalogue import placed, robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
-from sim.world.fixtures import add_fixture, blocks_of, body_name
+from sim.world.fixtures import add_fixture, blocks_of, body_name, check_fixtures
 from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for
 from sim.world.home import faults_at_home
 from sim.world.layout import arrange
 from sim.world.materials import add_studio
-from sim.world.objects import add_objects, add_spares, start_slots, stored_at
+from sim.world.objects import add_objects, add_spares, check_matter, start_slots, stored_at
 from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
 from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking
@@ -140,6 +140,8 @@ def build_scene(
         SimulationError: locations obstructing others, or objects that the hand cannot grasp; each
             fault starts with its key.
     """
+    check_fixtures(model)
+    check_matter(model)
     setup = model.robot_setup
     robot = placed(robot, setup) if isinstance(robot, Robot) else robot_for(setup, robot)
     own = read_scene(model)

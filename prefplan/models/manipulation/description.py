@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -11,15 +10,7 @@ from prefplan.errors import ModelError, check_known
 from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.surroundings import (
-    Fixture,
-    RobotSetup,
-    check_beside,
-    check_fixtures,
-    check_point,
-    check_robot,
-    with_height,
-)
+from prefplan.models.manipulation.surroundings import Fixture, RobotSetup, check_beside, check_point, with_height
 from prefplan.text.display_names import DisplayNames, labels_of
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names, check_names
@@ -139,8 +130,6 @@ class Description:
         _check_locations(self.locations)
         _check_objects(self)
         _check_propositions(self)
-        check_fixtures(self.fixtures, {*(place.name for place in self.locations), *(obj.name for obj in self.objects)})
-        check_robot(self.robot_setup)
         _check_scene(self)
         _display(self)
 
@@ -238,9 +227,6 @@ def _check_objects(model: Description) -> None:
         if [other.name for other in model.objects].count(obj.name) > 1:
             raise ModelError(f"{where}: defined twice")
         check_known(f"{where}.start", "location", obj.start, names)
-        if obj.rgba is not None and not all(0 <= part <= 1 for part in obj.rgba):
-            raise ModelError(f"{where}.rgba: each part must lie between 0 and 1, not {list(obj.rgba)}")
-        _check_matter(obj, where)
         if model.begin is not None:
             continue
         resting[obj.start].append(obj.name)
@@ -256,19 +242,6 @@ def _check_objects(model: Description) -> None:
                 )
 
 
-def _check_matter(obj: Object, where: str) -> None:
-    if not (math.isfinite(obj.scale) and obj.scale > 0):
-        raise ModelError(f"{where}.scale: must be positive, not {obj.scale:g}")
-    if obj.mass is not None and not (math.isfinite(obj.mass) and obj.mass > 0):
-        raise ModelError(f"{where}.mass: must be positive, not {obj.mass:g}")
-    check_beside(obj.file, f"{where}.file")
-    if obj.kind != "mesh" and (obj.file is not None or obj.scale != 1):
-        key = "scale" if obj.file is None else "file"
-        raise ModelError(f'{where}.{key}: only an object of kind = "mesh" has one')
-    if obj.kind == "mesh" and obj.size is not None and obj.body is None:
-        raise ModelError(f"{where}.size: a mesh is as large as its file says; `scale` changes it")
-
-
 def _display(model: Description) -> DisplayNames:
     """Return the labels; raise ModelError for one that is invalid."""
     return DisplayNames(
@@ -278,8 +251,11 @@ def _display(model: Description) -> DisplayNames:
 
 
 def _check_scene(model: Description) -> None:
-    """Raise ModelError for references to the user's MJCF scene if there is none."""
+    """Raise ModelError for paths that are not relative, and references to the user's MJCF scene if there is none."""
     check_beside(model.scene, "scene")
+    check_beside(model.robot_setup.mjcf, "robot.mjcf")
+    for obj in model.objects:
+        check_beside(obj.file, f"objects.{obj.name}.file")
     if model.scene is not None:
         return
     for place in model.locations:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from small_models import model, spot
 
 from prefplan import Location, ManipulationState, ModelError, Object
-from prefplan.models.manipulation.surroundings import Fixture
 
 
 @pytest.mark.parametrize(
@@ -88,36 +85,6 @@ def test_names_must_be_fit_for_formulas(name: str) -> None:
         model(Object(name, "a"))
     with pytest.raises(ModelError, match=f"'{name}' is "):
         model(locations=[spot("a", marks=name)])
-
-
-BOX = {"kind": "box", "at": (0.5, 0.0, 0.1), "size": (0.1, 0.1, 0.2)}
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"name": "a"}, "fixtures.a: an object or a location has this name"),
-        ({"kind": "wall"}, "fixtures.wall.kind: unknown kind 'wall' (valid: box, shelf)"),
-        ({"size": (0.1, 0.0, 0.2)}, "fixtures.wall.size: must be positive lengths, not [0.1, 0.0, 0.2]"),
-        ({"at": (500, 0, 100)}, "fixtures.wall.at: must be metres, at most 20, not [500, 0, 100]"),
-        ({"size": (0.1, 30.0, 0.2)}, "fixtures.wall.size: must be metres, at most 20, not [0.1, 30.0, 0.2]"),
-        ({"boards": (0.1,)}, "fixtures.wall.boards: only a shelf has boards"),
-        (
-            {"at": (0.5, 0.0, 0.0)},
-            "fixtures.wall.at: it reaches 0.100 m into the table; `at` is its centre, so its height is at least 0.1",
-        ),
-        ({"kind": "shelf"}, "fixtures.wall.boards: missing; a shelf has one at least, as in boards = [0.0, 0.25]"),
-        (
-            {"kind": "shelf", "boards": (0.3,)},
-            "fixtures.wall.boards: 0.3 is not from 0 to 0.2 m, the height of the shelf",
-        ),
-        ({"yaw": float("nan")}, "fixtures.wall.yaw: must be a finite number of degrees, not nan"),
-    ],
-)
-def test_fixtures_that_make_no_sense_are_refused(changes: dict[str, object], message: str) -> None:
-    with pytest.raises(ModelError) as caught:
-        replace(model(locations=[A]), fixtures=(Fixture(**{"name": "wall"} | BOX | changes),))  # type: ignore[arg-type]
-    assert str(caught.value) == message
 
 
 def test_a_location_is_not_below_the_table() -> None:

@@ -175,8 +175,8 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
         ),
         ('file = "tube.stl", scale = 1e-300', "objects.cup.scale: its longest side is 5e-302 m"),
         ("mass = 1", "objects.cup.file: missing; an STL or OBJ file beside the scenario"),
-        ('file = "tube.stl", mass = 0', "model.objects.cup.mass: must be positive, not 0"),
-        ('file = "tube.stl", size = [1, 2, 3]', "model.objects.cup.size: a mesh is as large as its file says"),
+        ('file = "tube.stl", mass = 0', "objects.cup.mass: must be positive, not 0"),
+        ('file = "tube.stl", size = [1, 2, 3]', "objects.cup.size: a mesh is as large as its file says"),
     ],
 )
 def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> None:

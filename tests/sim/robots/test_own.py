@@ -107,7 +107,12 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
         ({"kind": "suction"}, "the actuator 'fingers' is no adhesion actuator"),
         ({"actuator": "motor"}, "robot.gripper.actuator: 'motor' drives 'turn', a joint of the arm"),
         (
-            {"joints": ("turn", "lift", "left"), "home": (0.0, 0.4, 0.0), "torque": (200.0, 400.0, 1.0)},
+            {
+                "joints": ("turn", "lift", "left"),
+                "home": (0.0, 0.4, 0.0),
+                "velocity": (1.0, 1.0, 1.0),
+                "torque": (200.0, 400.0, 1.0),
+            },
             "robot.gripper.actuator: 'left', the last joint, does not move it",
         ),
     ],

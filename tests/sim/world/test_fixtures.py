@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from forged_logs import log_of_run
 from scenario_texts import cup_scenario
+from small_models import COSTS
 
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.model import ManipulationModel
@@ -130,3 +131,35 @@ def test_what_does_not_fit_is_refused(fixtures: tuple[Fixture, ...], location: t
 def test_a_long_wall_makes_no_large_picture() -> None:
     scene = build_scene(model_with(Fixture("wall", "box", (1.5, 0.0, 1.0), (0.1, 20.0, 2.0))), meshes=False)
     assert max(scene.spec.texture(TABLE_TOP).width, scene.spec.texture(TABLE_TOP).height) == MAX_SIDE_PX
+
+
+WALL: dict[str, object] = {"kind": "box", "at": (0.5, 0.0, 0.1), "size": (0.1, 0.1, 0.2)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"name": "a"}, "fixtures.a: an object or a location has this name"),
+        ({"kind": "wall"}, "fixtures.wall.kind: unknown kind 'wall' (valid: box, shelf)"),
+        ({"size": (0.1, 0.0, 0.2)}, "fixtures.wall.size: must be positive lengths, not [0.1, 0.0, 0.2]"),
+        ({"at": (500, 0, 100)}, "fixtures.wall.at: must be metres, at most 20, not [500, 0, 100]"),
+        ({"size": (0.1, 30.0, 0.2)}, "fixtures.wall.size: must be metres, at most 20, not [0.1, 30.0, 0.2]"),
+        ({"boards": (0.1,)}, "fixtures.wall.boards: only a shelf has boards"),
+        (
+            {"at": (0.5, 0.0, 0.0)},
+            "fixtures.wall.at: it reaches 0.100 m into the table; `at` is its centre, so its height is at least 0.1",
+        ),
+        ({"kind": "shelf"}, "fixtures.wall.boards: missing; a shelf has one at least, as in boards = [0.0, 0.25]"),
+        (
+            {"kind": "shelf", "boards": (0.3,)},
+            "fixtures.wall.boards: 0.3 is not from 0 to 0.2 m, the height of the shelf",
+        ),
+        ({"yaw": float("nan")}, "fixtures.wall.yaw: must be a finite number of degrees, not nan"),
+    ],
+)
+def test_fixtures_that_make_no_sense_are_refused(changes: dict[str, object], message: str) -> None:
+    fixture = Fixture(**{"name": "wall"} | WALL | changes)  # type: ignore[arg-type]
+    model = ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.0)),), (), fixtures=(fixture,))
+    with pytest.raises(SimulationError) as caught:
+        build_scene(model, meshes=False)
+    assert str(caught.value) == message
