@@ -59,6 +59,14 @@ def test_arrays_have_the_documented_shapes_and_types(farm: TransitionSystem) -> 
     assert (farm.labels.shape, farm.labels.dtype) == ((3,), np.int32)
 
 
+def test_an_action_may_have_several_costs_by_name() -> None:
+    transitions = [("b", "go", "a", {"time": 2, "toll": 0.5}), ("a", "go", "b", {"time": 4, "toll": 0})]
+    system = TransitionSystem.from_transitions(transitions, start="a")
+    assert system.cost_names == ("time", "toll")
+    steps = {system.states[state]: system.steps(state, "go")[1] for state in range(2)}
+    assert steps == {"b": (2, Fraction(1, 2)), "a": (4, 0)}
+
+
 def test_an_action_that_does_not_exist_there_is_an_error(farm: TransitionSystem) -> None:
     with pytest.raises(ModelError, match="action 'stay' does not exist in state 'home'"):
         farm.step(farm.start, "stay")
@@ -79,6 +87,13 @@ def test_an_action_that_does_not_exist_there_is_an_error(farm: TransitionSystem)
         ([("a", "go", "b", float("inf"))], {}, "must be a finite number"),
         ([("a", "go", "b", Decimal("nan"))], {}, "must be a finite number"),
         ([("a", "go", "b", "3")], {}, "must be a number"),
+        ([("a", "go", "b", [1])], {}, "action 'go' from state 'a': must be a number, not [1]"),
+        (
+            [("a", "go", "b", 1), ("b", "go", "a", {"time": 1})],
+            {},
+            "action 'go' from state 'b': gives the costs time, but action 'go' from state 'a' gives a number",
+        ),
+        ([("a", "go", "b", {"time": -1})], {}, "action 'go' from state 'a'.time: negative cost -1"),
         ([("a", "go", "b", Decimal("1e999"))], {}, "action 'go' from state 'a': must be 0 or lie between"),
         ([("a", "go", "b", 1)], {"resolution": 0}, "resolution: must be positive, not 0"),
     ],
