@@ -215,8 +215,11 @@ class ObjectiveSearch(Search):
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
         # What a cheaper goal dominates is pruned by the kernel, but for values that only a goal's label shows.
-        ordered = sorted(goals, key=attrgetter("objectives"))
         pruned = all(o.measure.bi_objective for o in self.problem.objectives)
+        if pruned and self.product.shift == 0:
+            # Then the first objective has no low bits, and each goal was popped before all that it might dominate.
+            return goals
+        ordered = sorted(goals, key=attrgetter("objectives"))
         points: list[Goal] = []
         for _, group in groupby(ordered, key=lambda goal: goal.cost if pruned else 0):
             kept: list[Goal] = []
