@@ -160,15 +160,8 @@ def is_long_float(cost: Number) -> bool:
     return len(Decimal(str(cost)).normalize().as_tuple().digits) > RESOLVED_DIGITS
 
 
-def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fraction | None:
-    """Return the unit to multiples of which long floats should be rounded; None if sums fit 64 bits without.
-
-    Args:
-        costs: the costs as given.
-        values: the same as rationals.
-    """
-    if not any(is_long_float(cost) for cost in costs):
-        return None
+def resolution_of(values: Collection[Fraction]) -> Fraction | None:
+    """Return the unit to multiples of which long floats are rounded; None if sums of values fit 64 bits without."""
     largest = max(values)
     if largest / common_unit(values) < 10**FLOAT_DIGITS:
         return None
@@ -176,39 +169,25 @@ def resolution_of(costs: Collection[Number], values: Collection[Fraction]) -> Fr
     return Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
 
 
-def round_costs(values: dict[Number, Fraction], wanted: Fraction | None) -> Fraction | None:
-    """Round costs in place, if wanted or needed, and return the resolution, or None if nothing was rounded.
-
-    Args:
-        values: rationals, by the number given.
-        wanted: resolution to which to round all of them; None to round only long floats, by `resolution_of`.
-
-    Raises:
-        ModelError: `wanted` is not positive.
-    """
-    resolution = resolution_of(values.keys(), values.values()) if wanted is None else wanted
-    if resolution is None:
-        return None
-    if resolution <= 0:
-        raise ModelError(f"resolution: must be positive, not {to_number(resolution)}")
-    for cost, value in values.items():
-        if wanted is not None or is_long_float(cost):
-            values[cost] = round(value / resolution) * resolution
-    return resolution
-
-
 def in_units(costs: Sequence[Number], wanted: Number | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
-    """Return costs as (E,) multiples of a unit, the unit, and the resolution if they were rounded.
+    """Return costs as (E,) multiples of a unit, the unit, and the resolution; None for this if nothing was rounded.
 
     Args:
         costs: (E,) numbers >= 0.
-        wanted: as in `round_costs`.
+        wanted: resolution to which to round all of them; None to round only long floats, by `resolution_of`.
 
     Raises:
         ModelError: `wanted` is not positive, or no number.
     """
     values = {cost: exact(cost) for cost in dict.fromkeys(costs)}
-    resolution = round_costs(values, None if wanted is None else exact(wanted, "resolution"))
+    rounded = [cost for cost in values if wanted is not None or is_long_float(cost)]
+    resolution = None if wanted is None else exact(wanted, "resolution")
+    if wanted is None and rounded:
+        resolution = resolution_of(values.values())
+    if resolution is not None:
+        if resolution <= 0:
+            raise ModelError(f"resolution: must be positive, not {to_number(resolution)}")
+        values |= {cost: round(values[cost] / resolution) * resolution for cost in rounded}
     multiples, unit = in_common_unit(values.values())
     counts = dict(zip(values, multiples.tolist(), strict=True))
     return np.array([counts[cost] for cost in costs], dtype=multiples.dtype), unit, resolution

@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,7 @@ from judge.random_problems import random_problem
 
 from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
 from prefplan.errors import LimitError
-from prefplan.exact_costs import exact, in_common_unit, in_units, round_costs
+from prefplan.exact_costs import common_unit, exact, in_common_unit, in_units
 from prefplan.limits import Limits
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.scenario.decode import from_dict
@@ -288,11 +290,28 @@ COSTS = st.one_of(
 )
 
 
+def rounded(values: list[float], wanted: Fraction | None) -> tuple[list[Fraction], Fraction | None]:
+    """Return floats as rationals, each rounded where it must be, and the resolution if one must be."""
+    fractions, digits = (
+        list(map(exact, values)),
+        [Decimal(str(value)).normalize().as_tuple().digits for value in values],
+    )
+    long = [len(each) > 12 for each in digits]
+    resolution = wanted
+    if wanted is None and any(long) and max(fractions) / common_unit(fractions) >= 10**15:
+        resolution = Fraction(10) ** (Decimal(str(max(values))).adjusted() - 11)
+    if resolution is None:
+        return fractions, None
+    return [
+        round(f / resolution) * resolution if wanted or is_long else f
+        for f, is_long in zip(fractions, long, strict=True)
+    ], resolution
+
+
 @given(st.lists(COSTS, max_size=8), st.sampled_from([None, None, exact(0.1), exact(1) / 3]))
-def test_distinct_costs_in_units_are_as_exact_as_each_alone(values: list[float], wanted: Any) -> None:
-    fractions: Any = {value: exact(value) for value in values}
-    resolution = round_costs(fractions, wanted)
-    multiples, unit = in_common_unit([fractions[value] for value in values])
+def test_costs_in_units_are_as_exact_as_each_alone(values: list[float], wanted: Any) -> None:
+    fractions, resolution = rounded(values, wanted)
+    multiples, unit = in_common_unit(fractions)
     found, found_unit, found_resolution = in_units(values, wanted)
     assert found.tolist() == multiples.tolist()
     assert (found_unit, found_resolution) == (unit, resolution)
