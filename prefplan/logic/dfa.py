@@ -37,7 +37,7 @@ from prefplan.logic.formula import (
     later,
     propositions_of,
 )
-from prefplan.logic.mtbdd import CHECKED_EVERY, Diagram, Diagrams, leaf, leaves, paths
+from prefplan.logic.mtbdd import CHECKED_EVERY, Diagram, Diagrams, leaf, paths
 from prefplan.logic.normal_form import parse
 
 STATE_LIMIT = 20_000
@@ -109,8 +109,8 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     text = text or str(formula)
     tree = formula if isinstance(formula, Formula) else parse(formula)
     diagrams = Diagrams()
-    transitions, goal = _progress(tree, text, diagrams)
-    satisfied = set() if goal is None else _unavoidable(transitions, goal)
+    transitions, successors, goal = _progress(tree, text, diagrams)
+    satisfied = set() if goal is None else _unavoidable(successors, goal)
     merged, classes = _minimise(transitions, satisfied, diagrams)
     accepting = None if goal is None else classes[goal]
     dead = next((state for state, diagram in enumerate(merged) if diagram == state != accepting), None)
@@ -159,8 +159,8 @@ def implies(one: Formula, other: Formula) -> bool:
     return one == other
 
 
-def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], int | None]:
-    """Return the transitions between antichains, and the number of the antichain `true` if it is reached."""
+def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], list[set[int]], int | None]:
+    """Return the transitions between antichains, their successors, and the number of `true` if it is reached."""
     met = _Obligations()
     either = diagrams.lift(lambda a, b: met.irredundant(a | b))
     both = diagrams.lift(lambda a, b: met.irredundant({x | y for x in a for y in b}))
@@ -204,23 +204,21 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
             queue.append(state)
             if len(queue) > STATE_LIMIT:
                 raise FormulaError(f"'{text}' needs an automaton of more than {STATE_LIMIT} states")
+        successors[-1].add(number[state])
         return number[state]
 
     transitions: list[Diagram] = []
+    successors: list[set[int]] = []
     for state in queue:
+        successors.append(set())
         clauses = [[read(met.formulas[k]) for k in clause] for clause in sorted(map(sorted, state))]
         after = either(_FALSE, *(both(_TRUE, *clause) for clause in clauses))
         transitions.append(diagrams.map(after, enter))
-    return transitions, number.get(_TRUE)
+    return transitions, successors, number.get(_TRUE)
 
 
-def _unavoidable(transitions: list[Diagram], goal: int) -> set[int]:
+def _unavoidable(successors: list[set[int]], goal: int) -> set[int]:
     """Return the states from which every infinite path meets the goal."""
-    successors = []
-    for number, diagram in enumerate(transitions, 1):
-        if number % CHECKED_EVERY == 0:
-            check_limits()
-        successors.append(set(leaves(diagram)))
     met, size = {goal}, 0
     while len(met) > size:
         size = len(met)

@@ -100,7 +100,7 @@ class Rule:
     )
 
     @property
-    def broken(self) -> Formula:
+    def negation(self) -> Formula:
         """The formula's negation, which its bad prefixes satisfy, as a syntax tree.
 
         Raises:
@@ -113,9 +113,9 @@ class Rule:
         """The minimal DFA of its bad prefixes.
 
         Raises:
-            FormulaError: as in `broken`, or the automaton would be too large.
+            FormulaError: as in `negation`, or the automaton would be too large.
         """
-        return automaton(self.broken, text=self.formula)
+        return automaton(self.negation, text=self.formula)
 
 
 class Possible(Rule):

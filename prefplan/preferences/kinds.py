@@ -97,7 +97,7 @@ class WeightedSum:
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
         weights = _weights(self.weights, tasks, rules, over=self.over, default=Fraction(0))
-        return [Violation(weights) if _over_violation(self.over) else WeightedRate(weights)]
+        return [Violation(weights) if self.over == "violation" else WeightedRate(weights)]
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Max:
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one convex term, or over violation costs a componentwise one."""
         weights = _weights(self.weights or {}, tasks, rules, over=self.over, default=Fraction(1))
-        if not _over_violation(self.over):
+        if self.over == "cost":
             return [Maximum(weights)]
         operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
         return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise")]
@@ -151,7 +151,7 @@ class Deadline:
             check_known("deadlines", "task", name, names, PreferenceError)
             i, weight = names.index(name), _weight(f"deadlines.{name}.weight", due.weight)
             by = _weight(f"deadlines.{name}.by", due.by)
-            if _over_violation(self.over):
+            if self.over == "violation":
                 late = Operation("-", (Variable(i, True), Constant(by)))
                 tree = Operation("max", (Constant(Fraction(0)), late))
                 terms.append(OpaqueTerm(tree, None, "componentwise", weight))
@@ -178,7 +178,7 @@ class Expression:
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
         names = _weighed(tasks, rules, self.over)
-        tree = parse(self.expression, names, violation=_over_violation(self.over))
+        tree = parse(self.expression, names, violation=self.over == "violation")
         check_divisors(tree, names)
         outline, summands = shape(tree), decompose(tree, len(tasks) + len(rules))
         shown = "componentwise" if outline.rising else "general"
@@ -250,7 +250,9 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
 
 def _weighed(tasks: Sequence[str], rules: Sequence[str], over: str) -> tuple[str, ...]:
     """Return the names that may have weights: rules have violation costs only."""
-    return (*tasks, *rules) if _over_violation(over) else tuple(tasks)
+    if over not in OVER:
+        raise PreferenceError(f"over: {over!r} is unknown {choices(over, OVER)}")
+    return (*tasks, *rules) if over == "violation" else tuple(tasks)
 
 
 def _weights(
@@ -270,12 +272,6 @@ def _weight(where: str, weight: Number) -> Fraction:
     if number < 0:
         raise PreferenceError(f"{where}: must not be negative, but is {weight}")
     return number
-
-
-def _over_violation(over: str) -> bool:
-    if over not in OVER:
-        raise PreferenceError(f"over: {over!r} is unknown {choices(over, OVER)}")
-    return over == "violation"
 
 
 def _contract(contract: str | None) -> str | None:
