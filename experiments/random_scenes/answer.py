@@ -44,20 +44,25 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
 def _faults_of_plan(scenario: Scenario, scene: Scene, plan: Plan) -> list[str] | None:
     """Return the faults that the check finds, given a plan for all tasks; None if it takes a whole check to tell.
 
-    If the arm can do what the plan needs, every task can be achieved. If not, what it cannot do with the objects that
-    tasks name may suffice to refuse one: what it cannot do with others cannot help.
+    If the arm can do what the plan needs, every task can be achieved. If not, what it cannot do of that, or with the
+    objects that tasks name, may suffice to refuse one: what else it cannot do cannot help.
     """
     problem, model, arm = scenario.problem(), scene.model, ArmCheck(scene)
     if arm.check_start() is not None:
         return None
-    tried = cache(arm.check)
-    if all(getattr(tried(obj, location), kind) for kind, obj, location in _uses(model, plan)):
+    tried, achievable = cache(arm.check), partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
+    uses = list(_uses(model, plan))
+    lacking = [(obj, location) for kind, obj, location in uses if not getattr(tried(obj, location), kind)]
+    if not lacking:
         return []
     words = {word for task in problem.tasks for word in re.findall(NAME, task.formula)}
     named = {obj.name for obj in model.objects if any(at(obj.name, place.name) in words for place in model.locations)}
-    places = [tried(obj, location) for obj, location in allowed_places(model) if obj in named]
-    achievable = partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
-    return list(tasks_out_of_reach(problem, [True] * len(problem.tasks), places, achievable)) or None
+    wanted = [True] * len(problem.tasks)
+    for pairs in (lacking, [(obj, location) for obj, location in allowed_places(model) if obj in named]):
+        places = [tried(obj, location) for obj, location in dict.fromkeys(pairs)]
+        if faults := list(tasks_out_of_reach(problem, wanted, places, achievable)):
+            return faults
+    return None
 
 
 def _uses(model: ManipulationModel, plan: Plan) -> Iterator[tuple[str, str, str]]:
