@@ -254,7 +254,7 @@ def choose_search(
     cost, preference = problem.objective_names
     single, max_mu = objective == cost, bounds.get(preference)
     max_cost = math.floor(bounds[cost] / problem.units.cost) if cost in bounds else math.inf
-    prepared = Prepared(product, options, single=single, max_bytes=limits.bytes)
+    prepared = Prepared(product, options, max_bytes=limits.bytes)
     if not problem.measure.bi_objective:
         return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single).run
     if single and max_mu is None:

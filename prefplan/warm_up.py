@@ -38,9 +38,9 @@ def warm_up() -> None:
         planner.cheapest()
     product = Product(Problem(system, tasks, Order()))
     for options in (Options(), Options(contraction=False)):
-        prepared = Prepared(product, options, single=False)
+        prepared = Prepared(product, options)
         rehash(BiObjectiveSearch(prepared).states, 0)
-    Prepared(product, Options(), single=False).weigh()
+    Prepared(product, Options()).weigh()
 
 
 if __name__ == "__main__":

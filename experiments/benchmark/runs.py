@@ -93,7 +93,7 @@ def search(
 def search_whole_product(problem: Problem, *, options: Options, max_seconds: float) -> Record:
     """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
     began, limits, product = time.process_time(), Limits(max_seconds, MAX_BYTES), Product(problem)
-    astar = BiObjectiveSearch(Prepared(product, options, single=True), cost_only=True)
+    astar = BiObjectiveSearch(Prepared(product, options), cost_only=True)
     result = astar.run(limits)
     if result.ended == "interrupt":
         raise KeyboardInterrupt

@@ -17,11 +17,10 @@ from prefplan.heuristics.backward_dijkstra import (
     restricted,
     reverse_view,
 )
-from prefplan.heuristics.dag_sweep import fill_in_order, stages_of
-from prefplan.heuristics.monotone_sweep import fill_monotone, never_lose
+from prefplan.heuristics.sweep import never_lose, stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import Graph, all_pairs_costs
-from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
+from prefplan.product.contraction import Graph
+from prefplan.product.kernels import INFINITE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 
 WATCHED_ENTRIES = 100_000
@@ -37,7 +36,7 @@ class Backward:
         shift: number of low bits of costs, which count actions and do not make mu grow.
         stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
             swept; else None.
-        monotone: whether, in addition, reading a label never leads an automaton to a worse state (`never_lose`).
+        is_swept: whether tables are swept: if, in addition, no label leads an automaton to a worse state.
     """
 
     def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
@@ -45,7 +44,7 @@ class Backward:
         self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
         self._product, self._graph = product, graph
         self.stages = stages_of(product, graph) if sweep else None
-        self.monotone = self.stages is not None and never_lose(product)
+        self.is_swept = self.stages is not None and never_lose(product)
 
     def tabulate(self, tasks: Sequence[int], table: np.ndarray) -> None:
         """Fill a table with the least cost until all of some tasks are satisfied or dropped.
@@ -58,19 +57,14 @@ class Backward:
         Raises:
             LimitError: a limit was reached.
         """
-        members = np.array(tasks, dtype=np.int64)
-        if self.stages is not None and self.monotone:
-            self._fill(table, partial(fill_monotone, self.stages, self._least, members, table))
-            return
-        enter_costs(self.cost_to_go(members, np.ones(2 ** len(tasks), dtype=np.int64)), table)
-
-    @cached_property
-    def _least(self) -> np.ndarray:
-        """(S, S) int64, least costs from node to node of a contracted graph."""
-        return all_pairs_costs(self._graph.near, np.ones(self.nodes, dtype=np.bool_))
+        members, factors = np.array(tasks, dtype=np.int64), np.ones(2 ** len(tasks), dtype=np.int64)
+        if self.stages is not None and self.is_swept:
+            self._fill(table, sweep(self.stages, members, factors, 0, table, UNREACHABLE))
+        else:
+            enter_costs(self.cost_to_go(members, factors), table)
 
     def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-        """Return the least weighted cost until all of some tasks are satisfied or dropped.
+        """Return the least weighted cost until all of some tasks are satisfied or dropped; a lower bound if swept.
 
         Args:
             tasks: (k,) int64, which tasks.
@@ -86,9 +80,8 @@ class Backward:
         entries = self.nodes * int(np.prod(self.sizes[tasks]))
         check_limits(8 * entries)
         table: np.ndarray = np.full(entries, INFINITE)
-        if (stages := self.stages) is not None:
-            near = np.where(stages.near < NO_EDGE, stages.near >> shift, NO_EDGE)
-            self._fill(table, partial(fill_in_order, stages._replace(near=near), tasks, factors, table))
+        if self.stages is not None and self.is_swept:
+            self._fill(table, sweep(self.stages, tasks, factors, shift, table, INFINITE))
         else:
             edges = restricted(self.reverse, tasks)
             edges = edges._replace(costs=edges.costs >> shift)

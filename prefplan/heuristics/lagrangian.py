@@ -10,7 +10,7 @@ constrained shortest-path problems", Networks 2008). On a front, mu must end bel
 One pair of weights serves a whole front: a unit of cost weighs about as much as the growth of mu that comes with it, so
 that plans all along the front have nearly the same sum.
 
-h is tabulated for all tasks together, as `dag_sweep` does for a few: only for automata that are acyclic up to
+h is tabulated for all tasks together, as `sweep` does for a few: only for automata that are acyclic up to
 self-loops, and over least costs between nodes that ignore the labels passed, which is a relaxation. Entries are kept
 only for automaton states that reading a node's label leads to, since a search reaches a node by reading its label.
 """
@@ -23,9 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.dag_sweep import Stages
+from prefplan.heuristics.sweep import Stages
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import NODE_LIMIT, all_pairs_costs
+from prefplan.product.contraction import NODE_LIMIT
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
@@ -132,7 +132,7 @@ def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Wei
     table = np.empty(entries, dtype=np.uint16)
     nodes = len(stages.classes)
     different, kind = np.unique(rates, return_inverse=True)
-    least = all_pairs_costs(stages.near, np.ones(nodes, dtype=bool)) >> shift
+    least = stages.least >> shift
     steps = np.full((len(different), nodes, NODE_LIMIT), LARGEST, dtype=np.uint16)
     for r, rate in enumerate(different.tolist()):
         factor = weights.cost + weights.mu * rate

@@ -15,9 +15,9 @@ from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import (
     Patterns,
-    levels_of_sets,
     patterns,
     projected_patterns,
+    sets_of_tasks,
 )
 from prefplan.heuristics.preference_bound import Blocks, block_entry, blocks, no_blocks
 from prefplan.heuristics.preprocessing import ENTRY_BYTES, TABLES_SHARE, Options
@@ -57,7 +57,6 @@ def objective_bounds(
     additive: Sequence[PreferenceObjective],
     options: Options,
     *,
-    single: bool,
     max_bytes: float,
 ) -> ObjectiveBounds:
     """Return the tables of several objectives.
@@ -67,13 +66,12 @@ def objective_bounds(
         graphs: (D,) what is searched, with each of the costs.
         additive: the preferences whose growth is bounded.
         options: how to search.
-        single: whether one plan is wanted, not the front.
         max_bytes: memory that all is to fit into.
 
     Raises:
         OverflowError: 64 bits may not be enough.
     """
-    known, backwards = _costs_to_go(product, graphs, options, single=single, max_bytes=max_bytes)
+    known, backwards = _costs_to_go(product, graphs, options, max_bytes=max_bytes)
     growing = additive if options.preference_bound else ()
     each = [blocks(backwards[o.cost], o.measure, o.units.factor, known[o.cost]) for o in growing]
     owner = [k for k, one in enumerate(each) for _ in one.members]
@@ -90,7 +88,7 @@ def objective_bounds(
 
 
 def _costs_to_go(
-    product: Product, graphs: Sequence[Graph], options: Options, *, single: bool, max_bytes: float
+    product: Product, graphs: Sequence[Graph], options: Options, *, max_bytes: float
 ) -> tuple[list[Patterns], Sequence[Backward | Projected]]:
     """Return the tables of each cost, and what fills further ones; arguments as in `objective_bounds`."""
     if isinstance(product, GeneratedProduct):
@@ -100,7 +98,7 @@ def _costs_to_go(
         return [projected_patterns(one, groups) for one in each], each
     listed = [Backward(product, graph, sweep=options.sweep) for graph in graphs]
     most = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(graphs)
-    sets, *_ = levels_of_sets(listed[0], options.heuristic, single=single, max_entries=most)
+    sets = sets_of_tasks(listed[0], options.heuristic, most)
     return [patterns(one, sets) for one in listed], listed
 
 

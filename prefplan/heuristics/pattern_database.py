@@ -21,16 +21,17 @@ from prefplan.heuristics.projections import Projections, place_of
 from prefplan.heuristics.task_sets import TaskSets, joined_groups, table_entry, task_sets
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
-ENTRIES, STAGED_ENTRIES = 1_000_000, 30_000_000
-"""Most entries of all tables together, unless single tasks need more: they take half a second. With stages an entry
-takes a tenth of the time."""
+SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 70_000
+"""Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a
+fourth of the first, a plan of 12 tasks takes four times as long; with half of the second, a front of six tasks on a
+graph of 100 nodes that is not contracted 1.3 times."""
 
-GROUPED_ENTRIES = 1_000_000
-"""Most entries of a first table, over two groups of tasks: it takes 4 ms. For 12 tasks of five states groups have three
-tasks; with a limit a fifth as large, a plan of 12 tasks takes three times as long."""
+DEEP_ENTRIES = 20_000_000
+"""Most entries of a swept table for a long search for one plan, about 0.15 s. Without such tables plans of 10 and 12
+tasks take as long in the median, but one in seven 13 and 2 times as long."""
 
-DEEPEST = 5
-"""Most tasks in a set when tables are over all sets of one size and a search for one plan is long."""
+ENTRIES = 60_000_000
+"""Most entries of all tables of several tasks: sweeping them takes 0.4 s."""
 
 
 # Columns of a product state's row; see `raise_bound`.
@@ -52,46 +53,28 @@ class Patterns(NamedTuple):
     add_up: bool
 
 
-def levels_of_sets(
-    backward: Backward, wanted: int | None, *, single: bool, max_entries: float
-) -> list[list[tuple[int, ...]]]:
-    """Return the sets of tasks to begin with, and those that replace them when a search is long.
-
-    Measured on 10 x 10 grids with up to 12 tasks: larger sets take longer to fill, but halve the expansions or more.
+def sets_of_tasks(
+    backward: Backward, wanted: int | None, max_entries: float, *, deep: bool = False
+) -> list[tuple[int, ...]]:
+    """Return the sets of tasks to fill tables for: any two tasks share one, unless these would be too large.
 
     Args:
         backward: the product.
-        wanted: tasks in a set, if there are as many; None to choose.
-        single: whether one plan is wanted, not the front.
+        wanted: tasks in a set, if there are as many, and then all such sets; None to choose.
         max_entries: most entries of all tables that fit into memory.
+        deep: whether the tables are for a search for one plan that is long.
     """
     tasks = len(backward.sizes)
     if wanted is not None:
-        return [_all_sets(tasks, min(wanted, tasks))]
-    if single and backward.monotone:
-        levels = [joined_groups(tasks, groups) for groups in range(2, tasks + 1)]
-        for g, sets in enumerate(levels):
-            largest_table = max(map(backward.entries_of, sets))
-            if largest_table <= GROUPED_ENTRIES and count_entries(backward, sets) <= min(STAGED_ENTRIES, max_entries):
-                return levels[g::-1]
-    if backward.stages:
-        largest, most = (3 if single else 4), STAGED_ENTRIES
-    else:
-        largest, most = (2 if tasks < 7 else 3) if single else (3 if tasks < 10 else 4), ENTRIES
-    size = min(largest, tasks)
-    while size > 1 and count_entries(backward, _all_sets(tasks, size)) > min(most, max_entries):
-        size -= 1
-    return [_all_sets(tasks, k) for k in range(size, min(DEEPEST, tasks) + 1)]
-
-
-def count_entries(backward: Backward, sets: Sequence[tuple[int, ...]]) -> int:
-    """Return how many entries the tables of some sets of tasks have."""
-    return sum(map(backward.entries_of, sets))
-
-
-def _all_sets(tasks: int, k: int) -> list[tuple[int, ...]]:
-    """Return all sets of k tasks; none for 0."""
-    return list(combinations(range(tasks), k)) if k else []
+        return list(combinations(range(tasks), min(wanted, tasks))) if wanted else []
+    swept = DEEP_ENTRIES if deep else SWEPT_ENTRIES
+    largest = swept if backward.is_swept else SEARCHED_ENTRIES
+    for groups in range(2, tasks + 1):
+        sets = joined_groups(tasks, groups)
+        entries = [backward.entries_of(members) for members in sets]
+        if max(entries) <= largest and sum(entries) <= min(ENTRIES, max_entries):
+            return sets
+    return [(i,) for i in range(tasks)]
 
 
 def patterns(backward: Backward, members: Sequence[tuple[int, ...]]) -> Patterns:

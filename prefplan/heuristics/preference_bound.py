@@ -3,8 +3,8 @@
 Tasks are split into disjoint blocks. For a block K, with b tasks satisfied outside it and S the set of satisfied tasks,
 mu grows by at least rate_K(S & K, b) per unit of cost because of the tasks of K; b never falls, and rate_K never falls
 in b. So the least sum of rate_K times cost over all trajectories that satisfy K, with b as it is now, is a lower bound.
-It is an exact distance in T x A_K, hence consistent; the rates of disjoint blocks add up to at most that of mu, so the
-bounds may be added.
+It is an exact distance in T x A_K, or a consistent bound of one (`sweep`); the rates of disjoint blocks add up to at
+most that of mu, so the bounds may be added.
 """
 
 from __future__ import annotations

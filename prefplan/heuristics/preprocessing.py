@@ -16,14 +16,7 @@ from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import Lagrangian, entries_of, lagrangian_table, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks
-from prefplan.heuristics.pattern_database import (
-    Patterns,
-    count_entries,
-    levels_of_sets,
-    patterns,
-    projected_patterns,
-    scaled,
-)
+from prefplan.heuristics.pattern_database import Patterns, patterns, projected_patterns, scaled, sets_of_tasks
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
 from prefplan.heuristics.projections import Projections
 from prefplan.product.contraction import Graph, contract, whole_graph
@@ -32,23 +25,13 @@ from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import space_of
 
-DEEP_ENTRIES, DEEP_STAGED_ENTRIES = 60_000_000, 120_000_000
-"""Most entries of all tables that a long search for one plan may fill, without and with stages."""
+COMBINATIONS_EACH = 500
+"""A Lagrangian table is filled once a search has expanded a label for so many combinations of automaton states, which
+takes a tenth as long as filling the table: it saves nine labels in ten or more, so that it pays to fill it early."""
 
-UNSTAGED, MONOTONE, EXPANSION, EXPANSION_EACH = 10, 0.08, 100, 1.5
-"""Times to fill an entry without stages, to fill one by `monotone_sweep`, and to expand a label, in all and for each
-set of tasks, in units of the time to fill an entry with stages, about 20 ns. With `monotone_sweep`, an entry takes a
-third of that unit; but a label takes four times as long as these say, because of landmarks."""
-
-COMBINATION = 2
-"""A sixth of the time to fill the entries of a combination of all automata's states (`lagrangian`), in these units."""
-
-DEEPENING_EFFORT = 1.0
-"""How long a search must have taken before larger tables are filled for it, in terms of the time that this takes."""
-
-LAGRANGIAN_EFFORT = 0.1
-"""How long a search must have taken before a Lagrangian table is filled for it, in terms of the time that this takes.
-The table saves nine labels in ten or more, so that it pays to fill it early."""
+ENTRIES_EACH = 1_400
+"""Larger tables are filled once a search for a single plan has expanded a label for so many entries, which takes as
+long as filling them."""
 
 LANDMARK_EXPANSIONS = 300
 """Labels that a search for a single plan expands before landmarks are looked for, which takes as long as these."""
@@ -124,17 +107,16 @@ class Prepared:
     """
 
     _backward: Backward | None = None
-    _deeper: Sequence[list[tuple[int, ...]]] = ()
     _weighed = False
     _awaits_landmarks = False
+    _deeper: Sequence[tuple[int, ...]] = ()
 
-    def __init__(self, product: Product, options: Options, *, single: bool, max_bytes: float = math.inf) -> None:
+    def __init__(self, product: Product, options: Options, *, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
 
         Args:
             product: what is searched.
             options: how.
-            single: whether one plan is wanted, not the front.
             max_bytes: memory that all is to fit into.
 
         Raises:
@@ -153,17 +135,18 @@ class Prepared:
         if isinstance(product, GeneratedProduct):
             self._project(product)
         else:
-            self._look_back(single=single)
+            self._look_back()
 
-    def _look_back(self, *, single: bool) -> None:
+    def _look_back(self) -> None:
         """Set the bounds of a product over a graph."""
         backward = self._backward = Backward(self.product, self.graph, sweep=self.options.sweep)
-        wanted, most = self.options.heuristic, self._max_entries
-        sets, *self._deeper = levels_of_sets(backward, wanted, single=single, max_entries=most)
+        sets = sets_of_tasks(backward, self.options.heuristic, self._max_entries)
         known = patterns(backward, sets)
+        deeper = sets_of_tasks(backward, self.options.heuristic, self._max_entries, deep=True)
+        self._deeper = deeper if deeper != sets else ()
         # Costs-to-go of all tasks together are exact.
         exact = any(len(members) == len(self.product.sizes) for members in sets)
-        self._awaits_landmarks = self.options.landmarks and single and not exact
+        self._awaits_landmarks = self.options.landmarks and not exact
         self.bounds = Bounds(known, self._growths(backward, known))
 
     def _project(self, product: GeneratedProduct) -> None:
@@ -190,26 +173,19 @@ class Prepared:
         guided.bounds = self.bounds._replace(patterns=scaled(self.bounds.patterns, weight))
         return guided
 
-    def tables_wait(self, *, cost_only: bool) -> float:
-        """Return after how many expansions more tables are worth filling; infinite if there are to be none.
+    def bounds_wait(self, *, cost_only: bool) -> float:
+        """Return after how many expansions further bounds are worth making; infinite if there are to be none.
 
         Args:
             cost_only: for a search for the cheapest plan (`deepen`), else for one for a front (`weigh`).
         """
-        return self._deepening if cost_only else self._weighing
-
-    @property
-    def _deepening(self) -> float:
+        if not cost_only:
+            return self._weighing
         if self._awaits_landmarks:
             return LANDMARK_EXPANSIONS
         if self._backward is None or not self._deeper:
             return math.inf
-        staged = self._backward.stages is not None
-        each = MONOTONE if self._backward.monotone else 1 if staged else UNSTAGED
-        entries = count_entries(self._backward, self._deeper[0])
-        if entries > min(DEEP_STAGED_ENTRIES if staged else DEEP_ENTRIES, self._max_entries):
-            return math.inf
-        return DEEPENING_EFFORT * entries * each / self._expansion
+        return sum(map(self._backward.entries_of, self._deeper)) / ENTRIES_EACH
 
     @property
     def _weighing(self) -> float:
@@ -221,22 +197,17 @@ class Prepared:
         most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
         if combinations > most or entries_of(stages) > most:
             return math.inf
-        return LAGRANGIAN_EFFORT * combinations * COMBINATION / self._expansion
-
-    @property
-    def _expansion(self) -> float:
-        """Time to expand a label, in units of the time to fill an entry with stages."""
-        return EXPANSION + EXPANSION_EACH * len(self.bounds.patterns.base)
+        return combinations / COMBINATIONS_EACH
 
     def deepen(self) -> None:
-        """Look for landmarks; the next time, fill tables of larger sets in place of the others."""
+        """Bound the cost-to-go by landmarks, too; the next time, by tables of larger sets."""
         if self._awaits_landmarks:
             self._awaits_landmarks = False
             self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
             return
         assert self._backward is not None
-        sets, *self._deeper = self._deeper
-        self.bounds = self.bounds._replace(patterns=patterns(self._backward, sets))
+        self.bounds = self.bounds._replace(patterns=patterns(self._backward, self._deeper))
+        self._deeper = ()
 
     def weigh(self) -> None:
         """Fill the Lagrangian table, unless memory does not suffice: the search may fit into it without."""

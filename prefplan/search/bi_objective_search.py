@@ -55,7 +55,7 @@ class BiObjectiveSearch(Search):
         return boa_star.Labels(*(np.empty(count, kind) for kind in kinds))
 
     def _run(self, pops: int) -> int:
-        wait = self.prepared.tables_wait(cost_only=self._cost_only) - self.counters[AT.EXPANDED]
+        wait = self.prepared.bounds_wait(cost_only=self._cost_only) - self.counters[AT.EXPANDED]
         if wait <= 0:
             if self._cost_only:
                 self.prepared.deepen()

@@ -76,7 +76,7 @@ class Drafts:
     def _with_single_tasks(self, limits: Limits) -> Prepared:
         """Return the preprocessing with tables of the single tasks alone."""
         options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
-        return Prepared(self._search.product, options, single=False, max_bytes=limits.bytes)
+        return Prepared(self._search.product, options, max_bytes=limits.bytes)
 
 
 def run_cheapest(prepared: Prepared, max_cost: float, limits: Limits) -> Result:

@@ -75,7 +75,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         system = reduction.quotient.system
         system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
         product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))
-    search = BiObjectiveSearch(Prepared(product, Options(heuristic=1), single=True), cost_only=True)
+    search = BiObjectiveSearch(Prepared(product, Options(heuristic=1)), cost_only=True)
     result = search.run(limits)
     if result.ended is not None:
         raise LimitError(result.ended)

@@ -62,14 +62,12 @@ class ObjectiveSearch(Search):
         several = self.entry_map.costs > 1
         contraction = options.contraction and not several
         plain = replace(options, heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
-        self.prepared = Prepared(product, plain, single=first is not None, max_bytes=max_bytes)
+        self.prepared = Prepared(product, plain, max_bytes=max_bytes)
         self.product = product
         self.growth = growth_of(product)
         graph, space, columns = self.prepared.graph, self.prepared.space, self._columns()
         graphs = [graph, *(replace(graph, costs=column, shift=0) for column in columns[1:])]
-        self.bounds = objective_bounds(
-            product, graphs, self.entry_map.additive, options, single=first is not None, max_bytes=max_bytes
-        )
+        self.bounds = objective_bounds(product, graphs, self.entry_map.additive, options, max_bytes=max_bytes)
         self._bounds = bounds
         self._first = first if first is None or self._objective_entries()[first] is not None else None
         self.single = self._first is not None

@@ -12,19 +12,19 @@ from judge.random_problems import random_problem
 
 from prefplan import Order, Problem, Task, TransitionSystem
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.monotone_sweep import never_lose
+from prefplan.heuristics.sweep import never_lose
 from prefplan.product.contraction import Graph, contract
-from prefplan.product.kernels import INFINITE, UNREACHABLE
+from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 
 
-def random_product(seed: int) -> tuple[Product, Graph, Backward]:
+def random_product(seed: int, *, sweep: bool = True) -> tuple[Product, Graph, Backward]:
     """Return a random product over a contracted graph, and its backward tables."""
     whole = Product(from_dict(random_problem(seed).scenario()).problem())
     graph = contract(whole)
     assert graph is not None
-    return whole, graph, Backward(whole, graph)
+    return whole, graph, Backward(whole, graph, sweep=sweep)
 
 
 def shortest(
@@ -60,7 +60,7 @@ def shortest(
 @pytest.mark.parametrize("seed", range(40))
 def test_costs_and_growths_to_go_are_least(seed: int) -> None:
     rng = random.Random(seed)
-    whole, graph, back = random_product(seed)
+    whole, graph, back = random_product(seed, sweep=False)
     for k in range(1, min(3, len(whole.sizes)) + 1):
         for tasks in combinations(range(len(whole.sizes)), k):
             members = np.array(tasks, dtype=np.int64)
@@ -69,6 +69,41 @@ def test_costs_and_growths_to_go_are_least(seed: int) -> None:
             rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
             expected = shortest(whole, graph, tasks, rates, shift=whole.shift)
             assert (back.cost_to_go(members, rates, shift=whole.shift) == expected).all()
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_swept_costs_are_exact_and_swept_growths_consistent_bounds(seed: int) -> None:
+    """Growths are exact where satisfying tasks never makes mu grow faster."""
+    rng = random.Random(seed)
+    whole, graph, back = random_product(seed)
+    _, _, exact = random_product(seed, sweep=False)
+    for k in range(1, min(3, len(whole.sizes)) + 1 if back.is_swept else 1):
+        for tasks in combinations(range(len(whole.sizes)), k):
+            members = np.array(tasks, dtype=np.int64)
+            falling = np.array([k - s.bit_count() for s in range(2**k)], dtype=np.int64)
+            for factors in (np.ones(2**k, dtype=np.int64), falling):
+                assert (back.cost_to_go(members, factors) == exact.cost_to_go(members, factors)).all()
+            rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
+            growths = back.cost_to_go(members, rates, shift=whole.shift)
+            assert (growths <= exact.cost_to_go(members, rates, shift=whole.shift)).all()
+            assert is_consistent(whole, graph, tasks, rates, growths)
+
+
+def is_consistent(whole: Product, graph: Graph, tasks: tuple[int, ...], factors: np.ndarray, table: np.ndarray) -> bool:
+    """Return whether entries fall along no edge of a contracted graph by more than its weighted cost."""
+    sizes = [int(whole.sizes[i]) for i in tasks]
+    known = table.reshape(*reversed(sizes), graph.size)
+    for automata in product(*map(range, sizes)):
+        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.ends[i, 0])
+        for node, target in product(range(graph.size), repeat=2):
+            if graph.near[node, target] == NO_EDGE:
+                continue
+            label = graph.classes[target]
+            after = tuple(int(whole.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
+            cost = int(factors[satisfied]) * (int(graph.near[node, target]) >> whole.shift)
+            if known[(*automata[::-1], node)] > cost + known[(*after[::-1], target)]:
+                return False
+    return True
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -85,8 +120,8 @@ def test_tables_hold_the_least_costs_in_32_bits(seed: int) -> None:
 def test_random_products_have_automata_of_either_kind() -> None:
     products = [random_product(seed)[2] for seed in range(60)]
     assert sum(back.stages is None for back in products) >= 3
-    assert sum(back.stages is not None and not back.monotone for back in products) >= 10
-    assert sum(back.monotone for back in products) >= 10
+    assert sum(back.stages is not None and not back.is_swept for back in products) >= 10
+    assert sum(back.is_swept for back in products) >= 10
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from itertools import product
 
@@ -33,7 +34,9 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
             continue
         tables = lagrangian_table(back.stages, whole.rates, whole.shift, weights)
         tasks = np.arange(len(whole.sizes))
-        least = back.cost_to_go(tasks, weights.cost + weights.mu * whole.rates, shift=whole.shift)
+        least = Backward(whole, graph, sweep=False).cost_to_go(
+            tasks, weights.cost + weights.mu * whole.rates, shift=whole.shift
+        )
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
             automata = np.array(states[::-1])
             for node in range(graph.size):
@@ -74,7 +77,7 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
         return found[-1]
 
     monkeypatch.setattr(preprocessing, "weights_for", drawn)
-    monkeypatch.setattr(preprocessing, "LAGRANGIAN_EFFORT", 0)
+    monkeypatch.setattr(preprocessing, "COMBINATIONS_EACH", math.inf)
     return found
 
 

@@ -29,7 +29,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, measured:
         return
     # Of measured costs, locations are merged or not.
     options = Options(apart_entries=seed % 2 * Options().apart_entries)
-    bounds = Prepared(searched, options, single=False).bounds
+    bounds = Prepared(searched, options).bounds
     system = searched.model.quotient().system.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
