@@ -25,9 +25,8 @@ from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_b
 from prefplan.search.incumbent import run_cheapest, run_with_incumbent
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.objective_search import ObjectiveSearch
-from prefplan.search.reference import ReferenceSearch, needs_exact_numbers
+from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result, ended_by
-from prefplan.search.vector_search import VectorSearch
 
 
 def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
@@ -199,7 +198,7 @@ class Planner:
 
     def _search(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
         """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
-        if self._options.compiled and not needs_exact_numbers(self.problem):
+        if self._options.compiled:
             with suppress(OverflowError):
                 return choose_search(self._product, self._options, limits, bounds, objective)(limits)
         product = self._reduction.listed_product(self.problem)
@@ -249,14 +248,14 @@ def choose_search(
     problem = product.problem
     if len(problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
         raise LimitError("memory")
-    if not problem.is_bi_objective:
-        return ObjectiveSearch(product, options, bounds=bounds, first=objective, max_bytes=limits.bytes).run
+    if not (problem.is_bi_objective and problem.measure.bi_objective):
+        # The front of one cost and one preference is found sooner than the least value of a preference.
+        first = None if problem.is_bi_objective and objective != problem.cost_names[0] else objective
+        return ObjectiveSearch(product, options, bounds=bounds, first=first, max_bytes=limits.bytes).run
     cost, preference = problem.objective_names
     single, max_mu = objective == cost, bounds.get(preference)
     max_cost = math.floor(bounds[cost] / problem.units.cost) if cost in bounds else math.inf
     prepared = Prepared(product, options, max_bytes=limits.bytes)
-    if not problem.measure.bi_objective:
-        return VectorSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single).run
     if single and max_mu is None:
         return partial(run_cheapest, prepared, max_cost)
     search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.logic.tasks import Task
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.planner import Planner
-from prefplan.preferences.kinds import Expression, Order, Preference
-from prefplan.preferences.objective import NamedPreference
+from prefplan.preferences.kinds import Expression, Order
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
@@ -30,11 +28,9 @@ def warm_up() -> None:
         [("s", "go", "t", 1), ("t", "go", "s", 1)], start="s", labels={"s": ["a"], "t": ["b"]}
     )
     tasks = [Task("x", "F b"), Task("y", "F (b & F a)")]
-    several = (NamedPreference("order", Order()), NamedPreference("sum", Expression("x + y")))
-    preferences: tuple[Preference | Sequence[NamedPreference], ...] = (Order(), Expression("x + min(x, y)"), several)
-    for preference in preferences:
+    for preference in (Order(), Expression("x + min(x, y)"), Expression("abs(x - y) * x")):
         planner = Planner(Problem(system, tasks, preference))
-        planner.front()
+        planner.front(max_cost=9)
         planner.cheapest()
     product = Product(Problem(system, tasks, Order()))
     for options in (Options(), Options(contraction=False)):

@@ -54,7 +54,7 @@ class ObjectiveBounds(NamedTuple):
 def objective_bounds(
     product: Product,
     graphs: Sequence[Graph],
-    additive: Sequence[PreferenceObjective],
+    preferences: Sequence[PreferenceObjective],
     options: Options,
     *,
     max_bytes: float,
@@ -64,7 +64,7 @@ def objective_bounds(
     Args:
         product: what is searched.
         graphs: (D,) what is searched, with each of the costs.
-        additive: the preferences whose growth is bounded.
+        preferences: all of them; the growth of those with rounded values is not bounded.
         options: how to search.
         max_bytes: memory that all is to fit into.
 
@@ -72,9 +72,11 @@ def objective_bounds(
         OverflowError: 64 bits may not be enough.
     """
     known, backwards = _costs_to_go(product, graphs, options, max_bytes=max_bytes)
-    growing = additive if options.preference_bound else ()
-    each = [blocks(backwards[o.cost], o.measure, o.units.factor, known[o.cost]) for o in growing]
-    owner = [k for k, one in enumerate(each) for _ in one.members]
+    growing = [k for k, o in enumerate(preferences) if options.preference_bound and o.measure.is_whole]
+    each = [
+        blocks(backwards[o.cost], o.measure, o.units.factor, known[o.cost]) for o in (preferences[k] for k in growing)
+    ]
+    owner = [k for k, one in zip(growing, each, strict=True) for _ in one.members]
     first = backwards[0]
     return ObjectiveBounds(
         known[0].sets,

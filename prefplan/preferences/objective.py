@@ -175,10 +175,9 @@ class Measure:
         return "componentwise"
 
     @property
-    def rounds(self) -> bool:
-        """Whether an entry of the label key has a division, which compiled code would round."""
-        compared = [formula for formula in self.formulas if formula.contract in ("additive", "convex")]
-        return any(formula.tree is not None and divides(formula.tree) for formula in compared)
+    def is_whole(self) -> bool:
+        """Whether all values are whole multiples of `unit`: no term is a Python function or has a division."""
+        return not any(formula.tree is None or divides(formula.tree) for formula in self.formulas)
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
         """Return a unit of mu, given those of costs, in which all terms without functions or divisions are whole."""

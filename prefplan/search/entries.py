@@ -1,63 +1,80 @@
-"""The entries of a label's key with several costs or preferences (`ltmoa_star`), and how they grow.
-
-They are: every cost; for each preference the sum of its additive terms; each maximum; and for formulas the costs of
-satisfied tasks and the violation costs that they mention (`prefplan.preferences.objective`). If one label of a product
-state is no worse than another in every entry, then so is each of its continuations in every objective.
-"""
+"""The entries of labels as the kernel works on them (`ltmoa_star`); `entry_map` says which there are."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.preferences.objective import PreferenceObjective
-from prefplan.problem import Problem
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.product.starts import Start
-from prefplan.search.labels import COLUMNS, PRODUCT_LIMIT
+from prefplan.search.labels import COLUMNS, END
 
 # Columns of a product state's row after those of `labels`: where its truncated vectors begin, how many there are, how
-# many there is memory for, and the bounds of the entries that have one.
+# many there is memory for, and the bounds of how the objectives grow.
 FIRST, SIZE, CAPACITY, BOUND = range(COLUMNS, COLUMNS + 4)
+
+OPERATIONS = ("+", "-", "*", "/", "min", "max", "call")
+"""What the instructions of a `Program` do."""
+
+ADD, SUBTRACT, MULTIPLY, DIVIDE, MINIMUM, MAXIMUM, CALL = range(7)
+
+LARGEST_WHOLE = 2.0**53
+"""Larger whole numbers are not exact in floating point."""
+
+HUGE = 1e200
+"""A value beyond this, or below 0, ends the search."""
 
 
 class Entries(NamedTuple):
-    """The K entries of a label: [costs, additive, maxima, costs of satisfied tasks, violation costs].
+    """The K entries of a label: [costs, mu of each preference, parts of mu, costs of satisfied tasks, violation costs].
 
     Attributes:
         edge_costs: (D, E) int64, costs of each edge, or of each price where states are generated;
             (1, 0) where successors come with their only cost.
-        of: (A,) int64, the cost that each additive entry grows with. rate: (A, 2^N) int64, units of mu for each unit of
-            it. violation: (A, N) int64, units of mu for each unit of violation cost.
-        late: (L, 2) int64, additive entry and task of each deadline, late_slope: (L,) int64, late_offset: (L,) int64:
-            tardiness is max(0, slope * cost - offset).
-        of_maximum: (M,) int64, the cost of each maximum. maximum: (M, 2^N) int64, by satisfied set: the maximum is at
-            least this times the cost.
+        sums: (S, 2) int64, the place of each entry that grows at a rate, and the cost that it grows with.
+        rate: (S, 2^N) int64, units of mu for each unit of it. violation: (S, P) int64, for each unit of violation cost.
+        late: (L, 4) int64, sum, task, slope and offset: tardiness is max(0, slope * cost - offset).
+        maxima: (M, 2) int64, place and cost of each maximum. maximum: (M, 2^N) int64, by satisfied set: the maximum is
+            at least this times the cost.
         frozen: (C, 2) int64, the cost and the task of each entry for the cost of a satisfied task.
         paid: (V,) int64, the task of each entry for a violation cost.
         cost_limit: (D,) int64, from this cost on a product with it might not fit 64 bits.
-        order: (K,) int64, the entries in the order of comparison.
-        compared: (W,) int64, the entries of the truncated vectors, by which labels of a product state are compared.
+        order: (O,) int64, the objectives, which are the first entries, in the order of comparison.
+        compared: (W,) int64, the entries of the truncated vectors, by which labels of a product state are compared;
+            ~e for less of entry e.
     """
 
     edge_costs: np.ndarray
-    of: np.ndarray
+    sums: np.ndarray
     rate: np.ndarray
     violation: np.ndarray
     late: np.ndarray
-    late_slope: np.ndarray
-    late_offset: np.ndarray
-    of_maximum: np.ndarray
+    maxima: np.ndarray
     maximum: np.ndarray
     frozen: np.ndarray
     paid: np.ndarray
     cost_limit: np.ndarray
     order: np.ndarray
     compared: np.ndarray
+
+
+class Program(NamedTuple):
+    """How entries are computed from others.
+
+    Attributes:
+        computed: (X, 3) int64, the place of each such entry, the end of its instructions, and how far it may fall by
+            rounding, 0 if it must be whole.
+        code: (J, 4) int64, instructions: operation, registers of its operands, and of its result.
+        registers: (R,) float64, the entries of a label, with what is spent as the cost of tasks that are not satisfied;
+            then constants and results. bits: the same memory as int64.
+        function: (number) -> value of a Python function for the label in the registers, or NaN.
+    """
+
+    computed: np.ndarray
+    code: np.ndarray
+    registers: np.ndarray
+    bits: np.ndarray
+    function: Any
 
 
 class Paths(NamedTuple):
@@ -75,134 +92,20 @@ class Paths(NamedTuple):
     key: np.ndarray
 
 
-@dataclass(frozen=True)
-class EntryMap:
-    """The layout of the entries of labels.
+class Vector(NamedTuple):
+    """Scratch for one label.
 
     Attributes:
-        problem: the problem whose objectives they are for.
-        costs: number of costs.
-        additive: the preferences with an additive entry, in the order of these.
-        maxima: for each maximum entry, the preference and the number of the maximum in it.
-        frozen: for each entry of a satisfied task's cost, the cost and the task.
-        paid: the task of each entry of a violation cost.
+        key: (K,) int64, its entries.
+        bound: (O,) int64, lower bounds of the objectives at the end, in the order of comparison.
+        truncated: (W,) int64, the entries by which labels of a product state are compared.
+        growth: (O,) int64, bounds of how the objectives grow.
     """
 
-    problem: Problem
-    costs: int
-    additive: tuple[PreferenceObjective, ...]
-    maxima: tuple[tuple[PreferenceObjective, int], ...]
-    frozen: tuple[tuple[int, int], ...]
-    paid: tuple[int, ...]
-
-    @classmethod
-    def of(cls, problem: Problem) -> EntryMap:
-        """Return the entries that a problem's objectives need."""
-        objectives = problem.objectives
-        mentioned = [(o.cost, f) for o in objectives for f in o.measure.formulas]
-        return cls(
-            problem,
-            len(problem.cost_names),
-            tuple(o for o in objectives if not (o.measure.bi_objective and o.measure.maxima)),
-            tuple((o, k) for o in objectives for k in range(len(o.measure.maxima))),
-            tuple(sorted({(cost, i) for cost, f in mentioned for i in f.costs})),
-            tuple(sorted({i for _, f in mentioned for i in f.violations})),
-        )
-
-    @property
-    def count(self) -> int:
-        """Number of entries."""
-        return self.costs + len(self.additive) + len(self.maxima) + len(self.frozen) + len(self.paid)
-
-    def alone(self, objective: PreferenceObjective) -> int | None:
-        """Return the entry that by itself gives a preference's value, or None."""
-        if not objective.measure.bi_objective:
-            return None
-        if objective in self.additive:
-            return self.costs + self.additive.index(objective)
-        return self.costs + len(self.additive) + self.maxima.index((objective, 0))
-
-    def value(self, objective: PreferenceObjective, entries: list[int], spent: list[int]) -> Any:
-        """Return the exact value of a preference at a goal.
-
-        Args:
-            objective: the preference.
-            entries: of the goal.
-            spent: every total cost, in units.
-        """
-        units, measure, first = objective.units, objective.measure, self.costs
-        value = measure.constant
-        if objective in self.additive:
-            value += entries[first + self.additive.index(objective)] * units.mu
-        first += len(self.additive)
-        for m, (owner, _) in enumerate(self.maxima):
-            if owner is objective:
-                value += entries[first + m] * units.mu
-        first += len(self.maxima)
-        costs = [Fraction(0)] * len(self.problem.priced)
-        for c, (cost, i) in enumerate(self.frozen):
-            if cost == objective.cost:
-                costs[i] = entries[first + c] * units.cost
-        first += len(self.frozen)
-        violations = [Fraction(0)] * len(self.problem.priced)
-        for v, i in enumerate(self.paid):
-            violations[i] = entries[first + v] * units.price
-        return sum((formula.value(costs, violations) for formula in measure.formulas), value)
-
-    def begin(self, start: Start, shift: int) -> list[int]:
-        """Return the entries of a start's label; costs have `shift` more low bits."""
-        entries = [start.spent << shift, *[0] * (self.costs - 1)]
-        for o in self.additive:
-            entries.append(int(o.measure.summed(*start.amounts(o)) / o.units.mu))
-        for o, k in self.maxima:
-            entries.append(int(o.measure.maxima[k].value(*start.amounts(o)) / o.units.mu))
-        entries += [0 if cost else start.finished[i] or 0 for cost, i in self.frozen]
-        return entries + [start.violations[i] for i in self.paid]
-
-    def arrays(
-        self, columns: Sequence[np.ndarray], order: Sequence[int], compared: Sequence[int], *, numbered: bool
-    ) -> Entries:
-        """Return the entries as arrays for the kernel.
-
-        Args:
-            columns: each of the costs, in units, of edges or actions.
-            order: of comparison.
-            compared: the entries by which labels of a product state are compared.
-            numbered: whether successors come with the number of an edge or action in place of a cost.
-        """
-        sets, priced = 2 ** len(self.problem.tasks), len(self.problem.priced)
-        late = [(a, term) for a, o in enumerate(self.additive) for term in o.measure.tardiness]
-        units = [self.additive[a].units for a, _ in late]
-        maximum = [o.measure.maximum_table(o.units.factor)[k] for o, k in self.maxima]
-        slopes = [int(term.weight * unit.factor) for (_, term), unit in zip(late, units, strict=True)]
-        offsets = [term.weight * term.by / unit.mu for (_, term), unit in zip(late, units, strict=True)]
-        largest = [1] * self.costs
-        for (a, _), slope in zip(late, slopes, strict=True):
-            largest[self.additive[a].cost] = max(largest[self.additive[a].cost], slope)
-        for (o, _), table in zip(self.maxima, maximum, strict=True):
-            largest[o.cost] = max(largest[o.cost], int(table.max(initial=1)))
-        violation = [[int(w * o.units.price / o.units.mu) for w in o.measure.violation_weights] for o in self.additive]
-        return Entries(
-            edge_costs=np.stack(columns) if numbered else np.zeros((1, 0), np.int64),
-            of=np.array([o.cost for o in self.additive], np.int64),
-            rate=_table([o.measure.rate_table(o.units.factor) for o in self.additive], sets),
-            violation=_table(violation, priced),
-            late=_table([(a, term.task) for a, term in late], 2),
-            late_slope=np.array(slopes, np.int64),
-            late_offset=np.array([min(int(offset), PRODUCT_LIMIT) for offset in offsets], np.int64),
-            of_maximum=np.array([o.cost for o, _ in self.maxima], np.int64),
-            maximum=_table(maximum, sets),
-            frozen=_table(self.frozen, 2),
-            paid=np.array(self.paid, np.int64),
-            cost_limit=np.array([PRODUCT_LIMIT // most for most in largest], np.int64),
-            order=np.array(order, np.int64),
-            compared=np.array(compared, np.int64),
-        )
-
-
-def _table(rows: Any, width: int) -> np.ndarray:
-    """Return (n, width) int64 rows; n may be 0."""
-    return np.array(list(rows), dtype=np.int64).reshape(-1, width)
+    key: np.ndarray
+    bound: np.ndarray
+    truncated: np.ndarray
+    growth: np.ndarray
 
 
 @bare_kernel
@@ -215,7 +118,7 @@ def follow(
     pays: bool,
     key: np.ndarray,
 ) -> bool:
-    """Replace a label's entries by those of a successor, except costs of tasks that become satisfied (see `freeze`).
+    """Replace a label's entries by those of a successor, except those that `freeze` and `compute` enter.
 
     Args:
         shift: number of low bits of the first cost.
@@ -229,20 +132,19 @@ def follow(
     Returns:
         whether they fit 64 bits for sure.
     """
-    costs, additive, maxima = entries.cost_limit.shape[0], entries.of.shape[0], entries.of_maximum.shape[0]
-    for a in range(additive):
-        key[costs + a] += _growth(shift, entries, a, satisfied, key, step)
-    for d in range(costs):
+    for s in range(entries.sums.shape[0]):
+        key[entries.sums[s, 0]] += _growth(shift, entries, s, satisfied, key, step)
+    for d in range(entries.cost_limit.shape[0]):
         key[d] += _step(entries, d, step)
         if spent(shift, key, d) >= entries.cost_limit[d]:
             return False
-    for m in range(maxima):
-        at_least = entries.maximum[m, satisfied] * spent(shift, key, entries.of_maximum[m])
-        key[costs + additive + m] = max(key[costs + additive + m], at_least)
+    for m in range(entries.maxima.shape[0]):
+        place = entries.maxima[m, 0]
+        key[place] = max(key[place], entries.maximum[m, satisfied] * spent(shift, key, entries.maxima[m, 1]))
     if pays:
-        for a in range(additive):
+        for s in range(entries.sums.shape[0]):
             for i in range(entries.violation.shape[1]):
-                key[costs + a] += entries.violation[a, i] * violation[i]
+                key[entries.sums[s, 0]] += entries.violation[s, i] * violation[i]
         first = key.shape[0] - entries.paid.shape[0]
         for v in range(entries.paid.shape[0]):
             key[first + v] += violation[entries.paid[v]]
@@ -251,18 +153,18 @@ def follow(
 
 @bare_kernel
 def _growth(
-    shift: Integer, entries: Entries, a: Integer, satisfied: Integer, key: np.ndarray, edge: Integer
+    shift: Integer, entries: Entries, s: Integer, satisfied: Integer, key: np.ndarray, edge: Integer
 ) -> Integer:
-    """Return what a step adds to an additive entry, given the parent's entries."""
-    d = entries.of[a]
+    """Return what a step adds to a sum, given the parent's entries."""
+    d = entries.sums[s, 1]
     before = spent(shift, key, d)
     after = key[d] + _step(entries, d, edge)
     if d == 0:
         after >>= shift
-    added = entries.rate[a, satisfied] * (after - before)
-    for late in range(entries.late.shape[0]):
-        if entries.late[late, 0] == a and not satisfied >> entries.late[late, 1] & 1:
-            slope, offset = entries.late_slope[late], entries.late_offset[late]
+    added = entries.rate[s, satisfied] * (after - before)
+    for t in range(entries.late.shape[0]):
+        if entries.late[t, 0] == s and not satisfied >> entries.late[t, 1] & 1:
+            slope, offset = entries.late[t, 2], entries.late[t, 3]
             added += max(0, slope * after - offset) - max(0, slope * before - offset)
     return added
 
@@ -287,3 +189,77 @@ def freeze(shift: Integer, entries: Entries, before: Integer, after: Integer, ke
         i = entries.frozen[c, 1]
         if after >> i & 1 and not before >> i & 1:
             key[first + c] = spent(shift, key, entries.frozen[c, 0])
+
+
+@bare_kernel
+def write_vectors(shift: Integer, entries: Entries, known: np.ndarray, scratch: Vector) -> None:
+    """Write what a label is pruned by: bounds of its objectives, and its truncated vector; `known` is its state's row.
+
+    Both are written from the entries in `scratch.key`.
+    """
+    key = scratch.key
+    for o in range(entries.order.shape[0]):
+        e = entries.order[o]
+        scratch.bound[o] = key[e] + known[BOUND + e]
+    for t in range(entries.compared.shape[0]):
+        e = entries.compared[t]
+        scratch.truncated[t] = key[e] if e >= 0 else -spent(shift, key, ~e)
+
+
+@bare_kernel
+def compute(shift: Integer, entries: Entries, program: Program, satisfied: Integer, key: np.ndarray) -> Integer:
+    """Enter the computed entries; return ENTERED, or why that is not possible (`END`).
+
+    Before, they are those of the parent; one that falls by rounding remains so.
+    """
+    registers = program.registers
+    for e in range(key.shape[0]):
+        registers[e] = spent(shift, key, e)
+    first = key.shape[0] - entries.paid.shape[0] - entries.frozen.shape[0]
+    for c in range(entries.frozen.shape[0]):
+        if not satisfied >> entries.frozen[c, 1] & 1:
+            registers[first + c] = registers[entries.frozen[c, 0]]
+    for e in range(first, key.shape[0]):
+        if registers[e] > LARGEST_WHOLE:
+            return END.TOO_LARGE
+    begin = 0
+    for x in range(program.computed.shape[0]):
+        place, end, slack = program.computed[x, 0], program.computed[x, 1], program.computed[x, 2]
+        if not _evaluate(program, begin, end, slack == 0):
+            return END.TOO_LARGE
+        result = program.code[end - 1, 3]
+        if not 0 <= registers[result] <= HUGE:
+            return END.TOO_LARGE
+        value = program.bits[result] >> 3 if slack else np.int64(registers[result])
+        if value + slack < key[place]:
+            return END.FALLS
+        key[place] = max(key[place], value)
+        begin = end
+    return END.ENTERED
+
+
+@bare_kernel
+def _evaluate(program: Program, begin: Integer, end: Integer, whole: bool) -> bool:
+    """Follow some instructions; return False if some number must be whole, but is too large for that to be sure."""
+    registers = program.registers
+    for at in range(begin, end):
+        operation, one = program.code[at, 0], program.code[at, 1]
+        a, b = registers[one], registers[program.code[at, 2]]
+        if operation == ADD:
+            value = a + b
+        elif operation == SUBTRACT:
+            value = a - b
+        elif operation == MULTIPLY:
+            value = a * b
+        elif operation == DIVIDE:
+            value = a / b if b != 0 else np.nan
+        elif operation == MINIMUM:
+            value = min(a, b)
+        elif operation == MAXIMUM:
+            value = max(a, b)
+        else:
+            value = program.function(one)
+        if whole and max(abs(a), abs(b), abs(value)) > LARGEST_WHOLE:
+            return False
+        registers[program.code[at, 3]] = value
+    return True

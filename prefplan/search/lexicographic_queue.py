@@ -1,7 +1,7 @@
 """The open list of `ltmoa_star`: a binary heap of labels by their bounds in lexicographic order.
 
-The key of a label in the heap is the bound of its first entry in the order of comparison; the other entries are
-compared only if the first ones are equal.
+The key of a label in the heap is the bound of its first objective in the order of comparison; the others are compared
+only if the first ones are equal.
 """
 
 from __future__ import annotations
@@ -17,13 +17,10 @@ from prefplan.search.labels import AT, Queue, States
 def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
     """Return whether a label precedes another with the same first bound: by the other bounds, then the later one."""
     row, other_row = paths.row[label], paths.row[other]
-    bounded = entries.cost_limit.shape[0] + entries.of.shape[0]
-    for t in range(1, entries.order.shape[0]):
-        e = entries.order[t]
-        here, there = paths.key[label, e], paths.key[other, e]
-        if e < bounded:
-            here += states.known[row, BOUND + e]
-            there += states.known[other_row, BOUND + e]
+    for o in range(1, entries.order.shape[0]):
+        e = entries.order[o]
+        here = paths.key[label, e] + states.known[row, BOUND + e]
+        there = paths.key[other, e] + states.known[other_row, BOUND + e]
         if here != there:
             return bool(here < there)
     return bool(label > other)

@@ -13,7 +13,7 @@ If one objective is wanted and all are sums along paths, then the first label ex
 lexicographically least continuation: no entry need be compared but those that have a bound, so that without bounds this
 is A* with ties broken by the other objectives.
 
-`entries` describes the entries of a label.
+`entry_map` describes the entries of a label. At a product state all that are compared count; against goals, objectives.
 """
 
 from __future__ import annotations
@@ -27,7 +27,20 @@ from prefplan.heuristics.projections import observe
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.space import Space, decode
 from prefplan.product.successors import Successors
-from prefplan.search.entries import BOUND, CAPACITY, FIRST, SIZE, Entries, Paths, follow, freeze, spent
+from prefplan.search.entries import (
+    BOUND,
+    CAPACITY,
+    FIRST,
+    SIZE,
+    Entries,
+    Paths,
+    Program,
+    Vector,
+    compute,
+    follow,
+    freeze,
+    write_vectors,
+)
 from prefplan.search.labels import (
     AT,
     COL,
@@ -54,24 +67,17 @@ VECTORS_AT_FIRST = 4
 
 
 class Vectors(NamedTuple):
-    """Truncated vectors: of_states: (X, W) int64, contiguous for each product state, and of_goals: (G, W)."""
+    """Truncated vectors: of_states: (X, W) int64, contiguous for each product state, and of_goals: (G, O - 1)."""
 
     of_states: np.ndarray
     of_goals: np.ndarray
-
-
-class Vector(NamedTuple):
-    """Scratch for one label: key: (K,), bound: (K,) and growth: (D + A,) int64."""
-
-    key: np.ndarray
-    bound: np.ndarray
-    growth: np.ndarray
 
 
 @bare_kernel
 def run(
     space: Space,
     entries: Entries,
+    program: Program,
     bounds: ObjectiveBounds,
     states: States,
     paths: Paths,
@@ -87,8 +93,9 @@ def run(
     """Expand labels until a goal is found, memory runs out or enough were popped; return which.
 
     Arguments are as for `boa_star.run`, except:
-        entries: the layout of labels. bounds: heuristics.
-        paths: labels. queue: by the bound of the first entry. limits: (K,) int64, inclusive, of all entries.
+        entries: the layout of labels. program: how some are computed. bounds: heuristics.
+        paths: labels. queue: by the bound of the first objective. limits: (O,) int64, inclusive, of the objectives in
+            the order of comparison.
         begin: (K, entries). buffer: a successor's `cost` is the number of its edge or action if `entries.edge_costs`
             has columns.
         vectors: truncated vectors. scratch: for one label.
@@ -96,7 +103,7 @@ def run(
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
             memory = states, paths, queue, counters, limits, begin, buffer
-            end = _enter(space, entries, bounds, *memory, vectors, scratch)
+            end = _enter(space, entries, program, bounds, *memory, vectors, scratch)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -115,12 +122,12 @@ def run(
         known = states.known[paths.row[label]]
         for e in range(scratch.key.shape[0]):
             scratch.key[e] = paths.key[label, e]
-        _write_bound(space.shift, entries, known, scratch)
-        if _is_beaten(limits, counters[GOALS], entries, vectors, known, scratch):
+        write_vectors(space.shift, entries, known, scratch)
+        if _is_beaten(limits, counters[GOALS], vectors, known, scratch):
             continue
-        _close(entries, vectors, counters, known, scratch)
+        _close(vectors, counters, known, scratch)
         if known[COL.SATISFIED] < 0:
-            counters[GOALS] = _insert(entries, vectors.of_goals, 0, counters[GOALS], scratch.bound)
+            counters[GOALS] = _insert(vectors.of_goals, 0, counters[GOALS], scratch.bound[1:])
             counters[AT.FOUND] = label
             return END.GOAL
         expand(space, buffer, counters, label, known[COL.CODE])
@@ -130,6 +137,7 @@ def run(
 def _enter(
     space: Space,
     entries: Entries,
+    program: Program,
     bounds: ObjectiveBounds,
     states: States,
     paths: Paths,
@@ -164,11 +172,18 @@ def _enter(
         return END.ENTERED
     if parent != NONE:
         freeze(space.shift, entries, satisfied, known[COL.SATISFIED], scratch.key)
-    _write_bound(space.shift, entries, known, scratch)
-    if _is_beaten(limits, counters[GOALS], entries, vectors, known, scratch):
+    write_vectors(space.shift, entries, known, scratch)
+    if _is_beaten(limits, counters[GOALS], vectors, known, scratch):
         return END.ENTERED
-    for e in range(scratch.bound.shape[0]):
-        if scratch.bound[e] >= INFINITE:
+    if program.computed.shape[0]:
+        end = compute(space.shift, entries, program, known[COL.SATISFIED], scratch.key)
+        if end != END.ENTERED:
+            return end
+        write_vectors(space.shift, entries, known, scratch)
+        if _is_beaten(limits, counters[GOALS], vectors, known, scratch):
+            return END.ENTERED
+    for o in range(scratch.bound.shape[0]):
+        if scratch.bound[o] >= INFINITE:
             return END.TOO_LARGE
     label = counters[AT.LABELS]
     if label == paths.row.shape[0]:
@@ -177,7 +192,7 @@ def _enter(
     paths.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
         paths.key[label, e] = scratch.key[e]
-    lexicographic_push(queue, counters, states, entries, paths, scratch.bound[entries.order[0]], label)
+    lexicographic_push(queue, counters, states, entries, paths, scratch.bound[0], label)
     counters[AT.LABELS] += 1
     return END.ENTERED
 
@@ -202,38 +217,24 @@ def _bound_state(
 
 
 @bare_kernel
-def _write_bound(shift: Integer, entries: Entries, known: np.ndarray, scratch: Vector) -> None:
-    """Write lower bounds of a label's entries at the end; for the cost of an unsatisfied task, what is spent so far."""
-    key, bounded = scratch.key, scratch.growth.shape[0]
-    for e in range(key.shape[0]):
-        scratch.bound[e] = key[e] + (known[BOUND + e] if e < bounded else 0)
-    first = key.shape[0] - entries.paid.shape[0] - entries.frozen.shape[0]
-    for c in range(entries.frozen.shape[0]):
-        if not known[COL.SATISFIED] >> entries.frozen[c, 1] & 1:
-            scratch.bound[first + c] = spent(shift, key, entries.frozen[c, 0])
-
-
-@bare_kernel
-def _is_beaten(
-    limits: np.ndarray, goals: Integer, entries: Entries, vectors: Vectors, known: np.ndarray, scratch: Vector
-) -> bool:
+def _is_beaten(limits: np.ndarray, goals: Integer, vectors: Vectors, known: np.ndarray, scratch: Vector) -> bool:
     """Return whether a label exceeds a limit, or is no better than one expanded at its state, or than a goal."""
-    for e in range(limits.shape[0]):
-        if scratch.bound[e] > limits[e]:
+    for o in range(limits.shape[0]):
+        if scratch.bound[o] > limits[o]:
             return True
-    if _is_dominated(entries, vectors.of_states, known[FIRST], known[SIZE], scratch.key):
+    if _is_dominated(vectors.of_states, known[FIRST], known[SIZE], scratch.truncated):
         return True
-    return _is_dominated(entries, vectors.of_goals, 0, goals, scratch.bound)
+    return _is_dominated(vectors.of_goals, 0, goals, scratch.bound[1:])
 
 
 @bare_kernel
-def _is_dominated(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer, entry: np.ndarray) -> bool:
-    """Return whether a truncated vector is no worse than that of `entry`, and swap it halfway to the front."""
+def _is_dominated(vectors: np.ndarray, first: Integer, size: Integer, one: np.ndarray) -> bool:
+    """Return whether a truncated vector is no worse than another one, and swap it halfway to the front."""
     width = vectors.shape[1]
     for v in range(first, first + size):
         no_worse = True
         for t in range(width):
-            if vectors[v, t] > entry[entries.compared[t]]:
+            if vectors[v, t] > one[t]:
                 no_worse = False
                 break
         if no_worse:
@@ -246,14 +247,14 @@ def _is_dominated(entries: Entries, vectors: np.ndarray, first: Integer, size: I
 
 
 @bare_kernel
-def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer, entry: np.ndarray) -> Integer:
-    """Add the truncated vector of `entry`, remove those that it dominates, and return the new number."""
+def _insert(vectors: np.ndarray, first: Integer, size: Integer, one: np.ndarray) -> Integer:
+    """Add a truncated vector, remove those that it dominates, and return the new number."""
     width = vectors.shape[1]
     kept = first
     for v in range(first, first + size):
         better = False
         for t in range(width):
-            if vectors[v, t] < entry[entries.compared[t]]:
+            if vectors[v, t] < one[t]:
                 better = True
                 break
         if better:
@@ -262,7 +263,7 @@ def _insert(entries: Entries, vectors: np.ndarray, first: Integer, size: Integer
                     vectors[kept, t] = vectors[v, t]
             kept += 1
     for t in range(width):
-        vectors[kept, t] = entry[entries.compared[t]]
+        vectors[kept, t] = one[t]
     return kept + 1 - first
 
 
@@ -273,7 +274,7 @@ def _most_vectors(states: States, row: Integer) -> Integer:
 
 
 @bare_kernel
-def _close(entries: Entries, vectors: Vectors, counters: np.ndarray, known: np.ndarray, scratch: Vector) -> None:
+def _close(vectors: Vectors, counters: np.ndarray, known: np.ndarray, scratch: Vector) -> None:
     """Add a label's truncated vector to those of its state, which move to the end if their memory is full."""
     if known[SIZE] == known[CAPACITY]:
         first = counters[VECTORS]
@@ -283,4 +284,4 @@ def _close(entries: Entries, vectors: Vectors, counters: np.ndarray, known: np.n
         known[FIRST] = first
         known[CAPACITY] = max(np.int64(VECTORS_AT_FIRST), 2 * known[CAPACITY])
         counters[VECTORS] += known[CAPACITY]
-    known[SIZE] = _insert(entries, vectors.of_states, known[FIRST], known[SIZE], scratch.key)
+    known[SIZE] = _insert(vectors.of_states, known[FIRST], known[SIZE], scratch.truncated)

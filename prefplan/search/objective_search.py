@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from itertools import chain, groupby
+from itertools import groupby
 from operator import attrgetter, le
 from typing import Any
 
@@ -23,10 +23,12 @@ from prefplan.product.space import Space
 from prefplan.product.starts import Start
 from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Search
-from prefplan.search.entries import BOUND, EntryMap, Paths
-from prefplan.search.labels import AT, COL, States, growth_of
-from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vector, Vectors
+from prefplan.search.entries import BOUND, Paths, Vector
+from prefplan.search.entry_map import EntryMap
+from prefplan.search.labels import AT, COL, END, States, growth_of
+from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vectors
 from prefplan.search.result import Goal
+from prefplan.search.valuations import FALL, Valuations, ordered_number
 
 VECTORS_MADE_AT_FIRST = 2**14
 
@@ -58,34 +60,34 @@ class ObjectiveSearch(Search):
         Raises:
             OverflowError: 64 bits may not be enough.
         """
-        self.problem, self.entry_map = product.problem, EntryMap.of(product.problem)
-        several = self.entry_map.costs > 1
-        contraction = options.contraction and not several
+        self.product, self.problem, self.growth = product, product.problem, growth_of(product)
+        self.entry_map = EntryMap.of(product)
+        self._valuations = Valuations(self.entry_map)
+        # Under a general contract a detour through states that change nothing may be worth its cost.
+        general = any(o.measure.contract == "general" for o in self.problem.objectives)
+        contraction = options.contraction and self.entry_map.costs == 1 and not general
         plain = replace(options, heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
+        self.single = first is not None
         self.prepared = Prepared(product, plain, max_bytes=max_bytes)
-        self.product = product
-        self.growth = growth_of(product)
-        graph, space, columns = self.prepared.graph, self.prepared.space, self._columns()
+        graph, columns = self.prepared.graph, self._columns()
         graphs = [graph, *(replace(graph, costs=column, shift=0) for column in columns[1:])]
-        self.bounds = objective_bounds(product, graphs, self.entry_map.additive, options, max_bytes=max_bytes)
+        preferences = self.problem.objectives
+        self.bounds = objective_bounds(product, graphs, preferences, options, max_bytes=max_bytes)
         self._bounds = bounds
-        self._first = first if first is None or self._objective_entries()[first] is not None else None
-        self.single = self._first is not None
-        self._numbered = not graph.contracted
         require_64_bits(product, graph, columns)
-        order = self._order()
-        self.entries = self.entry_map.arrays(columns, order, self._compared(order), numbered=self._numbered)
-        self.by_cost = int(self.entries.order[0]) == 0
+        self._numbered = not graph.contracted
+        names = self.problem.objective_names
+        order = sorted(range(len(names)), key=lambda o: names[o] != first)
+        compared = self._compared(order)
+        self.entries = self.entry_map.arrays(columns if self._numbered else [], order, compared)
+        self.by_cost = order[0] == 0
         if self._numbered:
             # A successor then comes with the number of its edge, or the index of its costs, in place of a cost.
-            numbers = np.arange(len(columns[0]), dtype=np.int64)
-            self.prepared.space = _with_costs(space, np.where(columns[0] < 0, columns[0], numbers))
-        self.limits = self._limits()
-        self.scratch = Vector(
-            np.zeros(self.entry_map.count, np.int64),
-            np.zeros(self.entry_map.count, np.int64),
-            np.zeros(self.entry_map.costs + len(self.entry_map.additive), np.int64),
-        )
+            numbers = np.where(columns[0] < 0, columns[0], np.arange(len(columns[0]), dtype=np.int64))
+            self.prepared.space = _with_costs(self.prepared.space, numbers)
+        self.limits = np.array([self._limit(names[o], o) for o in order])
+        widths = self.entry_map.size, len(order), len(compared), len(order)
+        self.scratch = Vector(*(np.zeros(width, np.int64) for width in widths))
         self.reset()
 
     def _columns(self) -> list[np.ndarray]:
@@ -105,40 +107,27 @@ class ObjectiveSearch(Search):
             found.append(counts.astype(np.int64))
         return found
 
-    def _objective_entries(self) -> dict[str, int | None]:
-        """Return the entry that gives each objective, by name; None where no single entry does."""
-        costs = dict(zip(self.problem.cost_names, range(self.entry_map.costs), strict=True))
-        return costs | {o.name: self.entry_map.alone(o) for o in self.problem.objectives}
-
-    def _order(self) -> list[int]:
-        """Return the entries in the order of comparison: the wanted objective, other objectives, then the rest."""
-        places = self._objective_entries()
-        wanted = [] if self._first is None else [places[self._first]]
-        ordered = chain(wanted, places.values(), range(self.entry_map.count))
-        return list(dict.fromkeys(e for e in ordered if e is not None))
-
     def _compared(self, order: list[int]) -> list[int]:
         """Return the entries by which labels of a product state are compared; see `ltmoa_star`."""
         measures = [o.measure for o in self.problem.objectives]
-        if self._first is None or not all(m.bi_objective and m.contract == "additive" for m in measures):
-            return order[1:]
-        places = self._objective_entries()
-        bounded = {places[name] for name in self._bounds}
-        return [entry for entry in order[1:] if entry in bounded]
+        names = self.problem.objective_names
+        if self.single and all(m.bi_objective and m.contract == "additive" for m in measures):
+            return [o for o in order[1:] if names[o] in self._bounds]
+        return [entry for entry in self.entry_map.compared if entry != order[0]]
 
-    def _limits(self) -> np.ndarray:
-        """Return (K,) inclusive limits of the entries; bounds on other objectives are checked when a goal is found."""
-        limits = np.full(self.entry_map.count, UNBOUNDED)
-        for name, entry in self._objective_entries().items():
-            if entry is None or name not in self._bounds:
-                continue
-            if entry < self.entry_map.costs:
-                most = math.floor(self._bounds[name] / self.problem.cost_units[entry])
-                limits[entry] = self._up_to(most) if entry == 0 else min(most, UNBOUNDED)
-            else:
-                o = next(o for o in self.problem.objectives if o.name == name)
-                limits[entry] = min(math.floor((self._bounds[name] - o.measure.constant) / o.units.mu), UNBOUNDED)
-        return limits
+    def _limit(self, name: str, o: int) -> int:
+        """Return the inclusive limit of an objective, in units; a rounded value is checked when a goal is found."""
+        if name not in self._bounds:
+            return UNBOUNDED
+        bound = self._bounds[name]
+        if o < self.entry_map.costs:
+            most = math.floor(bound / self.problem.cost_units[o])
+            return self._up_to(most) if o == 0 else min(most, UNBOUNDED)
+        objective = self.problem.objectives[o - self.entry_map.costs]
+        rest = bound - objective.measure.constant
+        if objective.measure.is_whole:
+            return min(math.floor(rest / objective.units.mu), UNBOUNDED)
+        return ordered_number(float(rest)) + FALL
 
     def _begin(self, start: Start) -> list[int]:
         return self.entry_map.begin(start, self.product.shift)
@@ -149,21 +138,26 @@ class ObjectiveSearch(Search):
         counters = self.counters
         self.counters = np.zeros(len(AT) + 2, dtype=np.int64)
         self.counters[: len(AT)] = counters
-        columns = BOUND + len(self.scratch.growth)
+        columns = BOUND + len(self.scratch.bound)
         self.states = States(np.empty((ROWS_AT_FIRST, columns), np.int64), self.states.slots)
-        width = len(self.entries.compared)
-        self.vectors = Vectors(
-            np.empty((VECTORS_MADE_AT_FIRST, width), np.int64), np.empty((VECTORS_MADE_AT_FIRST, width), np.int64)
-        )
+        widths = len(self.entries.compared), len(self.scratch.bound) - 1
+        self.vectors = Vectors(*(np.empty((VECTORS_MADE_AT_FIRST, width), np.int64) for width in widths))
 
     def _new_labels(self, count: int) -> Paths:
         rows, parents, steps = (np.empty(count, np.int32) for _ in range(3))
-        return Paths(rows, parents, steps, np.empty((count, self.entry_map.count), np.int64))
+        return Paths(rows, parents, steps, np.empty((count, self.entry_map.size), np.int64))
 
     def _run(self, pops: int) -> int:
-        space, entries, bounds = self.prepared.space, self.entries, self.bounds
+        space, entries, program, bounds = self.prepared.space, self.entries, self._valuations.program, self.bounds
         memory = (self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer)
-        return int(ltmoa_star.run(space, entries, bounds, *memory, self.vectors, self.scratch, pops))
+        end = int(ltmoa_star.run(space, entries, program, bounds, *memory, self.vectors, self.scratch, pops))
+        if end == END.FALLS:
+            self._valuations.require_rise(self._objectives(int(self.counters[AT.PARENT])))
+            raise OverflowError
+        return end
+
+    def _too_large(self) -> None:
+        self._valuations.require_values()
 
     @property
     def work(self) -> Stats:
@@ -193,27 +187,26 @@ class ObjectiveSearch(Search):
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal, in the user's units."""
-        key = self.labels.key[label].tolist()
-        spent = [key[0] >> self.product.shift, *key[1 : self.entry_map.costs]]
-        known = self.states.known[self.labels.row[label]]
-        for c, (cost, i) in enumerate(self.entry_map.frozen):
-            if not known[COL.SATISFIED] >> i & 1:
-                key[len(key) - len(self.entry_map.paid) - len(self.entry_map.frozen) + c] = spent[cost]
-        values = [self.entry_map.value(o, key, spent) for o in self.problem.objectives]
-        return (*(units * count for units, count in zip(self.problem.cost_units, spent, strict=True)), *values)
+        entries = self.labels.key[label].tolist()
+        entries[0] >>= self.product.shift
+        satisfied = int(self.states.known[self.labels.row[label], COL.SATISFIED])
+        for entry, (cost, i) in enumerate(self.entry_map.frozen, self.entry_map.first_frozen):
+            if not satisfied >> i & 1:
+                entries[entry] = entries[cost]
+        return self.entry_map.objectives(entries)
 
     def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
         values = dict(zip(self.problem.objective_names, objectives, strict=True))
         if any(values[name] > bound for name, bound in self._bounds.items()):
             return False
-        if self._first is not None:
-            entry = int(self.entries.order[0])
-            self.limits[entry] = self._up_to(self._cost(label)) if entry == 0 else int(self.labels.key[label, entry])
+        if self.single:
+            least = int(self.labels.key[label, self.entries.order[0]])
+            self.limits[0] = self._up_to(self._cost(label)) if self.by_cost else least
         return True
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
         # What a cheaper goal dominates is pruned by the kernel, but for values that only a goal's label shows.
-        pruned = all(o.measure.bi_objective for o in self.problem.objectives)
+        pruned = all(o.measure.is_whole for o in self.problem.objectives)
         if pruned and self.product.shift == 0:
             # Then the first objective has no low bits, and each goal was popped before all that it might dominate.
             return goals

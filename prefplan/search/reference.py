@@ -33,7 +33,6 @@ from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Follower, Reading
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
-from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
 from prefplan.search.paths import Paths
@@ -269,14 +268,6 @@ class ReferenceSearch:
         costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in found]
         values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(found)]
         return tuple(Goal(goal.g[0], values[k], paths, k) for k, goal in enumerate(found))
-
-
-def needs_exact_numbers(problem: Problem) -> bool:
-    """Return whether compiled code would round the keys of labels, or has no keys for a problem's formulas."""
-    if problem.is_bi_objective:
-        return problem.measure.rounds
-    formulas = [formula for objective in problem.objectives for formula in objective.measure.formulas]
-    return any(formula.contract != "componentwise" for formula in formulas)
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:
