@@ -1,4 +1,4 @@
-"""The paths to the goals of a search as arrays, the plans on them, and what each is worth, derived from the model."""
+"""The paths to the goals of a search as arrays, the plans on them, and their values, derived from the model."""
 
 from __future__ import annotations
 
@@ -120,7 +120,8 @@ class Paths:
         costs = [
             [unit * count for count in self._spent[d][self.ends].tolist()] for d, unit in enumerate(problem.cost_units)
         ]
-        task_costs = [list(zip(*self._task_costs(d), strict=True)) for d in range(len(problem.cost_names))]
+        counted = {0, *(o.cost for o in problem.objectives)}
+        task_costs = {d: list(zip(*self._task_costs(d), strict=True)) for d in counted}
         values = [
             [o.measure.value(*amounts) for amounts in zip(task_costs[o.cost], violations, strict=True)]
             for o in problem.objectives
@@ -146,15 +147,15 @@ class Paths:
     @cached_property
     def _spent(self) -> list[np.ndarray]:
         """For each cost, (T,) its total up to each step, in units."""
-        problem, found = self.product.problem, []
+        problem, totals = self.product.problem, []
         for d, (column, unit) in enumerate(zip(problem.system.listed.edge_costs, problem.cost_units, strict=True)):
             counts = column.counts(unit)
             steps = np.zeros(len(self.before), dtype=counts.dtype)
             steps[~self._begins] = counts[self.edges[~self._begins]]
             for k, start in self.starts.items():
                 steps[k] = 0 if d else start.spent
-            found.append(self._sums(steps))
-        return found
+            totals.append(self._sums(steps))
+        return totals
 
     def _sums(self, values: np.ndarray) -> np.ndarray:
         """Return (T,) the sums of (T,) values from the start up to each step: twice as many steps in each round."""
@@ -166,7 +167,7 @@ class Paths:
 
     def _task_costs(self, cost: int) -> list[list[Any]]:
         """Return for all `priced` the cost (n,) of each path, in the user's units; 0 for rules."""
-        problem, spent, found = self.product.problem, self._spent[cost], []
+        problem, spent, columns = self.product.problem, self._spent[cost], []
         for i, dfa in enumerate(self.product.automata):
             done = self.automata[:, i] == dfa.automaton.accepting
             assert (done | (self.automata[:, i] == dfa.skipped))[self.ends].all(), (
@@ -181,12 +182,12 @@ class Paths:
                 # The past has the first cost only.
                 until[k] = 0 if cost else start.finished[i] or 0
             counts = np.where(done[self.ends], until[at[self.ends]], spent[self.ends])
-            found.append([problem.cost_units[cost] * count for count in counts.tolist()])
-        return found + [[0 * problem.cost_units[cost]] * len(self.ends)] * (len(problem.priced) - len(problem.tasks))
+            columns.append([problem.cost_units[cost] * count for count in counts.tolist()])
+        return columns + [[0 * problem.cost_units[cost]] * len(self.ends)] * (len(problem.priced) - len(problem.tasks))
 
     def _violations(self) -> list[tuple[Any, ...]]:
         """Return the violation costs of all `priced` of each path, in the user's units."""
-        problem, found = self.product.problem, []
+        problem, columns = self.product.problem, []
         followers: tuple[Follower, ...] = (*self.product.automata, *self.product.rules)
         for k, dfa in enumerate(followers):
             prices = self._prices(dfa, self.automata[:, k])
@@ -194,9 +195,9 @@ class Paths:
                 assert start.automata[k] == self.automata[at, k], NO_STEP
                 prices[at] = start.violations[k] if k < len(problem.priced) else 0
             if k < len(problem.priced):
-                paid = self._sums(prices)[self.ends].tolist() if prices.any() else [0] * len(self.ends)
-                found.append([problem.units.price * count for count in paid])
-        return list(zip(*found, strict=True))
+                totals = self._sums(prices)[self.ends].tolist() if prices.any() else [0] * len(self.ends)
+                columns.append([problem.units.price * count for count in totals])
+        return list(zip(*columns, strict=True))
 
     def _prices(self, dfa: Follower, states: np.ndarray) -> np.ndarray:
         """Return (T,) what an automaton pays at each step, in units, given its state (T,) after each."""

@@ -13,7 +13,7 @@ from prefplan.front import Stats
 from prefplan.plan import Plan
 from prefplan.search.paths import Paths
 
-WORTH = "a plan is worth something else in the model"
+OTHER_VALUES = "a plan has other values in the model"
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Goal:
     def plan(self) -> Plan:
         """Return the plan that leads to the goal, asserting that its values in the model are those of the search."""
         plan = self.paths.plan(self.number)
-        assert tuple(plan.objectives.values()) == self.point, WORTH
+        assert tuple(plan.objectives.values()) == self.point, OTHER_VALUES
         return plan
 
 
@@ -68,7 +68,7 @@ class Result:
             derived = self.goals[0].paths.objectives()
             for goal in self.goals:
                 values = derived[goal.number]
-                assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, WORTH
+                assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, OTHER_VALUES
 
     @property
     def incumbents(self) -> tuple[Goal, ...]:
