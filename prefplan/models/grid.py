@@ -131,7 +131,7 @@ class GridModel:
         first, *more = (self._edge_costs(name, ground) for name in self.cost_names)
         labels, label_sets = self._labels(free)
         return TransitionSystem(
-            states=OnDemand(lambda: len(x), lambda i: (int(x[i]), int(y[i]))),
+            states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
             start=int(number[self.start[1], self.start[0]]),
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),

@@ -11,13 +11,13 @@ T = TypeVar("T")
 class OnDemand(Sequence[T]):
     """A sequence that computes its entries when they are read."""
 
-    def __init__(self, length: Callable[[], int], make: Callable[[int], T]) -> None:
-        """Take functions that return the length, called only if needed, and an entry, or raise IndexError."""
+    def __init__(self, length: int, make: Callable[[int], T]) -> None:
+        """Take the length, and a function that returns an entry or raises IndexError."""
         self._length, self._make = length, make
 
     def __len__(self) -> int:
         """Return the length."""
-        return self._length()
+        return self._length
 
     @overload
     def __getitem__(self, index: int) -> T: ...

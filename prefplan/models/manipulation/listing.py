@@ -261,7 +261,7 @@ def table(
         raise unmeasured(listing.action_names[listing.actions[edge]], space.hands[before])
     labels, label_sets = _labels(space, codes, names)
     return TransitionSystem(
-        states=OnDemand(lambda: len(codes), lambda i: space.decode(int(codes[i]))),
+        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
         start=0,
         offsets=listing.offsets,
         targets=listing.targets,
