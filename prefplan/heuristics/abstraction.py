@@ -40,6 +40,9 @@ from prefplan.product.product_automaton import Product
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
 
+APART_ENTRIES = 400_000
+"""Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound."""
+
 KINDS = ("transit", "grasp", "transport", "release")
 """The kinds of actions, by number."""
 
@@ -81,11 +84,10 @@ class Projected:
         shift: 0: costs do not count actions.
     """
 
-    def __init__(self, product: GeneratedProduct, apart_entries: int) -> None:
-        """Take the product; `apart_entries` as in `Options`."""
+    def __init__(self, product: GeneratedProduct) -> None:
+        """Take the product."""
         self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
         self._model, self._space = product.model.symmetry.model, product.model.space
-        self._apart_entries = apart_entries
         self._known: dict[tuple[int, ...], _Projection] = {}
 
     def with_costs(self, costs: np.ndarray) -> Projected:
@@ -122,7 +124,7 @@ class Projected:
         relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
         if isinstance(self._model.costs, MeasuredCosts):
             apart = Symmetry(relaxed, self._names(tasks), frozenset(), places_alike=False)
-            if self._entries(tasks, apart) <= self._apart_entries:
+            if self._entries(tasks, apart) <= APART_ENTRIES:
                 return apart
         return Symmetry(relaxed, self._names(tasks), frozenset())
 

@@ -94,7 +94,7 @@ def _costs_to_go(
 ) -> tuple[list[Patterns], Sequence[Backward | Projected]]:
     """Return the tables of each cost, and what fills further ones; arguments as in `objective_bounds`."""
     if isinstance(product, GeneratedProduct):
-        projected = Projected(product, options.apart_entries)
+        projected = Projected(product)
         each = [projected.with_costs(graph.costs) for graph in graphs]
         groups = projected.groups() if options.heuristic != 0 else []
         return [projected_patterns(one, groups) for one in each], each

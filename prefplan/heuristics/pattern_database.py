@@ -21,10 +21,10 @@ from prefplan.heuristics.projections import Projections, place_of
 from prefplan.heuristics.task_sets import TaskSets, joined_groups, table_entry, task_sets
 from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
-SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 70_000
+SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
 """Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a
-fourth of the first, a plan of 12 tasks takes four times as long; with half of the second, a front of six tasks on a
-graph of 100 nodes that is not contracted 1.3 times."""
+fourth of the first, a plan of 12 tasks takes four times as long; with twice the second, plans of 9 and 12 tasks that
+avoid places 1.5 and 1.1 times; with a third, a front of six tasks on a 30 x 30 grid 1.05 times."""
 
 DEEP_ENTRIES = 20_000_000
 """Most entries of a swept table for a long search for one plan, about 0.15 s. Without such tables plans of 10 and 12

@@ -57,8 +57,6 @@ class Options:
         generated: whether states of large manipulation models are generated as the search meets them, where they can
             be; else they are listed before.
         compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
-        apart_entries: entries of a projection's table, by an upper bound, up to which no locations are alike where
-            costs are measured.
     """
 
     heuristic: int | None = None
@@ -69,7 +67,6 @@ class Options:
     sweep: bool = True
     generated: bool = True
     compiled: bool = True
-    apart_entries: int = 400_000
 
 
 class Bounds(NamedTuple):
@@ -151,7 +148,7 @@ class Prepared:
 
     def _project(self, product: GeneratedProduct) -> None:
         """Set the bounds of a model whose states are generated."""
-        backward = Projected(product, self.options.apart_entries)
+        backward = Projected(product)
         known = projected_patterns(backward, backward.groups() if self.options.heuristic != 0 else [])
         growths = self._growths(backward, known)
         self.bounds = Bounds(known, growths, backward.projections())

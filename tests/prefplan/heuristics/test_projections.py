@@ -10,6 +10,7 @@ import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
+from prefplan.heuristics import abstraction
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import added_bound
 from prefplan.heuristics.preprocessing import Prepared
@@ -21,15 +22,17 @@ from prefplan.product.product_automaton import Product
 
 
 @pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
-def test_bounds_are_consistent_and_no_more_than_costs_to_go(seed: int, measured: bool) -> None:
+def test_bounds_are_consistent_and_no_more_than_costs_to_go(
+    seed: int, measured: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     problem = random_problem(random.Random(seed), measured=measured, large=True)
     searched = Planner(problem)._product
     if not isinstance(searched, GeneratedProduct):
         assert any(task.relax for task in problem.tasks)
         return
     # Of measured costs, locations are merged or not.
-    options = Options(apart_entries=seed % 2 * Options().apart_entries)
-    bounds = Prepared(searched, options).bounds
+    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
+    bounds = Prepared(searched, Options()).bounds
     system = searched.model.quotient().system.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))

@@ -25,6 +25,7 @@ from prefplan import (
     cheapest_plan,
     pareto_front,
 )
+from prefplan.heuristics import abstraction
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.symmetry import most_states
@@ -70,15 +71,15 @@ def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(seed: 
 @pytest.mark.parametrize("draw", [random_problem, random_several])
 @pytest.mark.parametrize("seed", range(4))
 def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
-    seed: int, draw: Callable[..., Problem]
+    seed: int, draw: Callable[..., Problem], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = random.Random(seed)
     assert_bounded(random_measured(rng, random_model(rng), "time"))
     whole = pareto_front(draw(random.Random(seed), measured=True))
     problem = draw(random.Random(seed), measured=True, large=True)
     # Places are merged in the bounds, or not.
-    options = Options(generated=seed % 4 > 0, apart_entries=seed % 2 * Options().apart_entries)
-    front = pareto_front(problem, options=options)
+    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
+    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
 
