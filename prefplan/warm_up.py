@@ -6,8 +6,10 @@ from pathlib import Path
 
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.logic.tasks import Task
+from prefplan.models.manipulation.description import Location, Object
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.planner import Planner
+from prefplan.planner import Planner, pareto_front
 from prefplan.preferences.kinds import Expression, Order
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
@@ -32,11 +34,22 @@ def warm_up() -> None:
         planner = Planner(Problem(system, tasks, preference))
         planner.front(max_cost=9)
         planner.cheapest()
-    product = Product(Problem(system, tasks, Order()))
-    for options in (Options(), Options(contraction=False)):
-        prepared = Prepared(product, options)
-        rehash(BiObjectiveSearch(prepared).states, 0)
-    Prepared(product, Options()).weigh()
+    whole = Planner(Problem(system, tasks, Order()), options=Options(contraction=False))
+    whole.front()
+    whole.cheapest()
+    pareto_front(Problem(_arm(), [Task("x", "F b_there")], Order()))
+    prepared = Prepared(Product(Problem(system, tasks, Order())), Options())
+    rehash(BiObjectiveSearch(prepared).states, 0)
+    prepared.weigh()
+
+
+def _arm() -> ManipulationModel:
+    """Return a model whose states are generated."""
+    locations = tuple(Location(name, (0.5, 0.2 * x)) for x, name in enumerate(("here", "there", "aside")))
+    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
+    return ManipulationModel(
+        start="here", locations=locations, objects=(Object("b", "here"),), costs=costs, listed_states=0
+    )
 
 
 if __name__ == "__main__":

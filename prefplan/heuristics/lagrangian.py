@@ -194,10 +194,11 @@ def fill(sweep: LagrangianSweep, table: np.ndarray, stop: np.ndarray) -> None:
     """
     tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
     here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
+    for v in range(nodes):
+        here[tasks, v] = onward[tasks, v] = sweep.first[v]
     stops, kept = np.zeros(tasks + 1, dtype=np.uint64), np.zeros(tasks + 1, dtype=np.uint64)
     satisfied, finished = np.zeros(tasks + 1, dtype=np.int64), np.ones(tasks + 1, dtype=np.bool_)
     ranks, costs = np.zeros(tasks, dtype=np.int64), np.zeros(NODE_LIMIT, dtype=np.uint16)
-    here[tasks], onward[tasks] = sweep.first, sweep.first
     kept[tasks] = ~np.uint64(0)
     changed = tasks
     while not stop[0]:

@@ -180,7 +180,7 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
         bound = float(_tree_bound(priced, 0, bits, degrees))
         if bound > best:
             best = bound
-            best_price[:] = price
+            best_price = price.copy()
         slack = degrees.of - 2.0
         norm = 0.0
         for m in range(count + 1):

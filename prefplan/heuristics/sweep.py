@@ -177,7 +177,8 @@ def fill_in_order(
             here[j] = here[j + 1] + strides[j] * q
             done[j] = done[j + 1] + (q == ends[j, 0] or q == ends[j, 1])
             satisfied[j] = satisfied[j + 1] | ((q == ends[j, 0]) << j)
-            there[j] = there[j + 1] + onto[j, q]
+            for d in range(there.shape[1]):
+                there[j, d] = there[j + 1, d] + onto[j, q, d]
             j -= 1
         costs[:] = 0 if done[0] == k else NO_EDGE
         step = steps[kind[satisfied[0]]]

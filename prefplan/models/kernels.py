@@ -32,6 +32,8 @@ def bare_kernel(function: F) -> F:
 
 
 def _compiled(function: F, **options: Any) -> F:
+    # C code calls none of them.
+    options |= {"no_cfunc_wrapper": True}
     dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
     forget_outdated(Path(dispatcher.stats.cache_path))
     return cast(F, dispatcher)
