@@ -201,6 +201,9 @@ def write_vectors(shift: Integer, entries: Entries, known: np.ndarray, scratch: 
     for o in range(entries.order.shape[0]):
         e = entries.order[o]
         scratch.bound[o] = key[e] + known[BOUND + e]
+        if e == 0:
+            # Other objectives come before the number of actions, which the low bits count.
+            scratch.bound[o] = scratch.bound[o] >> shift << shift
     for t in range(entries.compared.shape[0]):
         e = entries.compared[t]
         scratch.truncated[t] = key[e] if e >= 0 else -spent(shift, key, ~e)

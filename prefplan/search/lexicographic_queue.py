@@ -14,20 +14,29 @@ from prefplan.search.labels import AT, Queue, States
 
 
 @bare_kernel
-def _precedes(entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
-    """Return whether a label precedes another with the same first bound: by the other bounds, then the later one."""
+def _precedes(shift: Integer, entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
+    """Return whether a label precedes another with the same first bound.
+
+    It does by the other bounds, then by the number of actions, which the low bits of the first cost count, and then if
+    it is the later one.
+    """
     row, other_row = paths.row[label], paths.row[other]
     for o in range(1, entries.order.shape[0]):
         e = entries.order[o]
         here = paths.key[label, e] + states.known[row, BOUND + e]
         there = paths.key[other, e] + states.known[other_row, BOUND + e]
+        if e == 0:
+            here, there = here >> shift, there >> shift
         if here != there:
             return bool(here < there)
-    return bool(label > other)
+    here = paths.key[label, 0] + states.known[row, BOUND]
+    there = paths.key[other, 0] + states.known[other_row, BOUND]
+    return bool(here < there or (here == there and label > other))
 
 
 @bare_kernel
 def lexicographic_push(
+    shift: Integer,
     queue: Queue,
     counters: np.ndarray,
     states: States,
@@ -41,7 +50,7 @@ def lexicographic_push(
     while at > 0:
         up = (at - 1) // 2
         if queue.keys[up] < bound or (
-            queue.keys[up] == bound and _precedes(entries, states, paths, queue.items[up], label)
+            queue.keys[up] == bound and _precedes(shift, entries, states, paths, queue.items[up], label)
         ):
             break
         queue.keys[at], queue.items[at] = queue.keys[up], queue.items[up]
@@ -51,7 +60,9 @@ def lexicographic_push(
 
 
 @bare_kernel
-def lexicographic_pop(queue: Queue, counters: np.ndarray, states: States, entries: Entries, paths: Paths) -> None:
+def lexicographic_pop(
+    shift: Integer, queue: Queue, counters: np.ndarray, states: States, entries: Entries, paths: Paths
+) -> None:
     """Remove the first label from the open list."""
     counters[AT.OPEN] -= 1
     count = counters[AT.OPEN]
@@ -64,11 +75,11 @@ def lexicographic_pop(queue: Queue, counters: np.ndarray, states: States, entrie
         if down + 1 < count:
             right, left = queue.keys[down + 1], queue.keys[down]
             if right < left or (
-                right == left and _precedes(entries, states, paths, queue.items[down + 1], queue.items[down])
+                right == left and _precedes(shift, entries, states, paths, queue.items[down + 1], queue.items[down])
             ):
                 down += 1
         if bound < queue.keys[down] or (
-            bound == queue.keys[down] and _precedes(entries, states, paths, label, queue.items[down])
+            bound == queue.keys[down] and _precedes(shift, entries, states, paths, label, queue.items[down])
         ):
             break
         queue.keys[at], queue.items[at] = queue.keys[down], queue.items[down]

@@ -118,7 +118,7 @@ def run(
         pops -= 1
         counters[AT.LOWEST] = queue.keys[0]
         label = queue.items[0]
-        lexicographic_pop(queue, counters, states, entries, paths)
+        lexicographic_pop(space.shift, queue, counters, states, entries, paths)
         known = states.known[paths.row[label]]
         for e in range(scratch.key.shape[0]):
             scratch.key[e] = paths.key[label, e]
@@ -192,7 +192,7 @@ def _enter(
     paths.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
         paths.key[label, e] = scratch.key[e]
-    lexicographic_push(queue, counters, states, entries, paths, scratch.bound[0], label)
+    lexicographic_push(space.shift, queue, counters, states, entries, paths, scratch.bound[0], label)
     counters[AT.LABELS] += 1
     return END.ENTERED
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from itertools import groupby
 from operator import attrgetter, le
 from typing import Any
 
@@ -205,19 +204,13 @@ class ObjectiveSearch(Search):
         return True
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
-        # What a cheaper goal dominates is pruned by the kernel, but for values that only a goal's label shows.
-        pruned = all(o.measure.is_whole for o in self.problem.objectives)
-        if pruned and self.product.shift == 0:
-            # Then the first objective has no low bits, and each goal was popped before all that it might dominate.
+        if all(o.measure.is_whole for o in self.problem.objectives):
+            # Each was popped before all that it might dominate, which the kernel pruned.
             return goals
-        ordered = sorted(goals, key=attrgetter("objectives"))
         points: list[Goal] = []
-        for _, group in groupby(ordered, key=lambda goal: goal.cost if pruned else 0):
-            kept: list[Goal] = []
-            for goal in group:
-                if not any(all(map(le, other.objectives, goal.objectives)) for other in kept):
-                    kept.append(goal)
-            points += kept
+        for goal in sorted(goals, key=attrgetter("objectives")):
+            if not any(all(map(le, other.objectives, goal.objectives)) for other in points):
+                points.append(goal)
         return points
 
 
