@@ -184,22 +184,19 @@ class Search(ABC):
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""
-        parents, ahead = self.labels.parent, np.array(labels, dtype=np.int64)
-        on_path = np.zeros(len(parents) + 1, dtype=bool)
-        on_path[NONE] = True
-        while len(ahead := ahead[~on_path[ahead]]):
-            on_path[ahead] = True
-            ahead = np.unique(parents[ahead])
-        kept = np.flatnonzero(on_path[:-1])
-        number = np.zeros(len(on_path), dtype=np.int64)
-        number[kept] = np.arange(len(kept))
-        before = np.where(parents[kept] == NONE, number[kept], number[parents[kept]])
+        parents, last = self.labels.parent, np.array(labels, dtype=np.int64)
+        generations = [last]
+        while len(generations[-1]):
+            ahead = np.unique(parents[generations[-1]])
+            generations.append(ahead[ahead != NONE])
+        kept = np.unique(np.concatenate(generations))
+        before = np.searchsorted(kept, np.where(parents[kept] == NONE, kept, parents[kept]))
         codes, space = self.states.known[self.labels.row[kept], COL.CODE], self.prepared.space
         automata = codes[:, None] // space.strides % space.automata.sizes
         nodes = codes % space.automata.nodes
         first = np.flatnonzero(parents[kept] == NONE).tolist()
         starts = {k: self._start_of(int(kept[k]), tuple(automata[k].tolist())) for k in first}
-        ends = number[np.array(labels, dtype=np.int64)]
+        ends = np.searchsorted(kept, last)
         if isinstance(self.product, GeneratedProduct):
             return GeneratedPaths(self.product, before, nodes, automata, starts, ends)
         edges = self._edges(kept)

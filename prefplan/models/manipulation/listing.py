@@ -218,7 +218,7 @@ def _breadth_first(
         chunks = [expanded(layer[first : first + CHUNK]) for first in _chunks(len(layer))]
         found += chunks
         reached = np.concatenate([chunk[1] for chunk in chunks])
-        check_limits(EDGE_BYTES * len(reached))
+        _check_limits(len(reached))
         reached = np.unique(reached)
         places = np.searchsorted(known, reached)
         layer = reached[known[np.minimum(places, len(known) - 1)] != reached]
@@ -226,16 +226,22 @@ def _breadth_first(
     codes = np.concatenate(layers)
     order = np.argsort(codes)
     counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in found]) for k in range(4))
-    check_limits(EDGE_BYTES * len(targets))
+    _check_limits(len(targets))
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     return codes, (offsets, order[np.searchsorted(known, targets)].astype(np.int32), actions, prices)
 
 
 def _chunks(states: int) -> Iterator[int]:
-    """Yield where chunks of a layer begin, checking the limits before each."""
+    """Yield where chunks of a layer begin, checking the limits before each but the first."""
     for first in range(0, states, CHUNK):
-        check_limits()
+        _check_limits(first)
         yield first
+
+
+def _check_limits(edges: int) -> None:
+    """Check the limits before memory for some edges is taken, unless they are few: small models are always listed."""
+    if edges >= CHUNK:
+        check_limits(EDGE_BYTES * edges)
 
 
 def table(
