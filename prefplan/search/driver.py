@@ -184,17 +184,18 @@ class Search(ABC):
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""
-        parents, last = self.labels.parent, np.array(labels, dtype=np.int64)
+        last = np.array(labels, dtype=np.int64)
         generations = [last]
         while len(generations[-1]):
-            ahead = np.unique(parents[generations[-1]])
+            ahead = np.unique(self.labels.parent[generations[-1]])
             generations.append(ahead[ahead != NONE])
         kept = np.unique(np.concatenate(generations))
-        before = np.searchsorted(kept, np.where(parents[kept] == NONE, kept, parents[kept]))
+        parents = self.labels.parent[kept]
+        before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
         codes, space = self.states.known[self.labels.row[kept], COL.CODE], self.prepared.space
         automata = codes[:, None] // space.strides % space.automata.sizes
         nodes = codes % space.automata.nodes
-        first = np.flatnonzero(parents[kept] == NONE).tolist()
+        first = np.flatnonzero(parents == NONE).tolist()
         starts = {k: self._start_of(int(kept[k]), tuple(automata[k].tolist())) for k in first}
         ends = np.searchsorted(kept, last)
         if isinstance(self.product, GeneratedProduct):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.ledger import Ledger
+from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower
 from prefplan.plan import Plan
 from prefplan.product.contraction import Graph
@@ -221,5 +222,8 @@ class GeneratedPaths(Paths):
 
     def objectives(self) -> list[tuple[Any, ...]]:
         """Return the exact objectives of every path, from its plan in the model."""
-        plans = map(self.plan, range(len(self.ends)))
-        return [Ledger.of_plan(self.product.problem, plan).exact_objectives() for plan in plans]
+        values = []
+        for number in range(len(self.ends)):
+            values.append(Ledger.of_plan(self.product.problem, self.plan(number)).exact_objectives())
+            check_limits()
+        return values
