@@ -39,7 +39,7 @@ LARGEST_TRIED = 10**15
 """Largest cost, in units, for which a declared contract is tested."""
 
 
-@dataclass(init=False, eq=False)
+@dataclass(init=False)
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 
@@ -69,8 +69,8 @@ class Problem:
     past: Past
     preferences: tuple[NamedPreference, ...] = field(repr=False)
     measure: Measure = field(repr=False)
-    automata: tuple[Automaton, ...] = field(repr=False)
-    monitors: tuple[Automaton, ...] = field(repr=False)
+    automata: tuple[Automaton, ...] = field(repr=False, compare=False)
+    monitors: tuple[Automaton, ...] = field(repr=False, compare=False)
     display: DisplayNames = field(repr=False)
 
     def __init__(

@@ -58,11 +58,11 @@ def cup(run: Run, tmp_path: Path) -> Path:
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
         (["cup.toml", "--seed", "1", "--perturb", "mas=1"], "--perturb: unknown perturbation 'mas' (did you"),
         (["cup.toml", "--perturb", "mass=0.2"], "--perturb: needs --seed"),
-        (["far.toml"], "far.toml: model.locations.shelf"),
+        (["far.toml"], "far.toml: model.locations.tray"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(run: Run, cup: Path, words: list[str], message: str) -> None:
-    (cup / "far.toml").write_text(CUP.replace("[0.60, 0.10]", "[1.60, 0.10]"))
+    (cup / "far.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [1.60, 0.10] }"}))
     assert_is_error(run("run", *words, "--no-video", "--json"), message)
 
 
@@ -163,10 +163,10 @@ def test_ctrl_c_leaves_what_is_known(run: Run, cup: Path, monkeypatch: pytest.Mo
 
 
 def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: Any, **options: Any) -> None:
+    def interrupted(self: Any, objective: str, **options: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("prefplan.planner.Planner.cheapest", interrupted)
+    monkeypatch.setattr("prefplan.planner.Planner.best", interrupted)
     result = run("run", "cup.toml", "--json")
     assert result.status == 130
     assert (result.json["complete"], result.json["plan"], result.json["executed"]) == (False, None, [])

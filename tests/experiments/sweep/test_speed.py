@@ -6,7 +6,6 @@ import mujoco
 import pytest
 from scenario_texts import PAST_A_TOWER
 
-from experiments import scenarios
 from experiments.sweep import speed
 from prefplan.scenario.decode import loads
 
@@ -14,7 +13,7 @@ from prefplan.scenario.decode import loads
 def test_the_parts_of_a_run_add_up_and_nothing_stays_timed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(scenarios, "find", lambda name: loads(PAST_A_TOWER, name=name))
+    monkeypatch.setattr(speed, "load", lambda name: loads(PAST_A_TOWER, name=name))
     before = mujoco.mj_step
     assert speed.main(["--repeats", "1", "--scenario", "kitchen"]) == 0
     assert mujoco.mj_step is before
