@@ -85,9 +85,9 @@ def refuted(name: str, plan: pp.Plan) -> list[str]:
             "case_study_2_skip20",
             1,
             0,
-            "10 more than the cheapest: after tacos it goes to grocer instead of cheese, so that phi4 is done as written "
-            "instead of relaxed for 12 and phi5 is done as written instead of skipped for 20, although phi1 is relaxed "
-            "for 15.",
+            "10 more than the cheapest: after tacos it goes to grocer instead of cheese, so that phi4 is done as "
+            "written instead of relaxed for 12 and phi5 is done as written instead of skipped for 20, although phi1 "
+            "is relaxed for 15.",
         ),
         (
             "example",
