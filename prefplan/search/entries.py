@@ -77,7 +77,7 @@ class Program(NamedTuple):
     function: Any
 
 
-class Paths(NamedTuple):
+class KeyedLabels(NamedTuple):
     """Labels.
 
     Attributes:

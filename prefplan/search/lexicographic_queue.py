@@ -9,28 +9,30 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.product.kernels import Integer, bare_kernel
-from prefplan.search.entries import BOUND, Entries, Paths
+from prefplan.search.entries import BOUND, Entries, KeyedLabels
 from prefplan.search.labels import AT, Queue, States
 
 
 @bare_kernel
-def _precedes(shift: Integer, entries: Entries, states: States, paths: Paths, label: Integer, other: Integer) -> bool:
+def _precedes(
+    shift: Integer, entries: Entries, states: States, labels: KeyedLabels, label: Integer, other: Integer
+) -> bool:
     """Return whether a label precedes another with the same first bound.
 
     It does by the other bounds, then by the number of actions, which the low bits of the first cost count, and then if
     it is the later one.
     """
-    row, other_row = paths.row[label], paths.row[other]
+    row, other_row = labels.row[label], labels.row[other]
     for o in range(1, entries.order.shape[0]):
         e = entries.order[o]
-        here = paths.key[label, e] + states.known[row, BOUND + e]
-        there = paths.key[other, e] + states.known[other_row, BOUND + e]
+        here = labels.key[label, e] + states.known[row, BOUND + e]
+        there = labels.key[other, e] + states.known[other_row, BOUND + e]
         if e == 0:
             here, there = here >> shift, there >> shift
         if here != there:
             return bool(here < there)
-    here = paths.key[label, 0] + states.known[row, BOUND]
-    there = paths.key[other, 0] + states.known[other_row, BOUND]
+    here = labels.key[label, 0] + states.known[row, BOUND]
+    there = labels.key[other, 0] + states.known[other_row, BOUND]
     return bool(here < there or (here == there and label > other))
 
 
@@ -41,7 +43,7 @@ def lexicographic_push(
     counters: np.ndarray,
     states: States,
     entries: Entries,
-    paths: Paths,
+    labels: KeyedLabels,
     bound: Integer,
     label: Integer,
 ) -> None:
@@ -50,7 +52,7 @@ def lexicographic_push(
     while at > 0:
         up = (at - 1) // 2
         if queue.keys[up] < bound or (
-            queue.keys[up] == bound and _precedes(shift, entries, states, paths, queue.items[up], label)
+            queue.keys[up] == bound and _precedes(shift, entries, states, labels, queue.items[up], label)
         ):
             break
         queue.keys[at], queue.items[at] = queue.keys[up], queue.items[up]
@@ -61,7 +63,7 @@ def lexicographic_push(
 
 @bare_kernel
 def lexicographic_pop(
-    shift: Integer, queue: Queue, counters: np.ndarray, states: States, entries: Entries, paths: Paths
+    shift: Integer, queue: Queue, counters: np.ndarray, states: States, entries: Entries, labels: KeyedLabels
 ) -> None:
     """Remove the first label from the open list."""
     counters[AT.OPEN] -= 1
@@ -75,11 +77,11 @@ def lexicographic_pop(
         if down + 1 < count:
             right, left = queue.keys[down + 1], queue.keys[down]
             if right < left or (
-                right == left and _precedes(shift, entries, states, paths, queue.items[down + 1], queue.items[down])
+                right == left and _precedes(shift, entries, states, labels, queue.items[down + 1], queue.items[down])
             ):
                 down += 1
         if bound < queue.keys[down] or (
-            bound == queue.keys[down] and _precedes(shift, entries, states, paths, label, queue.items[down])
+            bound == queue.keys[down] and _precedes(shift, entries, states, labels, label, queue.items[down])
         ):
             break
         queue.keys[at], queue.items[at] = queue.keys[down], queue.items[down]

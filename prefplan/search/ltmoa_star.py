@@ -33,7 +33,7 @@ from prefplan.search.entries import (
     FIRST,
     SIZE,
     Entries,
-    Paths,
+    KeyedLabels,
     Program,
     Vector,
     compute,
@@ -80,7 +80,7 @@ def run(
     program: Program,
     bounds: ObjectiveBounds,
     states: States,
-    paths: Paths,
+    labels: KeyedLabels,
     queue: Queue,
     counters: np.ndarray,
     limits: np.ndarray,
@@ -94,15 +94,15 @@ def run(
 
     Arguments are as for `boa_star.run`, except:
         entries: the layout of labels. program: how some are computed. bounds: heuristics.
-        paths: labels. queue: by the bound of the first objective. limits: (O,) int64, inclusive, of the objectives in
-            the order of comparison.
+        labels: with their keys. queue: by the bound of the first objective.
+        limits: (O,) int64, inclusive, of the objectives in the order of comparison.
         begin: (K, entries). buffer: a successor's `cost` is the number of its edge or action if `entries.edge_costs`
             has columns.
         vectors: truncated vectors. scratch: for one label.
     """
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            memory = states, paths, queue, counters, limits, begin, buffer
+            memory = states, labels, queue, counters, limits, begin, buffer
             end = _enter(space, entries, program, bounds, *memory, vectors, scratch)
             if end != END.ENTERED:
                 return end
@@ -111,17 +111,17 @@ def run(
             return END.EXHAUSTED
         if pops == 0:
             return END.PAUSED
-        if counters[VECTORS] + 2 * _most_vectors(states, paths.row[queue.items[0]]) > vectors.of_states.shape[0]:
+        if counters[VECTORS] + 2 * _most_vectors(states, labels.row[queue.items[0]]) > vectors.of_states.shape[0]:
             return MORE_VECTORS
         if counters[GOALS] == vectors.of_goals.shape[0]:
             return MORE_GOALS
         pops -= 1
         counters[AT.LOWEST] = queue.keys[0]
         label = queue.items[0]
-        lexicographic_pop(space.shift, queue, counters, states, entries, paths)
-        known = states.known[paths.row[label]]
+        lexicographic_pop(space.shift, queue, counters, states, entries, labels)
+        known = states.known[labels.row[label]]
         for e in range(scratch.key.shape[0]):
-            scratch.key[e] = paths.key[label, e]
+            scratch.key[e] = labels.key[label, e]
         write_vectors(space.shift, entries, known, scratch)
         if _is_beaten(limits, counters[GOALS], vectors, known, scratch):
             continue
@@ -140,7 +140,7 @@ def _enter(
     program: Program,
     bounds: ObjectiveBounds,
     states: States,
-    paths: Paths,
+    labels: KeyedLabels,
     queue: Queue,
     counters: np.ndarray,
     limits: np.ndarray,
@@ -151,9 +151,9 @@ def _enter(
 ) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     parent, k = counters[AT.PARENT], next_successor(counters)
-    satisfied = np.int64(0) if parent == NONE else states.known[paths.row[parent], COL.SATISFIED]
+    satisfied = np.int64(0) if parent == NONE else states.known[labels.row[parent], COL.SATISFIED]
     for e in range(scratch.key.shape[0]):
-        scratch.key[e] = begin[k, e] if parent == NONE else paths.key[parent, e]
+        scratch.key[e] = begin[k, e] if parent == NONE else labels.key[parent, e]
     if parent != NONE:
         paid = buffer.violation[k]
         if not follow(space.shift, entries, satisfied, buffer.cost[k], paid, space.automata.pays, scratch.key):
@@ -186,13 +186,13 @@ def _enter(
         if scratch.bound[o] >= INFINITE:
             return END.TOO_LARGE
     label = counters[AT.LABELS]
-    if label == paths.row.shape[0]:
+    if label == labels.row.shape[0]:
         return END.MORE_LABELS
-    paths.row[label], paths.parent[label] = row, parent
-    paths.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
+    labels.row[label], labels.parent[label] = row, parent
+    labels.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
-        paths.key[label, e] = scratch.key[e]
-    lexicographic_push(space.shift, queue, counters, states, entries, paths, scratch.bound[0], label)
+        labels.key[label, e] = scratch.key[e]
+    lexicographic_push(space.shift, queue, counters, states, entries, labels, scratch.bound[0], label)
     counters[AT.LABELS] += 1
     return END.ENTERED
 

@@ -22,7 +22,7 @@ from prefplan.product.space import Space
 from prefplan.product.starts import Start
 from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Search
-from prefplan.search.entries import BOUND, Paths, Vector
+from prefplan.search.entries import BOUND, KeyedLabels, Vector
 from prefplan.search.entry_map import EntryMap
 from prefplan.search.labels import AT, COL, END, States, growth_of
 from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vectors
@@ -35,7 +35,7 @@ VECTORS_MADE_AT_FIRST = 2**14
 class ObjectiveSearch(Search):
     """LTMOA* over all objectives of a problem."""
 
-    labels: Paths
+    labels: KeyedLabels
     pops = 2_000
 
     def __init__(
@@ -142,9 +142,9 @@ class ObjectiveSearch(Search):
         widths = len(self.entries.compared), len(self.scratch.bound) - 1
         self.vectors = Vectors(*(np.empty((VECTORS_MADE_AT_FIRST, width), np.int64) for width in widths))
 
-    def _new_labels(self, count: int) -> Paths:
+    def _new_labels(self, count: int) -> KeyedLabels:
         rows, parents, steps = (np.empty(count, np.int32) for _ in range(3))
-        return Paths(rows, parents, steps, np.empty((count, self.entry_map.size), np.int64))
+        return KeyedLabels(rows, parents, steps, np.empty((count, self.entry_map.size), np.int64))
 
     def _run(self, pops: int) -> int:
         space, entries, program, bounds = self.prepared.space, self.entries, self._valuations.program, self.bounds
