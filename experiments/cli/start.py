@@ -17,7 +17,7 @@ def tell_if_compiling(*, quiet: bool = False) -> None:
     from prefplan.warm_up import is_compiled
 
     if not quiet and not is_compiled():
-        print("prefplan: compiling the search, once; this takes about a minute", file=sys.stderr, flush=True)
+        print("prefplan: compiling the search, once; this takes 10 to 30 seconds", file=sys.stderr, flush=True)
 
 
 @contextmanager
