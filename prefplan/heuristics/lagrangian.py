@@ -25,7 +25,7 @@ import numpy as np
 
 from prefplan.heuristics.sweep import Stages
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.product.contraction import NODE_LIMIT
+from prefplan.product.contraction import NODE_LIMIT, bits_of
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
@@ -145,8 +145,8 @@ def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Wei
         order=stages.order,
         sizes=stages.sizes,
         ends=stages.ends,
-        active=_bits(after != np.arange(after.shape[1])[None, :, None]),
-        kept=_bits(place >= 0),
+        active=bits_of(after != np.arange(after.shape[1])[None, :, None]),
+        kept=bits_of(place >= 0),
         first=first,
         here=place.copy(),
         onward=np.take_along_axis(place, after.astype(np.int64), axis=1),
@@ -155,11 +155,6 @@ def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Wei
     )
     run_within_limits(lambda stop: fill(sweep, table, stop))
     return Lagrangian(weights, first, places, table)
-
-
-def _bits(sets: np.ndarray) -> np.ndarray:
-    """Return (N, Q) sets of nodes, given as (N, Q, S) bool, as bits."""
-    return (sets.astype(np.uint64) << np.arange(sets.shape[2], dtype=np.uint64)).sum(axis=2, dtype=np.uint64)
 
 
 class LagrangianSweep(NamedTuple):

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.product.contraction import Graph, all_pairs_costs
+from prefplan.product.contraction import Graph
 from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 
@@ -70,7 +70,7 @@ def landmarks(product: Product, graph: Graph) -> Landmarks | None:
     """Return the landmarks of a product; none unless its graph is contracted, or if costs are too large."""
     if not graph.contracted or not product.starts:
         return None
-    least = all_pairs_costs(graph.near, np.ones(graph.size, dtype=bool))
+    least = graph.least
     if ((least < INFINITE) & (least >= DISCONNECTED // SCALE)).any():
         return None
     remaining, sets = _sets(product, graph)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.product.contraction import Graph, active_nodes, all_pairs_costs
+from prefplan.product.contraction import Graph, active_nodes
 from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 
@@ -57,7 +57,7 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
     order = order_of_states(product.delta, product.sizes)
     if not len(order):
         return None
-    least, active = all_pairs_costs(graph.near, np.ones(graph.size, dtype=bool)), active_nodes(product, graph)
+    least, active = graph.least, active_nodes(product, graph)
     return Stages(least, graph.classes, active, product.delta, order, product.ends, product.sizes)
 
 

@@ -56,6 +56,18 @@ class Graph:
         near[np.repeat(np.arange(self.size), np.diff(self.offsets)), self.targets] = self.costs
         return near
 
+    @cached_property
+    def least(self) -> np.ndarray:
+        """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none."""
+        least: np.ndarray = all_pairs_costs(self.near, np.ones(self.size, dtype=bool))
+        return least
+
+
+def bits_of(sets: np.ndarray) -> np.ndarray:
+    """Return sets of at most NODE_LIMIT nodes, given as (..., S) bool, as (...,) uint64."""
+    bits = np.uint64(1) << np.arange(sets.shape[-1], dtype=np.uint64)
+    return np.where(sets, bits, np.uint64(0)).sum(axis=-1, dtype=np.uint64)
+
 
 def whole_graph(product: Product) -> Graph:
     """Return the transition system itself; without nodes and edges where states are generated."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.product.contraction import Graph, all_pairs_costs, changes
+from prefplan.product.contraction import Graph, bits_of, changes
 from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.moves import Generated
 from prefplan.product.product_automaton import Product
@@ -105,9 +105,9 @@ def space_of(product: Product, graph: Graph) -> Space:
     edges = shortcuts = None
     if graph.contracted:
         automata = _by_node(automata, graph.classes)
-        active = _bits(changes(product)[:, :, graph.classes])
+        active = bits_of(changes(product)[:, :, graph.classes])
         scratch = np.empty((2, graph.size), np.int64)
-        shortcuts = Shortcuts(graph.near, _through(graph.near), active, *scratch)
+        shortcuts = Shortcuts(graph.near, _through(graph), active, *scratch)
     elif product.generated is None:
         edges = Edges(graph.offsets, graph.targets, graph.costs, graph.classes)
     return Space(automata, edges, shortcuts, product.generated, graph.shift)
@@ -154,16 +154,10 @@ def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.concatenate(padded)
 
 
-def _bits(sets: np.ndarray) -> np.ndarray:
-    """Return sets of at most 64 nodes, given as (..., S) bool, as (...,) uint64."""
-    bits = np.uint64(1) << np.arange(sets.shape[-1], dtype=np.uint64)
-    return (sets * bits).sum(axis=-1, dtype=np.uint64)
-
-
-def _through(near: np.ndarray) -> np.ndarray:
+def _through(graph: Graph) -> np.ndarray:
     """Return (S, S) for each two nodes those on paths cheaper than their edge, as bits."""
-    least = all_pairs_costs(near, np.ones(len(near), dtype=bool))
-    return _bits((least[:, :, None] + least[None, :, :] < near[:, None, :]).transpose(0, 2, 1))
+    least = graph.least
+    return bits_of((least[:, :, None] + least[None, :, :] < graph.near[:, None, :]).transpose(0, 2, 1))
 
 
 @bare_kernel

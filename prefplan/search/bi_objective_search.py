@@ -12,7 +12,7 @@ from prefplan.heuristics.preprocessing import Prepared
 from prefplan.product.kernels import UNBOUNDED
 from prefplan.search import boa_star
 from prefplan.search.driver import Search, in_units
-from prefplan.search.labels import AT, COL, NONE
+from prefplan.search.labels import AT, COL, NONE, growth_of
 
 
 class BiObjectiveSearch(Search):
@@ -43,6 +43,7 @@ class BiObjectiveSearch(Search):
         self.max_cost = max_cost
         self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
         self._cost_only, self.single = cost_only, single
+        self._growth = growth_of(prepared.product)
         super().__init__(prepared, max_cost)
 
     def reset(self) -> None:
@@ -66,7 +67,7 @@ class BiObjectiveSearch(Search):
             pops = math.ceil(wait)
         space, bounds, cost_only = self.prepared.space, self.prepared.bounds, self._cost_only
         memory = self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer
-        return int(boa_star.run(space, self.growth, bounds, *memory, cost_only, pops))
+        return int(boa_star.run(space, self._growth, bounds, *memory, cost_only, pops))
 
     def _objectives(self, label: int) -> tuple[Fraction, Fraction]:
         units, constant = self.product.units, self.product.problem.measure.constant

@@ -182,7 +182,7 @@ def _enter(
             return END.MORE_ROWS
         states.known[row, LIKELY] = likely
         lookups = min(most, counters[AT.LOWEST] - after)
-        bound_state(space, bounds, buffer.code[k], slack, lookups, states.known[row], buffer.automata)
+        _bound_state(space, bounds, buffer.code[k], slack, lookups, states.known[row], buffer.automata)
     known = states.known[row]
     if known[COL.GROWTH_BOUND] >= slack or known[COST_BOUND] > most:
         return END.ENTERED
@@ -205,7 +205,7 @@ def _enter(
 
 
 @bare_kernel
-def bound_state(
+def _bound_state(
     space: Space,
     bounds: Bounds,
     code: Integer,

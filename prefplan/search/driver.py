@@ -29,7 +29,6 @@ from prefplan.search.labels import (
     PRODUCT_LIMIT,
     Queue,
     States,
-    growth_of,
     rehash,
 )
 from prefplan.search.paths import GeneratedPaths, Paths
@@ -60,7 +59,6 @@ class Search(ABC):
     def __init__(self, prepared: Prepared, max_cost: float) -> None:
         """Make the first labels; `max_cost` is an inclusive bound in units."""
         self.prepared, self.product = prepared, prepared.product
-        self.growth = growth_of(self.product)
         self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
         self.reset()
 

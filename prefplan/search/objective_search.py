@@ -24,7 +24,7 @@ from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Search
 from prefplan.search.entries import BOUND, KeyedLabels, Vector
 from prefplan.search.entry_map import EntryMap
-from prefplan.search.labels import AT, COL, END, States, growth_of
+from prefplan.search.labels import AT, COL, END, States
 from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vectors
 from prefplan.search.result import Goal
 from prefplan.search.valuations import FALL, Valuations, ordered_number
@@ -59,7 +59,7 @@ class ObjectiveSearch(Search):
         Raises:
             OverflowError: 64 bits may not be enough.
         """
-        self.product, self.problem, self.growth = product, product.problem, growth_of(product)
+        self.product, self.problem = product, product.problem
         self.entry_map = EntryMap.of(product)
         self._valuations = Valuations(self.entry_map)
         # Under a general contract a detour through states that change nothing may be worth its cost.

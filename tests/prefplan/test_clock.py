@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenario_texts import task_tables
 
 import prefplan
 from prefplan import Expression, GridModel, Order, Planner, Problem, Relaxation, Rule, Sum, Task, WeightedSum
@@ -108,17 +109,14 @@ costs = { transit = 3, grasp = 1, transport = 5, release = 1 }
 LOCATIONS
 [model.objects]
 OBJECTS
-TASKS
-[preference]
-kind = "order"
 """
 
 
 def blocks(number: int) -> Problem:
     locations = "\n".join(f"s{k} = {{ at = [0.{30 + 5 * k}, 0.0] }}" for k in range(number + 2))
     objects = "\n".join(f'o{k} = {{ start = "s{k}" }}' for k in range(number))
-    tasks = "\n".join(f'[[tasks]]\nname = "t{k}"\nformula = "F o{k}_s{k + 1}"' for k in range(number))
-    return loads(BLOCKS.replace("LOCATIONS", locations).replace("OBJECTS", objects).replace("TASKS", tasks)).problem()
+    tasks = task_tables(**{f"t{k}": f"F o{k}_s{k + 1}" for k in range(number)})
+    return loads(BLOCKS.replace("LOCATIONS", locations).replace("OBJECTS", objects) + tasks).problem()
 
 
 def plan_all(make: Callable[[], Problem]) -> None:
