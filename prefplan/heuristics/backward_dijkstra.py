@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.models.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.contraction import Graph, active_nodes, all_pairs_costs
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 
 

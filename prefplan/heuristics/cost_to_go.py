@@ -19,8 +19,8 @@ from prefplan.heuristics.backward_dijkstra import (
 )
 from prefplan.heuristics.sweep import never_lose, stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
+from prefplan.models.kernels import INFINITE, UNREACHABLE
 from prefplan.product.contraction import Graph
-from prefplan.product.kernels import INFINITE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 
 WATCHED_ENTRIES = 100_000

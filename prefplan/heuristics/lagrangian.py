@@ -25,8 +25,8 @@ import numpy as np
 
 from prefplan.heuristics.sweep import Stages
 from prefplan.limits import check_limits, run_within_limits
+from prefplan.models.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.contraction import NODE_LIMIT, bits_of
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 
 LARGEST = 30_000
 """Largest entry of a table, in its units: twice as much fits 16 bits."""

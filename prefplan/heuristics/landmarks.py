@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
+from prefplan.models.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.contraction import Graph
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 
 MOST_LANDMARKS = 62

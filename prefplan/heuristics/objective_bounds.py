@@ -23,10 +23,10 @@ from prefplan.heuristics.preference_bound import Blocks, block_entry, blocks, no
 from prefplan.heuristics.preprocessing import ENTRY_BYTES, TABLES_SHARE, Options
 from prefplan.heuristics.projections import Projections, place_of
 from prefplan.heuristics.task_sets import TaskSets, table_entry
+from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.product.contraction import Graph
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 from prefplan.product.product_automaton import Product
 
 

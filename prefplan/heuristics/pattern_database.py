@@ -19,7 +19,7 @@ from prefplan.heuristics.cost_to_go import Backward, enter_costs
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projections import Projections, place_of
 from prefplan.heuristics.task_sets import TaskSets, joined_groups, table_entry, task_sets
-from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
 """Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a

@@ -20,9 +20,9 @@ from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import Patterns
 from prefplan.heuristics.projections import Projections, place_of
 from prefplan.heuristics.task_sets import TaskSets, table_entry, task_sets
+from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate
-from prefplan.product.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 BLOCK_SIZE = 3
 """Most tasks in a block of several groups; with four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks).

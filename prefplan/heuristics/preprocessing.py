@@ -19,9 +19,9 @@ from prefplan.heuristics.landmarks import Landmarks, landmarks
 from prefplan.heuristics.pattern_database import Patterns, patterns, projected_patterns, scaled, sets_of_tasks
 from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
 from prefplan.heuristics.projections import Projections
+from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import space_of
 

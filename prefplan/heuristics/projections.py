@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.models.kernels import Integer, bare_kernel
 from prefplan.models.manipulation.successors import unpack
-from prefplan.product.kernels import Integer, bare_kernel
 
 
 class Projections(NamedTuple):

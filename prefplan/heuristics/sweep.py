@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
+from prefplan.models.kernels import NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.contraction import Graph, active_nodes
-from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel, kernel
 from prefplan.product.product_automaton import Product
 
 LARGEST_SIMULATED = 1_000

@@ -13,7 +13,7 @@ import numpy as np
 
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, bare_kernel
 
 
 class TaskSets(NamedTuple):

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
+from prefplan.models.kernels import INFINITE, NO_EDGE, Integer, kernel
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.kernels import INFINITE, NO_EDGE, Integer, kernel
 from prefplan.product.product_automaton import Product
 
 NODE_LIMIT = 64

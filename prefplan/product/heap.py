@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, bare_kernel
 
 
 @bare_kernel

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.models.kernels import Integer, bare_kernel
 from prefplan.product.contraction import Graph, bits_of, changes
-from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.moves import Generated
 from prefplan.product.product_automaton import Product
 

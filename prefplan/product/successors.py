@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.models.kernels import NO_EDGE, Integer, bare_kernel
 from prefplan.models.manipulation.successors import pack, write_steps
-from prefplan.product.kernels import NO_EDGE, Integer, bare_kernel
 from prefplan.product.moves import Generated
 from prefplan.product.space import Automata, Edges, Shortcuts, Space, decode
 

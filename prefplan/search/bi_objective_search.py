@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.product.kernels import UNBOUNDED
+from prefplan.models.kernels import UNBOUNDED
 from prefplan.search import boa_star
 from prefplan.search.driver import Search, in_units
 from prefplan.search.labels import AT, COL, NONE, growth_of

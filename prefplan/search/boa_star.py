@@ -19,7 +19,7 @@ from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, add
 from prefplan.heuristics.preference_bound import preference_bound
 from prefplan.heuristics.preprocessing import Bounds
 from prefplan.heuristics.projections import observe
-from prefplan.product.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
 from prefplan.product.space import Space, decode
 from prefplan.product.successors import Successors
 from prefplan.search.labels import (

@@ -15,8 +15,8 @@ from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
+from prefplan.models.kernels import UNBOUNDED
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
 from prefplan.product.successors import successor_buffer

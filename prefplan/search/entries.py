@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, bare_kernel
 from prefplan.search.labels import COLUMNS, END
 
 # Columns of a product state's row after those of `labels`: where its truncated vectors begin, how many there are, how

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.pattern_database import LIKELY
+from prefplan.models.kernels import Integer, bare_kernel
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.kernels import Integer, bare_kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Space, masks
 from prefplan.product.successors import Successors, successors

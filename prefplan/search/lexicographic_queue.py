@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prefplan.product.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, bare_kernel
 from prefplan.search.entries import BOUND, Entries, KeyedLabels
 from prefplan.search.labels import AT, Queue, States
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from prefplan.heuristics.objective_bounds import ObjectiveBounds, write_bounds
 from prefplan.heuristics.projections import observe
-from prefplan.product.kernels import INFINITE, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.space import Space, decode
 from prefplan.product.successors import Successors
 from prefplan.search.entries import (

@@ -15,8 +15,8 @@ from prefplan.front import Stats
 from prefplan.heuristics.objective_bounds import objective_bounds
 from prefplan.heuristics.preprocessing import Options, Prepared, require_64_bits
 from prefplan.limits import Limits
+from prefplan.models.kernels import INFINITE, UNBOUNDED
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
-from prefplan.product.kernels import INFINITE, UNBOUNDED
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Space
 from prefplan.product.starts import Start

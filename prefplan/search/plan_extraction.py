@@ -10,9 +10,9 @@ import numpy as np
 
 from prefplan.exact_costs import exact, to_number
 from prefplan.ledger import Ledger
+from prefplan.models.kernels import Integer, kernel
 from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph
-from prefplan.product.kernels import Integer, kernel
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
 

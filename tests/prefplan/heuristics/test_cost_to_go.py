@@ -13,8 +13,8 @@ from judge.random_problems import random_problem
 from prefplan import Order, Problem, Task, TransitionSystem
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.sweep import never_lose
+from prefplan.models.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.contraction import Graph, contract
-from prefplan.product.kernels import INFINITE, NO_EDGE, UNREACHABLE
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 

@@ -14,8 +14,8 @@ from judge.verdict import OPTIONS, verdict
 from prefplan.heuristics import preprocessing
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import LARGEST, Weights, lagrangian_bound, lagrangian_table, weights_for
+from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import contract
-from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 

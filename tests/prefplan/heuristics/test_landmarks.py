@@ -13,8 +13,8 @@ from judge.problems import GraphProblem
 from prefplan import Order, Planner, Problem, Task, TransitionSystem
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound, landmarks
+from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import contract
-from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 

@@ -12,8 +12,8 @@ from judge.random_problems import random_errands, random_problem
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.max_min import max_min, task_distances
+from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import whole_graph
-from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
 

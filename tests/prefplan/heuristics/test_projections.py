@@ -15,9 +15,9 @@ from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import added_bound
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.heuristics.projections import observe
+from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.kernels import INFINITE
 from prefplan.product.product_automaton import Product
 
 
