@@ -6,6 +6,7 @@ from pathlib import Path
 
 from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.logic.tasks import Task
+from prefplan.models.kernels import COMPILED
 from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
@@ -19,7 +20,9 @@ from prefplan.search.labels import rehash
 
 
 def is_compiled() -> bool:
-    """Return whether the machine code of the search is cached on disk."""
+    """Return whether the machine code of the search is cached on disk, or not needed."""
+    if not COMPILED:
+        return True
     code = f"{Path(boa_star.__file__).stem}.run-*.nbi"
     return any(Path(boa_star.run.stats.cache_path).glob(code))  # type: ignore[attr-defined]
 

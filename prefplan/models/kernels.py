@@ -16,6 +16,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 Integer: TypeAlias = "int | np.integer[Any]"
 
+COMPILED: bool = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
+"""Whether kernels are compiled: `NUMBA_DISABLE_JIT=1` runs them in Python, for a debugger."""
+
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
 
@@ -47,6 +50,8 @@ def _compiled(function: F, **options: Any) -> F:
     # C code calls none of them.
     options |= {"no_cfunc_wrapper": True}
     dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
+    if not COMPILED:
+        return function
     forget_outdated(Path(dispatcher.stats.cache_path))
     return cast(F, dispatcher)
 
