@@ -57,6 +57,7 @@ def _compiled(function: F, **options: Any) -> F:
 
 
 KERNEL_SOURCES = (
+    "models/kernels.py",
     "models/manipulation/slots.py",
     "models/manipulation/successors.py",
     "product/*.py",

@@ -23,7 +23,8 @@ from prefplan.warm_up import is_compiled
 
 steps = [("s", "go", "t", 2), ("t", "go", "s", 1)]
 system = TransitionSystem.from_transitions(steps, start="s", labels={"s": ["a"], "t": ["b"]})
-print([plan.cost for plan in pareto_front(Problem(system, [Task("x", "F b"), Task("y", "F a")], Order()))], is_compiled())
+front = pareto_front(Problem(system, [Task("x", "F b"), Task("y", "F a")], Order()))
+print([plan.cost for plan in front], is_compiled())
 """
     done = subprocess.run(
         [sys.executable, "-c", script], env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True
