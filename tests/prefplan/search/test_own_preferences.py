@@ -11,7 +11,7 @@ import pytest
 from judge.preferences import EXPRESSIONS, named, random_preference, reference
 from judge.verdict import exact_limit, verdict
 
-from prefplan import Function, Options, Planner, Problem
+from prefplan import Expression, Function, Options, Planner, Problem, Task, TransitionSystem
 from prefplan.scenario.decode import from_dict
 
 
@@ -50,3 +50,10 @@ def test_a_function_has_the_front_of_the_expression_that_it_computes(seed: int) 
     assert points(Problem(problem.system, problem.tasks, same), max_cost=limit) == [
         (cost, pytest.approx(preference, rel=1e-9)) for cost, preference in points(problem, max_cost=limit)
     ]
+
+
+def test_a_detour_that_pays_may_have_more_actions_than_the_product_has_states() -> None:
+    steps = [("s", "wait", "s", 3), ("s", "go", "t", 2), ("t", "go", "u", 1)]
+    system = TransitionSystem.from_transitions(steps, start="s", labels={"t": ["b"], "u": ["c"]})
+    problem = Problem(system, [Task("x", "F c"), Task("y", "F b")], Expression("max(0, x - y) / (1 + y)"))
+    assert points(problem, max_cost=300) == [(3 + 3 * k, pytest.approx(1 / (3 + 3 * k))) for k in range(100)]
