@@ -157,7 +157,7 @@ def is_long_float(cost: Number) -> bool:
     """Return whether a cost is a float of more than 12 digits, which was probably computed."""
     if not isinstance(cost, (float, np.floating)):
         return False
-    return len(Decimal(str(cost)).normalize().as_tuple().digits) > RESOLVED_DIGITS
+    return bool(type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost)
 
 
 def resolution_of(values: Collection[Fraction]) -> Fraction | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,16 +16,13 @@ import numpy as np
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.exact_costs import Number
 from prefplan.models.costs import DEFAULT_COST
-from prefplan.models.graph_readers import Listing, ending, read
+from prefplan.models.graph_readers import ENDS, Listing, ending, read
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import check_names
 
 LARGEST_COST = 1e15
 """Costs of a file are floats, which represent all whole numbers up to this exactly."""
-
-ENDS = ("from", "to")
-"""Columns of the nodes that an edge leaves, and leads to."""
 
 NOT_COSTS = (*ENDS, "key", "id", "action")
 """Attributes of edges that are never taken for their cost unasked."""
@@ -98,22 +96,14 @@ class GraphFileModel:
 
     @property
     def known_propositions(self) -> frozenset[str]:
-        """Every name that a formula may use; files are read if they may have labels.
-
-        Raises:
-            ModelError: as in `network`.
-        """
+        """Every name that a formula may use; files are read if they may have labels (errors as in `network`)."""
         with_labels = isinstance(self.file, str) and ending(self.file) in (".graphml", ".json")
         if with_labels or ending(self.nodes or "") == ".csv":
             return self.network.system.propositions
         return self.propositions.union(*self.labels.values())
 
     def transition_system(self) -> TransitionSystem:
-        """Return the graph as a weighted transition system.
-
-        Raises:
-            ModelError: as in `network`.
-        """
+        """Return the graph as a weighted transition system; errors as in `network`."""
         return self.network.system
 
     @cached_property
@@ -133,7 +123,7 @@ class GraphFileModel:
             label_of[index[name]] = label_of.get(index[name], frozenset()).union(more)
         source, target = (np.array([index[name] for name in edges.edges[end]], dtype=np.int64) for end in ENDS)
         kept = np.flatnonzero(~_dominated(source * len(index) + target, costs))
-        actions, action_names = _actions(edges, kept, index, source[kept])
+        actions, action_names = _actions(edges, kept, index)
         system = TransitionSystem.from_arrays(
             states=tuple(index),
             start=index[str(self.start)],
@@ -152,10 +142,10 @@ class GraphFileModel:
         """Return the edges of the first file, and their (C, E) costs."""
         if isinstance(self.file, str):
             edges, cost = read(self.folder, self.file, "file"), self.cost
-            keys = (
-                {f"cost.{name}": each for name, each in cost.items()} if isinstance(cost, Mapping) else {"cost": cost}
-            )
-            return edges, np.array([_costs(edges, _attribute(edges, key, each)) for key, each in keys.items()])
+            if not isinstance(cost, Mapping):
+                return edges, np.array([_costs(edges, _attribute(edges, "cost", cost))])
+            attributes = [_attribute(edges, f"cost.{name}", each) for name, each in cost.items()]
+            return edges, np.array([_costs(edges, each) for each in attributes])
         for name, file in self.file.items():
             if ending(file) != ".gr":
                 what = f"a file that ends in .gr, not {file!r}; other files have all costs"
@@ -190,16 +180,16 @@ def _attribute(edges: Listing, key: str, wanted: str | None) -> str | None:
     return numbers[0] if numbers else None
 
 
-def _costs(edges: Listing, attribute: str | None) -> list[float]:
-    """Return the cost of every edge: its value of an attribute, or 1 for None."""
+def _costs(edges: Listing, attribute: str | None) -> np.ndarray:
+    """Return (E,) the cost of every edge: its value of an attribute, or 1 for None."""
     if attribute is None:
-        return [1.0] * len(edges.edges["from"])
+        return np.ones(len(edges.edges["from"]))
     values = edges.edges[attribute]
-    costs = [_number(value) for value in values]
-    for row, cost in enumerate(costs):
-        if not 0 <= cost <= LARGEST_COST:
-            why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
-            raise ModelError(f"{edges.edge(row)}: {attribute} is {why}: {values[row]!r}")
+    costs = np.array([_number(value) for value in values])
+    for row in np.flatnonzero(~((costs >= 0) & (costs <= LARGEST_COST)))[:1]:
+        cost = costs[row]
+        why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
+        raise ModelError(f"{edges.edge(row)}: {attribute} is {why}: {values[row]!r}")
     return costs
 
 
@@ -243,40 +233,34 @@ def _points(nodes: Listing, count: int) -> np.ndarray | None:
 def _dominated(pairs: np.ndarray, costs: np.ndarray) -> np.ndarray:
     """Return (E,) bool, the edges that a parallel edge dominates; parallel edges have the same number in `pairs`."""
     dominated = np.zeros(len(pairs), dtype=bool)
-    for edges in _groups(pairs):
+    _, pair, counts = np.unique(pairs, return_inverse=True, return_counts=True)
+    parallel = defaultdict[int, list[int]](list)
+    for edge in np.flatnonzero(counts[pair] > 1).tolist():
+        parallel[pair[edge]].append(edge)
+    for edges in parallel.values():
         for edge in edges:
             other, own = costs[:, edges], costs[:, [edge]]
             dominated[edge] = ((other <= own).all(axis=0) & (other < own).any(axis=0)).any()
     return dominated
 
 
-def _groups(numbers: np.ndarray) -> list[np.ndarray]:
-    """Return, for each number that occurs more than once, where it does, in order."""
-    order = np.argsort(numbers, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)
-    return [group for group in groups if len(group) > 1]
-
-
-def _actions(
-    edges: Listing, rows: np.ndarray, index: Mapping[str, int], sources: np.ndarray
-) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return (E,) actions of some edges and the names of all actions, see `Network`.
+def _actions(edges: Listing, rows: np.ndarray, index: Mapping[str, int]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the action of some edges and the names of all actions, see `Network`.
 
     Raises:
         ModelError: edges of one action lead from a node to different nodes.
     """
-    source, target = (edges.edges[end] for end in ENDS)
-    given = edges.edges.get("action", target)
-    names = dict(index)
-    actions = np.array(
-        [names.setdefault(str(given[row] or target[row]), len(names)) for row in rows.tolist()], dtype=np.int64
-    )
-    for group in _groups(sources * len(names) + actions):
-        first, *others = rows[group]
-        name = str(given[first] or target[first])
-        for number, (edge, row) in enumerate(zip(group[1:], others, strict=True), start=2):
-            if target[row] != target[first]:
-                place = f"{edges.place}action {name!r} leaves node {source[row]!r}"
-                raise ModelError(f"{place} twice, to different nodes")
-            actions[edge] = names.setdefault(f"{name}#{number}", len(names))
-    return actions, tuple(names)
+    sources, targets = (edges.edges[end] for end in ENDS)
+    given = edges.edges.get("action", targets)
+    names, actions = dict(index), list[int]()
+    leads, times = dict[tuple[str, str], str](), Counter[tuple[str, str]]()
+    for row in rows.tolist():
+        name = str(given[row] or targets[row])
+        action = sources[row], name
+        if leads.setdefault(action, targets[row]) != targets[row]:
+            where = f"{edges.place}action {name!r} leaves node {sources[row]!r}"
+            raise ModelError(f"{where} twice, to different nodes")
+        times[action] += 1
+        numbered = name if times[action] == 1 else f"{name}#{times[action]}"
+        actions.append(names.setdefault(numbered, len(names)))
+    return np.array(actions, dtype=np.int64), tuple(names)

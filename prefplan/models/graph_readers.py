@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+import gc
 import gzip
 import json
 import warnings
 import zlib
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import TextIOWrapper
 from itertools import chain, count
@@ -26,6 +27,12 @@ T = TypeVar("T")
 
 Columns = dict[str, list[Any]]
 """Values of each attribute, one for each node or edge; None or empty where it has none."""
+
+ENDS = ("from", "to")
+"""Columns of the nodes that an edge leaves, and leads to."""
+
+COLUMNS = {"file": ("a", *ENDS, "cost"), "nodes": ("v", "node", "x", "y")}
+"""Words on a line of a DIMACS file of edges or of nodes; the first one is the kind of the line."""
 
 NODE_COLUMNS = ("node", "x", "y", "labels")
 
@@ -78,18 +85,23 @@ def read(folder: Path, name: str, key: str) -> Listing:
         ModelError: it cannot be read or is invalid; the message begins with the key, the file and, where the format
             has lines, the line.
     """
-    readers, path = READERS[key], folder / name
+    readers, path, collects = READERS[key], folder / name, gc.isenabled()
     if ending(name) not in readers:
         raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and .gz")
     check_limits()
+    # Reading makes millions of objects and drops none; looking for garbage among them takes a third of the time.
+    gc.disable()
     with prefixed(f"{key}: {name}: ", ModelError):
-        if not path.is_file():
-            raise ModelError("no such file beside the scenario")
         try:
             with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as file:
-                return replace(readers[ending(name)](cast(BinaryIO, file)), place=f"{key}: {name}: ")
+                return replace(readers[ending(name)](cast(BinaryIO, file), key), place=f"{key}: {name}: ")
+        except FileNotFoundError:
+            raise ModelError("no such file beside the scenario") from None
         except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
             raise ModelError(f"cannot be read: {error}") from None
+        finally:
+            if collects:
+                gc.enable()
 
 
 def _clocked(value: T) -> T:
@@ -99,7 +111,7 @@ def _clocked(value: T) -> T:
     return value
 
 
-def _graphml(file: BinaryIO) -> Listing:
+def _graphml(file: BinaryIO, key: str) -> Listing:
     try:
         with warnings.catch_warnings(action="ignore"):
             return _of_graph(nx.read_graphml(file, node_type=_clocked, force_multigraph=True))
@@ -109,7 +121,7 @@ def _graphml(file: BinaryIO) -> Listing:
         raise ModelError(f"not GraphML: {error}") from None
 
 
-def _node_link(file: BinaryIO) -> Listing:
+def _node_link(file: BinaryIO, key: str) -> Listing:
     try:
         top = {"nodes": [], **json.load(file, object_hook=_clocked), "multigraph": True}
         edges = next((key for key in EDGE_LISTS if key in top), EDGE_LISTS[0])
@@ -128,12 +140,12 @@ def _node_link(file: BinaryIO) -> Listing:
 def _of_graph(graph: nx.MultiGraph) -> Listing:
     """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
-    nodes = _columns([data for _, data in graph.nodes(data=True)], graph.graph.get("node_default", {}))
-    edges = _columns([data for *_, data in directed.edges(data=True)], graph.graph.get("edge_default", {}))
-    nodes["node"] = [str(node) for node in graph]
-    edges["from"] = [str(source) for source, _ in directed.edges()]
-    edges["to"] = [str(target) for _, target in directed.edges()]
-    return Listing(nodes, edges, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
+    sources, targets, edges = zip(*directed.edges(data=True), strict=True) if directed.size() else ((), (), ())
+    nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))
+    nodes["node"] = list(map(str, graph))
+    columns = _columns(edges, graph.graph.get("edge_default", {}))
+    columns |= {"from": list(map(str, sources)), "to": list(map(str, targets))}
+    return Listing(nodes, columns, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
 
 
 def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -> Columns:
@@ -141,59 +153,37 @@ def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -
     return {name: [entry.get(name, default.get(name)) for entry in entries] for name in names}
 
 
-def _csv_edges(file: BinaryIO) -> Listing:
-    edges, lines = _csv(file, "from", "to")
-    return Listing(edges=edges, lines=lines)
-
-
-def _csv_nodes(file: BinaryIO) -> Listing:
-    nodes, _ = _csv(file, "node")
-    for name in nodes:
-        check_known("line 1", "column", name, NODE_COLUMNS)
-    return Listing(nodes)
-
-
-def _csv(file: BinaryIO, *required: str) -> tuple[Columns, Sequence[int]]:
-    """Return a table with a header line that has some columns, and the lines of its rows."""
+def _csv(file: BinaryIO, key: str) -> Listing:
+    """Return the edges or the nodes of a table with a header line."""
     text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
     rows = csv.reader(map(_clocked, text), skipinitialspace=True, strict=True)
     try:
         header = next(filter(None, rows), [])
-        for name in (*required, *header):
+        for name in (*(ENDS if key == "file" else NODE_COLUMNS[:1]), *header):
             if header.count(name) != 1:
                 wrong = "two columns" if name in header else "no column"
                 raise ModelError(f"line 1: {wrong} {name!r} (columns: {', '.join(header) or 'none'})")
-        return _table(((rows.line_num, row) for row in filter(None, rows)), header)
+            if key == "nodes":
+                check_known("line 1", "column", name, NODE_COLUMNS)
+        return _table(((rows.line_num, row) for row in rows if row), header, key)
     except csv.Error as error:
         raise ModelError(f"line {rows.line_num}: not CSV: {error}") from None
 
 
-def _dimacs_arcs(file: BinaryIO) -> Listing:
-    rows = _dimacs(file)
+def _dimacs(file: BinaryIO, key: str) -> Listing:
+    """Return the arcs or the nodes of a file of the 9th DIMACS challenge."""
+    lines = enumerate(map(_clocked, TextIOWrapper(file, encoding="utf-8")), start=1)
+    rows = ((line, words) for line, text in lines if (words := text.split()) and words[0] != "c")
     _, heading = next(rows, (1, []))
-    edges, lines = _table(rows, ["a", "from", "to", "cost"])
-    if heading[:2] + heading[3:] != ["p", "sp", str(len(lines))]:
-        raise ModelError(f"must begin with 'p sp NODES ARCS', not {' '.join(heading)!r}; it has {len(lines)} arcs")
-    return Listing(edges=edges, lines=lines)
+    listing = replace(_table(rows, COLUMNS[key], key), degrees=CHALLENGE_DEGREES)
+    count = len(listing.lines)
+    if key == "file" and heading[:2] + heading[3:] != ["p", "sp", str(count)]:
+        raise ModelError(f"must begin with 'p sp NODES ARCS', not {' '.join(heading)!r}; it has {count} arcs")
+    return listing
 
 
-def _dimacs_nodes(file: BinaryIO) -> Listing:
-    rows = _dimacs(file)
-    next(rows, None)
-    nodes, _ = _table(rows, ["v", "node", "x", "y"])
-    return Listing(nodes, degrees=CHALLENGE_DEGREES)
-
-
-def _dimacs(file: BinaryIO) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the words of every line but comments, the heading first."""
-    for line, text in enumerate(map(_clocked, TextIOWrapper(file, encoding="utf-8")), start=1):
-        words = text.split()
-        if words and words[0] != "c":
-            yield line, words
-
-
-def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str]) -> tuple[Columns, Sequence[int]]:
-    """Return the rows of a table as columns, and the line of each row."""
+def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str], key: str) -> Listing:
+    """Return the edges or the nodes of the rows of a table, each given with its line."""
     columns, lines = [list[Any]() for _ in names], array("q")
     for line, row in rows:
         if len(row) != len(names):
@@ -201,11 +191,12 @@ def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str]) -> tuple
         lines.append(line)
         for column, value in zip(columns, row, strict=True):
             column.append(intern(value))
-    return dict(zip(names, columns, strict=True)), lines
+    table = dict(zip(names, columns, strict=True))
+    return Listing(edges=table, lines=lines) if key == "file" else Listing(nodes=table, lines=lines)
 
 
-READERS: dict[str, dict[str, Callable[[BinaryIO], Listing]]] = {
-    "file": {".graphml": _graphml, ".csv": _csv_edges, ".json": _node_link, ".gr": _dimacs_arcs},
-    "nodes": {".csv": _csv_nodes, ".co": _dimacs_nodes},
+READERS: dict[str, dict[str, Callable[[BinaryIO, str], Listing]]] = {
+    "file": {".graphml": _graphml, ".csv": _csv, ".json": _node_link, ".gr": _dimacs},
+    "nodes": {".csv": _csv, ".co": _dimacs},
 }
 """Readers by the key of `[model]` and the suffix of the file that it names."""
