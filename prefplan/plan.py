@@ -11,9 +11,8 @@ from itertools import accumulate
 from operator import ge
 from typing import cast, overload
 
-from prefplan.drawing.cell_map import CellMap, map_picture
+from prefplan.drawing.cell_map import Cell, CellMap, map_picture
 from prefplan.drawing.timeline import timeline
-from prefplan.drawing.trail import Cell
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import number, numbered

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap
-from prefplan.drawing.trail import Cell, Trail, trail
+from experiments.figures.trail import Trail, trail
+from prefplan.drawing.cell_map import Cell
 from prefplan.models.grid import GridBox, GridModel
 from prefplan.plan import Plan
 from prefplan.problem import Problem

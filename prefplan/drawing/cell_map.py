@@ -6,11 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from itertools import cycle
+from itertools import cycle, groupby, pairwise
 from typing import NamedTuple
 
 from prefplan.drawing import svg
-from prefplan.drawing.trail import Cell, Trail, trail
+
+Cell = tuple[int, int]
+"""x y."""
 
 Boxes = Mapping[str, Sequence[tuple[int, int, int, int]]]
 """Boxes x0 y0 x1 y1 by name, corners inclusive, in cells."""
@@ -26,6 +28,9 @@ MARGIN_PX, TITLE_PX, NAMES_PX = 8.0, 28.0, 130.0
 
 MOST_LINED = 60
 """Most cells of a side whose borders are drawn."""
+
+ARROW_CELLS, LANE_CELLS = 5, 0.1
+"""Cells per arrow on a straight part of the path, and the distance of arrows from it, cells."""
 
 OBSTACLE, GROUND, BORDER = "#555b66", "#efe6d3", "#dfe3e8"
 
@@ -58,13 +63,12 @@ def map_picture(cells: CellMap, states: Sequence[Cell], done: Mapping[str, int],
     """
     width, height = cells.size
     frame = _Frame(min(CELL_PX, SIDE_PX / max(width, height)), height)
-    way = trail(states)
     tasks: dict[int, list[str]] = {}
     for task, step in done.items():
         tasks.setdefault(step, []).append(task)
-    parts = [*_ground(cells, frame), *_path(way, frame)]
+    parts = [*_ground(cells, frame), *_path(states, frame)]
     for step, names in tasks.items():
-        x, y = frame.point(*way.states[step])
+        x, y = frame.point(*states[step])
         parts.append(svg.element("circle", cx=x, cy=y, r=5, fill=svg.PATH, stroke=svg.PAPER, stroke_width=1.5))
         parts.append(svg.text(x + 6, y + 16, ", ".join(names), font_weight="bold", fill=svg.PATH))
     wide = max(frame.side * width + NAMES_PX, svg.LETTER_PX * 1.1 * len(title))
@@ -109,14 +113,21 @@ def _ground(cells: CellMap, frame: _Frame) -> Iterator[str]:
         yield svg.text(x + 3, y + svg.FONT_PX if inside else y - 3, name)
 
 
-def _path(way: Trail, frame: _Frame) -> Iterator[str]:
-    """Yield the path with its arrows, and the start as a ring."""
-    line = svg.points(frame.point(x, y) for x, y in way.line)
+def _path(states: Sequence[Cell], frame: _Frame) -> Iterator[str]:
+    """Yield the path with arrows on its right, where those of a way back do not meet them, and the start as a ring."""
+    corners, arrows = [states[0]], []
+    for (dx, dy), run in groupby((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(states)):
+        (x, y), length = corners[-1], len(list(run))
+        corners.append((x + length * dx, y + length * dy))
+        count = max(1, round(length / ARROW_CELLS))
+        middles = [length * (k + 0.5) / count for k in range(count)]
+        arrows += [(x + m * dx + LANE_CELLS * dy, y + m * dy - LANE_CELLS * dx, dx, dy) for m in middles]
+    line = svg.points(frame.point(x, y) for x, y in corners)
     yield svg.element("polyline", points=line, fill="none", stroke=svg.PATH, stroke_width=2)
     reach = min(5.0, max(2.5, 0.2 * frame.side))
-    for x, y, dx, dy in way.arrows:
-        x, y = frame.point(x, y)
-        place = f"translate({x:.2f} {y:.2f}) rotate({math.degrees(math.atan2(-dy, dx)):.0f}) scale({reach:.2f})"
+    for right, up, dx, dy in arrows:
+        px, py = frame.point(right, up)
+        place = f"translate({px:.2f} {py:.2f}) rotate({math.degrees(math.atan2(-dy, dx)):.0f}) scale({reach:.2f})"
         yield svg.element("path", d="M1 0L-1 0.7V-0.7z", transform=place, fill=svg.PATH)
-    x, y = frame.point(*way.states[0])
-    yield svg.element("circle", cx=x, cy=y, r=5, fill=svg.PAPER, stroke=svg.PATH, stroke_width=2)
+    px, py = frame.point(*states[0])
+    yield svg.element("circle", cx=px, cy=py, r=5, fill=svg.PAPER, stroke=svg.PATH, stroke_width=2)

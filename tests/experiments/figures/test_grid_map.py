@@ -10,8 +10,8 @@ import numpy as np
 from experiments.figures.grid_map import MOST_CELLS, GridMap
 from experiments.figures.maps import map_of, svg
 from experiments.figures.plan_map import PlanMap
+from experiments.figures.trail import LANE, LANES, trail
 from prefplan import Order, Plan, Problem, Scenario, Task, cheapest_plan
-from prefplan.drawing.trail import LANE, LANES, trail
 from prefplan.models.grid import GridModel
 
 

@@ -9,8 +9,7 @@ from itertools import groupby
 
 import numpy as np
 
-Cell = tuple[int, int]
-"""x y."""
+from prefplan.drawing.cell_map import Cell
 
 LANE = 0.15
 """Distance between adjacent lanes, in which overlapping parts of a path are drawn, cells."""
