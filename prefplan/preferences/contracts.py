@@ -15,6 +15,7 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from prefplan.errors import PreferenceError
@@ -67,16 +68,9 @@ def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, spa
     trials = _Trials(formula, tasks, where, span)
     for _ in range(TRIALS // 4):
         check_limits()
-        trajectory = trials.trajectory()
-        before = next(trajectory)
-        for after in trajectory:
+        for before, after in pairwise(trials.trajectory()):
             if after < before:
                 raise PreferenceError(f"{where}: falls along a trajectory, from {before} to {after}")
-            before = after
-        for i in formula.violations:
-            dearer = trials.at(before.costs, [v + trials.draw() * (k == i) for k, v in enumerate(before.violations)])
-            if dearer < before:
-                raise PreferenceError(f"{where}: falls as a violation cost rises, from {before} to {dearer}")
 
 
 def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
@@ -84,12 +78,11 @@ def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: 
     if formula.contract == "general":
         return
     trials = _Trials(formula, tasks, where, span)
+    refutation = trials.fall_at_larger_costs if formula.contract == "componentwise" else trials.unequal_growth
     for _ in range(TRIALS):
         check_limits()
-        if formula.contract == "componentwise":
-            trials.compare_costs()
-        else:
-            trials.compare_labels()
+        if (words := refutation()) is not None:
+            raise PreferenceError(f"{where}: not {formula.contract}: {words}")
 
 
 @dataclass(frozen=True)
@@ -97,8 +90,7 @@ class _Point:
     """mu at some costs and violation costs."""
 
     value: Any
-    costs: list[Fraction]
-    violations: list[Fraction]
+    vector: CostLists
     tasks: Sequence[str]
 
     def __lt__(self, other: _Point) -> bool:
@@ -109,7 +101,7 @@ class _Point:
 
     def __str__(self) -> str:
         """Return the value and the costs in words."""
-        return f"{float(self.value):g} at {text_of_costs((self.costs, self.violations), self.tasks)}"
+        return f"{float(self.value):g} at {text_of_costs(self.vector, self.tasks)}"
 
 
 class _Trials:
@@ -122,59 +114,58 @@ class _Trials:
     def draw(self) -> Fraction:
         return self._span.draw(self._rng)
 
-    def at(self, costs: list[Fraction], violations: list[Fraction]) -> _Point:
-        value = value_at((costs, violations), self._formula, self._tasks, self._where)
-        return _Point(value, costs, violations, self._tasks)
+    def below(self, most: Fraction) -> Fraction:
+        return self.draw() % (most + self._span.smallest)
+
+    def chance(self, probability: float) -> bool:
+        return self._rng.random() < probability
+
+    def at(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> _Point:
+        vector = [*costs], [*violations]
+        return _Point(value_at(vector, self._formula, self._tasks, self._where), vector, self._tasks)
 
     def trajectory(self) -> Iterator[_Point]:
-        """Yield mu along a trajectory, from its start on."""
+        """Yield mu along a trajectory, from its start on: before and after each payment, and after each step."""
         costs, violations, unsatisfied = [Fraction(0)] * self._size, [Fraction(0)] * self._size, set(range(self._size))
-        yield self.at([*costs], [*violations])
+        yield self.at(costs, violations)
         for _ in range(self._rng.randint(1, 2 * self._size + 2)):
             step = self.draw()
             for i in unsatisfied:
                 costs[i] += step
-                if self._rng.random() < 0.3:
-                    violations[i] += self.draw()
-            unsatisfied -= {i for i in unsatisfied if self._rng.random() < 0.3}
-            yield self.at([*costs], [*violations])
+            yield self.at(costs, violations)
+            if self._formula.violations:
+                for i in unsatisfied:
+                    violations[i] += self.draw() * self.chance(0.3)
+                yield self.at(costs, violations)
+            unsatisfied -= {i for i in unsatisfied if self.chance(0.3)}
 
-    def compare_costs(self) -> None:
-        """Raise PreferenceError if mu is less at larger costs."""
+    def fall_at_larger_costs(self) -> str | None:
+        """Return in words that mu is less at larger costs; None if it is not."""
         low = [[self.draw() for _ in range(self._size)] for _ in range(2)]
-        high = [[x + (self.draw() if self._rng.random() < 0.5 else 0) for x in values] for values in low]
+        high = [[x + self.draw() * self.chance(0.5) for x in values] for values in low]
         cheap, dear = self.at(*low), self.at(*high)
-        if dear < cheap:
-            raise PreferenceError(f"{self._where}: not componentwise: {cheap} but only {dear}")
+        return f"{cheap} but only {dear}" if dear < cheap else None
 
-    def compare_labels(self) -> None:
-        """Raise PreferenceError if, of two labels with one satisfied set, the better by (cost, mu) falls behind."""
-        tasks, rng, contract = range(self._size), self._rng, self._formula.contract
-        satisfied = {i for i in tasks if rng.random() < 0.5}
-        spent = sorted(self.draw() for _ in range(2))
-        if contract == "additive" and rng.random() < 0.5:
-            spent[1] = spent[0]
-        frozen = [[self.draw() % (g + self._span.smallest) for _ in tasks] for g in spent]
-        violations = [[self.draw() if self._formula.violations else Fraction(0) for _ in tasks] for _ in spent]
+    def unequal_growth(self) -> str | None:
+        """Return in words how mu of two labels with one satisfied set grows against the contract; None if it does not.
 
-        def after(k: int, steps: Sequence[Fraction]) -> _Point:
-            costs = [frozen[k][i] if i in satisfied else spent[k] + steps[i] for i in tasks]
-            return self.at(costs, violations[k])
-
-        better, worse = 0, 1
-        starts = [after(k, [Fraction(0)] * self._size) for k in (better, worse)]
-        if starts[worse] < starts[better]:
-            if spent[0] < spent[1]:
-                return
-            better, worse = worse, better
-        total = self.draw()
-        steps = [self.draw() % (total + self._span.smallest) if rng.random() < 0.5 else total for _ in tasks]
-        ends = [after(k, steps) for k in (0, 1)]
-        first, second = (ends[k].value - starts[k].value for k in (better, worse))
-        error = TOLERANCE * max(1, *(abs(end.value) for end in ends))
-        if ends[worse] < ends[better] or (contract == "additive" and abs(first - second) > error):
-            grows = [f"from {starts[k]} to {ends[k]}" for k in (better, worse)]
-            raise PreferenceError(f"{self._where}: not {contract}: mu grows {grows[0]}, but {grows[1]}")
+        The same actions follow. Of an additive mu, the growth must be equal; else the label that is cheaper and no
+        worse must stay no worse.
+        """
+        tasks, total = range(self._size), self.draw()
+        satisfied = {i for i in tasks if self.chance(0.5)}
+        growth = [self.below(total) if self.chance(0.5) else total for _ in tasks]
+        points = []
+        for spent in sorted((self.draw(), self.draw())):
+            costs = [self.below(spent) if i in satisfied else spent for i in tasks]
+            later = [c if i in satisfied else c + more for i, (c, more) in enumerate(zip(costs, growth, strict=True))]
+            paid = [self.draw() if self._formula.violations else Fraction(0) for _ in tasks]
+            points += [self.at(costs, paid), self.at(later, paid)]
+        cheap, cheap_end, dear, dear_end = points
+        error = TOLERANCE * max(1, abs(cheap_end.value), abs(dear_end.value))
+        unequal = abs((cheap_end.value - cheap.value) - (dear_end.value - dear.value)) > error
+        fails = unequal if self._formula.contract == "additive" else not dear < cheap and dear_end < cheap_end
+        return f"mu grows from {cheap} to {cheap_end}, but from {dear} to {dear_end}" if fails else None
 
 
 def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where: str) -> Any:
