@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import accumulate
 from typing import Any
 
 from prefplan.exact_costs import Number, exact, running_totals, to_number
@@ -85,7 +84,7 @@ class Ledger:
             for purchase in bought:
                 if purchase.assume is not None and purchase.step < len(read):
                     read[purchase.step] |= {purchase.assume}
-            states[task.name] = tuple(accumulate(read, automaton.step, initial=0))[1:]
+            states[task.name] = automaton.run(read)
         return cls(
             problem,
             tuple(actions),

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.dfa import Automaton, first_accepted
+from prefplan.logic.dfa import Automaton
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
@@ -159,7 +159,7 @@ class Problem:
 
     def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
         """Return, by name, after how many actions a trace breaks each rule that it breaks."""
-        found = {rule.name: first_accepted(dfa, labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
+        found = {rule.name: dfa.first_accepted(labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
         return {name: step for name, step in found.items() if step is not None}
 
     @cached_property

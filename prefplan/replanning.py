@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from functools import reduce
 
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
@@ -51,7 +50,7 @@ def continue_as_preferred(problem: Problem, past: Past, system: System) -> Plan:
 def damaged(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:
     """Return the names of the tasks that no continuation of a trace satisfies without relaxations."""
     automata = zip(problem.names, problem.automata, strict=True)
-    return tuple(name for name, dfa in automata if reduce(dfa.step, labels, 0) == dfa.dead)
+    return tuple(name for name, dfa in automata if dfa.dead in dfa.run(labels))
 
 
 def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, ...]:

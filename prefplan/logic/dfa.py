@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 
 from prefplan.errors import FormulaError
 from prefplan.limits import check_limits
@@ -81,19 +82,18 @@ class Automaton:
         """Return the state after reading a label."""
         return leaf(self.transitions[state], label)
 
+    def run(self, labels: Iterable[frozenset[str]]) -> tuple[int, ...]:
+        """Return the state after each of some labels."""
+        return tuple(accumulate(labels, self.step, initial=0))[1:]
+
+    def first_accepted(self, labels: Iterable[frozenset[str]]) -> int | None:
+        """Return the first of some labels after which the state is accepting, by number; None if there is none."""
+        states = self.run(labels)
+        return states.index(self.accepting) if self.accepting in states else None
+
     def guards(self, state: int) -> Iterator[tuple[dict[str, bool], int]]:
         """Yield each guard, as the propositions it fixes, with the state it leads to."""
         return paths(self.transitions[state])
-
-
-def first_accepted(dfa: Automaton, labels: Iterable[frozenset[str]]) -> int | None:
-    """Return the first position at which an automaton that reads some labels is in its accepting state, or None."""
-    state = 0
-    for position, label in enumerate(labels):
-        state = dfa.step(state, label)
-        if state == dfa.accepting:
-            return position
-    return None
 
 
 def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
@@ -118,19 +118,52 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
     return Automaton(text, names, tuple(merged), accepting, dead, not counts_steps(tree))
 
 
-class _Obligations:
-    """The obligations met so far, numbered."""
+class _Progression:
+    """The obligations met so far, numbered, and what is left of formulas after a letter."""
 
-    def __init__(self) -> None:
+    def __init__(self, diagrams: Diagrams) -> None:
         self.formulas: list[Formula] = []
+        self._branch = diagrams.branch
+        self._either = diagrams.lift(lambda a, b: self._irredundant(a | b))
+        self._both = diagrams.lift(lambda a, b: self._irredundant({x | y for x in a for y in b}))
         self._implies = cache(lambda one, other: implies(self.formulas[one], self.formulas[other]))
+        self.asked, self._read = cache(self._asked), cache(self._rest)
 
-    def add(self, formula: Formula) -> int:
-        """Return the number of a new obligation."""
-        self.formulas.append(formula)
-        return len(self.formulas) - 1
+    def after(self, state: Antichain) -> Diagram:
+        """Return what is left of a state after one letter, for every letter."""
+        clauses = [[self._read(self.formulas[k]) for k in clause] for clause in sorted(map(sorted, state))]
+        return self._either(_FALSE, *(self._both(_TRUE, *clause) for clause in clauses))
 
-    def irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
+    def _asked(self, f: Formula) -> Diagram:
+        """Return the antichain of what a formula asks for from the next letter on."""
+        match f:
+            case Truth(value):
+                return _TRUE if value else _FALSE
+            case And(operands):
+                return self._both(*map(self.asked, operands))
+            case Or(operands):
+                return self._either(*map(self.asked, operands))
+        self.formulas.append(f)
+        return frozenset({frozenset({len(self.formulas) - 1})})
+
+    def _rest(self, f: Formula) -> Diagram:
+        """Return what is left of a formula after one letter, for every letter."""
+        match f:
+            case Literal(name, positive):
+                return self._branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
+            case And(operands):
+                return self._both(*map(self._read, operands))
+            case Or(operands):
+                return self._either(*map(self._read, operands))
+            case Until(left, right, low):
+                waits = self._both(self._read(left), self.asked(later(f)))
+                return waits if low else self._either(self._read(right), waits)
+            case BoundedRelease(left, right, low):
+                waits = self._either(self._read(left), self.asked(later(f)))
+                return waits if low else self._both(self._read(right), waits)
+        return self.asked(f)
+
+    def _irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
         """Return the weakest of some sets of obligations, each without those that others in it imply."""
         clauses = list(clauses)
         numbers = frozenset[int]().union(*clauses)
@@ -161,41 +194,8 @@ def implies(one: Formula, other: Formula) -> bool:
 
 def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Diagram], list[set[int]], int | None]:
     """Return the transitions between antichains, their successors, and the number of `true` if it is reached."""
-    met = _Obligations()
-    either = diagrams.lift(lambda a, b: met.irredundant(a | b))
-    both = diagrams.lift(lambda a, b: met.irredundant({x | y for x in a for y in b}))
-
-    @cache
-    def obligations(f: Formula) -> Diagram:
-        """Return the antichain of what a formula asks for from the next letter on."""
-        match f:
-            case Truth(value):
-                return _TRUE if value else _FALSE
-            case And(operands):
-                return both(*map(obligations, operands))
-            case Or(operands):
-                return either(*map(obligations, operands))
-        return frozenset({frozenset({met.add(f)})})
-
-    @cache
-    def read(f: Formula) -> Diagram:
-        """Return what is left of a formula after one letter, for every letter."""
-        match f:
-            case Literal(name, positive):
-                return diagrams.branch(name, _TRUE if positive else _FALSE, _FALSE if positive else _TRUE)
-            case And(operands):
-                return both(*map(read, operands))
-            case Or(operands):
-                return either(*map(read, operands))
-            case Until(left, right, low):
-                waits = both(read(left), obligations(later(f)))
-                return waits if low else either(read(right), waits)
-            case BoundedRelease(left, right, low):
-                waits = either(read(left), obligations(later(f)))
-                return waits if low else both(read(right), waits)
-        return obligations(f)
-
-    queue: list[Antichain] = [obligations(formula)]  # type: ignore[list-item]
+    progression = _Progression(diagrams)
+    queue: list[Antichain] = [progression.asked(formula)]  # type: ignore[list-item]
     number = {queue[0]: 0}
 
     def enter(state: Antichain) -> int:
@@ -211,9 +211,7 @@ def _progress(formula: Formula, text: str, diagrams: Diagrams) -> tuple[list[Dia
     successors: list[set[int]] = []
     for state in queue:
         successors.append(set())
-        clauses = [[read(met.formulas[k]) for k in clause] for clause in sorted(map(sorted, state))]
-        after = either(_FALSE, *(both(_TRUE, *clause) for clause in clauses))
-        transitions.append(diagrams.map(after, enter))
+        transitions.append(diagrams.map(progression.after(state), enter))
     return transitions, successors, number.get(_TRUE)
 
 
