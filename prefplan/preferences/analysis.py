@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,21 +10,24 @@ from prefplan.errors import PreferenceError
 from prefplan.preferences.expression import ARITHMETIC, Constant, Operation, Tree, Variable, fold, to_text
 from prefplan.preferences.terms import Maximum, SpreadRate, Tardiness, Term, Violation, WeightedRate
 
+LARGEST_COST = Fraction(10) ** 500
+"""More than any cost of a plan: no number given is beyond 1e400 (`exact_costs.exact`)."""
+
 _ONE = Constant(Fraction(1))
 
 
 @dataclass(frozen=True)
 class Shape:
-    """Properties of an expression for all costs >= 0.
+    """Properties of an expression for all costs from 0 to `LARGEST_COST`.
 
     Attributes:
-        low, high: bounds of its values, exact or infinite.
+        low, high: exact bounds of its values.
         rising: whether it never falls in any variable.
         falling: whether it never rises in any variable.
     """
 
-    low: Fraction | float
-    high: Fraction | float
+    low: Fraction
+    high: Fraction
     rising: bool
     falling: bool
 
@@ -35,8 +37,8 @@ class Shape:
 
     def __add__(self, other: Shape) -> Shape:
         """Return the shape of the sum."""
-        low, high = _sum(self.low, other.low), _sum(self.high, other.high)
-        return Shape(low, high, self.rising and other.rising, self.falling and other.falling)
+        rising, falling = self.rising and other.rising, self.falling and other.falling
+        return Shape(self.low + other.low, self.high + other.high, rising, falling)
 
     def __sub__(self, other: Shape) -> Shape:
         """Return the shape of the difference."""
@@ -48,7 +50,7 @@ class Shape:
             return -(-self * other)
         if other.high <= 0 and other.low < 0:
             return -(self * -other)
-        corners = [_times(x, y) for x in (self.low, self.high) for y in (other.low, other.high)]
+        corners = [x * y for x in (self.low, self.high) for y in (other.low, other.high)]
         rising = falling = False
         if self.low >= 0 and other.low >= 0:
             rising, falling = self.rising and other.rising, self.falling and other.falling
@@ -62,8 +64,7 @@ class Shape:
         """Return the shape of the quotient; the divisor is never 0."""
         if other.low <= 0:
             return -self / -other
-        low = 1 / other.high if other.high < math.inf else Fraction(0)
-        return self * Shape(low, 1 / other.low, other.falling, other.rising)
+        return self * Shape(1 / other.high, 1 / other.low, other.falling, other.rising)
 
     def __abs__(self) -> Shape:
         """Return the shape of the absolute value."""
@@ -87,22 +88,9 @@ def shape(tree: Tree) -> Shape:
     return fold(
         tree,
         lambda value: Shape(value, value, True, True),
-        lambda _: Shape(Fraction(0), math.inf, True, False),
+        lambda _: Shape(Fraction(0), LARGEST_COST, True, False),
         combine,
     )
-
-
-def _sum(x: Fraction | float, y: Fraction | float) -> Fraction | float:
-    # A fraction is converted to a float to be added to infinity, for which it may be too large.
-    return x if abs(x) == math.inf else y if abs(y) == math.inf else x + y
-
-
-def _times(x: Fraction | float, y: Fraction | float) -> Fraction | float:
-    if x == 0 or y == 0:
-        return Fraction(0)
-    if math.inf in (abs(x), abs(y)):
-        return math.inf if (x > 0) == (y > 0) else -math.inf
-    return x * y
 
 
 def check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
