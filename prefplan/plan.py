@@ -14,8 +14,8 @@ from typing import cast, overload
 from prefplan.drawing.cell_map import Cell, CellMap, map_picture
 from prefplan.drawing.timeline import timeline
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import number, numbered
+from prefplan.text.names import DisplayNames
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""

@@ -55,20 +55,14 @@ def cheapest_plan(problem: ProblemLike, *, options: Options | None = None, **lim
 
     Raises:
         NoPlanError: if there is none; its `reason` says why.
-        UnfinishedError: if a limit ended the search first.
+        UnfinishedError: if a limit ended the search first; its `best` is the best plan known by then.
         PreferenceError: if a cost bound is needed.
     """
     return Planner(problem, options=options).cheapest(**limits)
 
 
 def preferred_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
-    """Return the plan of least mu, and of least total cost among those; arguments are those of `cheapest_plan`.
-
-    Raises:
-        NoPlanError: if there is none, or its mu exceeds the bound.
-        UnfinishedError: if a limit ended the search first; its `best` is the plan of least mu known by then.
-        PreferenceError: if a cost bound is needed.
-    """
+    """Return the plan of least mu, and of least total cost among those; for the rest see `cheapest_plan`."""
     return Planner(problem, options=options).preferred(**limits)
 
 
@@ -77,13 +71,10 @@ def best_plan(
 ) -> Plan:
     """Return the plan of least value of an objective, a cost or preference given by name.
 
-    Ties go to the least values of the other objectives, in their order. Other arguments are those of `cheapest_plan`.
+    Ties go to the least values of the other objectives, in their order. For the rest see `cheapest_plan`.
 
     Raises:
-        NoPlanError: if there is none within the bounds.
-        UnfinishedError: if a limit ended the search first; its `best` is the best plan known by then.
         PrefplanError: if there is no objective with this name.
-        PreferenceError: if a cost bound is needed.
     """
     return Planner(problem, options=options).best(objective, **limits)
 
@@ -102,10 +93,6 @@ class Planner:
         self.stats = Stats()
         self._options = options or Options()
         self._reduction = Reduction(self.problem, generated=self._options.generated)
-
-    @property
-    def _product(self) -> Product:
-        return self._reduction.product
 
     def front(
         self, *, over: Collection[str] = (), keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]
@@ -200,7 +187,7 @@ class Planner:
         """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
         if self._options.compiled:
             with suppress(OverflowError):
-                return choose_search(self._product, self._options, limits, bounds, objective)(limits)
+                return choose_search(self._reduction.product, self._options, limits, bounds, objective)(limits)
         product = self._reduction.listed_product(self.problem)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)

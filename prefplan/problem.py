@@ -27,8 +27,8 @@ from prefplan.preferences.objective import (
     check_objective_names,
     preferences_of,
 )
-from prefplan.text.display_names import DisplayNames, labels_of
 from prefplan.text.layout import number
+from prefplan.text.names import DisplayNames, labels_of
 
 NO_PAST = Past()
 """The past of a problem whose plans begin at its system's start."""

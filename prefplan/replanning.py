@@ -73,12 +73,10 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 
 def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
     """Return a problem with further rules, except those that a trace has already broken."""
-    added = tuple(rules)
-    if not added:
+    given = (replace(rule, propositions=problem.system.propositions) for rule in rules)
+    kept = [rule for rule in given if rule.automaton.first_accepted(labels) is None]
+    if not kept:
         return problem
-    ruled = Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *added))
-    broken = ruled.broken(labels)
-    kept = tuple(rule for rule in added if rule.name not in broken)
     return Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *kept))
 
 

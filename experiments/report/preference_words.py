@@ -9,8 +9,8 @@ from fractions import Fraction
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.plan import Plan
 from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
-from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import listed, number
+from prefplan.text.names import DisplayNames
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 

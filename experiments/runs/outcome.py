@@ -16,8 +16,8 @@ from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
-from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import condense, number
+from prefplan.text.names import DisplayNames
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
 from sim.execution.faults import Fault

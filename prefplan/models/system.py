@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from prefplan.drawing.cell_map import CellMap
 from prefplan.exact_costs import Number, to_number
-from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import DisplayNames
 
 if TYPE_CHECKING:
     from prefplan.models.transition_system import TransitionSystem

@@ -15,8 +15,7 @@ from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, in_units, to_number
 from prefplan.models.costs import DEFAULT_COST, Cost, EdgeCosts, amount, check_costs_agree, names_of
 from prefplan.models.system import Barred, Quotient, System
-from prefplan.text.display_names import DisplayNames
-from prefplan.text.names import check_names
+from prefplan.text.names import DisplayNames, check_names
 
 
 @dataclass(frozen=True)

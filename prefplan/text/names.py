@@ -1,9 +1,10 @@
-"""Valid names of propositions, tasks, locations and objects."""
+"""Valid names of propositions, tasks, locations and objects, and the labels that people are shown in place of names."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from prefplan.errors import ModelError
@@ -18,6 +19,9 @@ Names = Annotated[frozenset[str], Form('a list of names, such as ["shelf"]', 'na
 RESERVED = frozenset({"true", "false", "X", "F", "U", "G", "R", "W", "M", "not", "and", "or"})
 """Words with another meaning in a formula."""
 
+LONGEST_LABEL = 40
+"""Greatest number of characters of a label: captions and heads of tables have room for about as many."""
+
 
 def check_names(names: Iterable[Any], *, where: str) -> None:
     """Raise ModelError, with the key `where` in front, for a name that a formula could not contain."""
@@ -28,3 +32,74 @@ def check_names(names: Iterable[Any], *, where: str) -> None:
             )
         if name in RESERVED:
             raise ModelError(f"{where}: {name!r} is a reserved word ({' '.join(sorted(RESERVED))})")
+
+
+@dataclass(frozen=True)
+class DisplayNames:
+    """The labels of a scenario; what has no label is shown by its name.
+
+    Attributes:
+        tasks: labels by name of the task.
+        objects: labels by name of the object.
+        locations: labels by name of the location.
+        parameters: which of `obj` and `location` each kind of action names, in order.
+    """
+
+    tasks: Mapping[str, str] = field(default_factory=dict)
+    objects: Mapping[str, str] = field(default_factory=dict)
+    locations: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Sequence[str]] = field(default_factory=dict, repr=False)
+
+    def task(self, name: str) -> str:
+        """Return what is shown for a task, or for a rule, which has no label."""
+        return self.tasks.get(name, name)
+
+    def obj(self, name: str) -> str:
+        """Return what is shown for an object."""
+        return self.objects.get(name, name)
+
+    def location(self, name: str) -> str:
+        """Return what is shown for a location."""
+        return self.locations.get(name, name)
+
+    def action(self, text: str) -> str:
+        """Return what is shown for an action such as `transport pink san`, e.g. `transport pink sanitizer`."""
+        kind, *names = text.split(" ")
+        parameters = self.parameters.get(kind, ())
+        if len(names) != len(parameters):
+            return text
+        show = {"obj": self.obj, "location": self.location}
+        return " ".join([kind, *(show[what](name) for what, name in zip(parameters, names, strict=True))])
+
+
+def labels_of(kind: str, given: Iterable[tuple[str, str, str | None]]) -> dict[str, str]:
+    """Return the labels by name, after checking that each is one short line and that no two things are shown alike.
+
+    Args:
+        kind: what they are, such as `task`.
+        given: for each its key as in a scenario file, its name, and its label or None.
+
+    Raises:
+        ModelError: a label is invalid; the message begins with the key.
+    """
+    labels: dict[str, str] = {}
+    shown: dict[str, str] = {}
+    for key, name, label in given:
+        if label is not None:
+            _check_label(label, f"{key}.label")
+            labels[name] = label
+        other = shown.setdefault(labels.get(name, name), name)
+        if other != name:
+            clash = f"{kind}s {other!r} and {name!r} would both be shown as {labels.get(name, name)!r}"
+            raise ModelError(f"{key}.label: {clash}")
+    return labels
+
+
+def _check_label(label: object, where: str) -> None:
+    if not isinstance(label, str):
+        raise ModelError(f"{where}: must be a string, not {label!r}")
+    if not (label.isprintable() and label.strip() == label and 1 <= len(label) <= LONGEST_LABEL):
+        raise ModelError(
+            f"{where}: must be one line of 1 to {LONGEST_LABEL} printable characters without spaces around it, "
+            f"not {label!r}"
+        )

@@ -23,8 +23,8 @@ from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
 from experiments.commands.planning import checkup
 from prefplan.front import Reason
 from prefplan.scenario.decode import Scenario, load
-from prefplan.text.display_names import DisplayNames
 from prefplan.text.layout import number
+from prefplan.text.names import DisplayNames
 
 if TYPE_CHECKING:
     from sim.execution.feasibility import PlaceCheck

@@ -11,9 +11,8 @@ from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.surroundings import Fixture, RobotSetup, check_beside, check_point, with_height
-from prefplan.text.display_names import DisplayNames, labels_of
 from prefplan.text.forms import Form, check_fields
-from prefplan.text.names import Names, check_names
+from prefplan.text.names import DisplayNames, Names, check_names, labels_of
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator,
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.system import transition_system
 from prefplan.models.system import System
-from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import DisplayNames
 
 __all__ = ["Location", "ManipulationModel", "ManipulationState", "Object"]
 

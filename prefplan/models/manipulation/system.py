@@ -17,7 +17,7 @@ from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.symmetry import ReducedModel, most_states
 from prefplan.models.system import Barred, Quotient, System
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import DisplayNames
 
 
 def transition_system(

@@ -17,7 +17,7 @@ from experiments.runs.formula_words import titles, words_of
 from prefplan import Ledger, Scenario
 from prefplan.preferences.kinds import Deadline, Due, Expression, Max, Order, Sum, WeightedSum
 from prefplan.scenario.decode import loads
-from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import DisplayNames
 
 CAMPUS = """
 [model]

@@ -17,7 +17,7 @@ from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
-from prefplan.text.display_names import DisplayNames
+from prefplan.text.names import DisplayNames
 from sim.simulation.rollout import Event
 from sim.world.scene import build_scene, initial_state
 

@@ -4,7 +4,7 @@ import pytest
 
 import prefplan as pp
 from prefplan.scenario.decode import loads
-from prefplan.text.display_names import LONGEST_LABEL
+from prefplan.text.names import LONGEST_LABEL
 
 SHELF = """
 [model]
