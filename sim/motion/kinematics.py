@@ -11,6 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
+from sim.motion.dynamics import Dynamics
 from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (
     ACCELERATION_M_S2,
@@ -103,6 +104,7 @@ class Arm:
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         motors = [self.model.actuator(name).id for name in robot.joints]
         self._damping = np.diag(-self.model.opt.timestep * self.model.actuator_biasprm[motors, 2])
+        self._dynamics = Dynamics(self.model, robot.tool)
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
@@ -117,14 +119,10 @@ class Arm:
         mujoco.mj_kinematics(self.model, data)
         return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
 
-    def limits(self, *ends: np.ndarray) -> MotionLimits:
-        """Return the limits of a movement between (n,) configurations."""
-        data, inertias = self._configuration.data, np.empty((len(ends), self.model.nv, self.model.nv))
-        for q, inertia in zip(ends, inertias, strict=True):
-            self._configuration.update(q)
-            mujoco.mj_crb(self.model, data)
-            mujoco.mj_fullM(self.model, data, inertia)
-        return MotionLimits(self.robot, inertias, self._damping)
+    def limits(self, *ends: np.ndarray, load: float = 0.0) -> MotionLimits:
+        """Return the limits of a movement between (n,) configurations with a load at the tool, kg."""
+        inertias = np.array([self._dynamics.inertia(q, load=load) for q in ends])
+        return MotionLimits(self.robot, inertias, self._damping, self._dynamics, load)
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
@@ -223,6 +221,7 @@ class Arm:
         drawn_in: float = 0.0,
         seconds: float = 0.0,
         ending: np.ndarray | None = None,
+        load: float = 0.0,
     ) -> np.ndarray:
         """Return the joint references along a `transfer_path`, slowed until the joints' limits allow it.
 
@@ -237,6 +236,7 @@ class Arm:
             drawn_in: how much nearer to the base the tool passes midway, m.
             seconds: least duration, s.
             ending: (M, n) rest of the previous movement, relative to q, rad; the sum of both keeps the limits.
+            load: at the tool, kg.
 
         Returns:
             (N, n) rad or m, every `CONTROL_PERIOD_S`, without `ending`.
@@ -246,7 +246,7 @@ class Arm:
                 or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` with the joints moving
                 straight to the goal.
         """
-        start, limits = self.tool(q), self.limits(q, goal)
+        start, limits = self.tool(q), self.limits(q, goal, load=load)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
             references = timed(limits, *self._straight(q, goal, height), seconds=seconds)
             return references if ending is None else begun_late(limits, references, q, ending)

@@ -144,16 +144,19 @@ class Robot:
     def kinematics(self) -> mujoco.MjModel:
         """Return the arm alone, without geoms, fingers and actuators."""
         spec = self.spec(meshes=False)
+        whole = spec.compile()
+        # Without geoms, bodies whose inertia is not explicit would have none.
+        for body in spec.bodies[1:]:
+            if not body.explicitinertial:
+                body.mass, body.inertia = whole.body_mass[body.id], whole.body_inertia[body.id]
+                body.ipos, body.iquat = whole.body_ipos[body.id], whole.body_iquat[body.id]
+                body.explicitinertial = True
         for name in self.gripper.joints:
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger
                 spec.delete(joint.parent)
         for element in (*spec.geoms, *spec.meshes):
             spec.delete(element)
-        # Without geoms, bodies whose inertia is not explicit have none, which MuJoCo refuses.
-        for body in spec.bodies[1:]:
-            if not body.explicitinertial:
-                body.mass, body.inertia, body.explicitinertial = 1.0, np.ones(3), True
         return spec.compile()
 
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:

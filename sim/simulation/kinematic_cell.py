@@ -48,6 +48,7 @@ class KinematicCell(Workcell):
         self._foreseen = None
         self.contacts.handle(None)
         self.contacts.pressed = -np.inf
+        self._payload.shift(0.0)
         self.set_width(scene.robot.gripper.opening_m, 0.0)
         self.data.qpos[:] = qpos
         self.reference = self.angles.copy()

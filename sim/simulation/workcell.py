@@ -274,6 +274,11 @@ class Workcell:
         while self._widths:
             self._tick()
 
+    @property
+    def load(self) -> float:
+        """Mass of the heavy object that the arm bears, kg; 0 for none."""
+        return self._payload.mass
+
     def bear(self, obj: str) -> None:
         """Begin to compensate for the weight of an object (`Payload`) until `unload`, or until the pads lose it."""
         self._payload.shift(self.scene.shapes[obj].mass)

@@ -87,7 +87,7 @@ def move_tool(
             goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
     if goal is None:
         goal, pose = cell.arm.reach(goals, near=cell.reference)
-    references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending)
+    references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending, load=cell.load)
     check_path(cell, references, clearance=FINGER_CLEARANCE_M)
     cell.follow(references, within=within, watch=watch)
     return pose

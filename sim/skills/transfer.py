@@ -63,7 +63,13 @@ def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[
     for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS_M):
         try:
             yield cell.arm.move(
-                cell.reference, goal, pose, height=height + raised, drawn_in=drawn_in, ending=cell.ending
+                cell.reference,
+                goal,
+                pose,
+                height=height + raised,
+                drawn_in=drawn_in,
+                ending=cell.ending,
+                load=cell.load,
             )
         except SimulationError:
             continue
@@ -92,7 +98,7 @@ def _planned(
                 continue
             else:
                 reached.append((goal, pose))
-                limits = cell.arm.limits(path[0], path[-1])
+                limits = cell.arm.limits(path[0], path[-1], load=cell.load)
                 for overlap in OVERLAPS:
                     references = along(limits, path, overlap=overlap)
                     yield begun_late(limits, references, cell.reference, cell.ending)

@@ -8,6 +8,7 @@ import pytest
 from skill_runs import assert_clean, assert_placed, perform_all
 from small_models import TOWER
 
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_poses
 from sim.robots.panda import PANDA
@@ -75,6 +76,19 @@ def test_the_payload_is_carried_within_the_limits_and_does_not_draw_the_arm_down
     perform(cell, "release pink table")
     assert_placed(cell, "pink", "table")
     assert_clean(cell)
+
+
+@pytest.mark.parametrize(("at", "mass"), [((0.757, 0.147), 2.63), ((0.607, -0.55), 2.66), ((0.8, 0.0), 3.0)])
+def test_a_payload_far_from_the_base_is_lifted_and_put_back_within_the_torques_of_the_arm(
+    at: tuple[float, float], mass: float
+) -> None:
+    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
+    model = ManipulationModel("home", costs, (Location("far", at=at),), (Object("cube", "far", mass=mass),))
+    cell = perform_all(build_scene(model, meshes=False), "transit far", "grasp cube", "release cube far")
+    assert_placed(cell, "cube", "far")
+    loads = cell.recorder.arrays
+    assert np.abs(loads["torques"] / PANDA.torque_limits).max() < 0.99, "a joint at its limit does not follow"
+    assert np.abs(loads["torque_rates"] / PANDA.torque_rate_limits).max() < 0.7
 
 
 def test_an_arm_that_loses_its_payload_does_not_stay_raised(heavy: Scene) -> None:
