@@ -20,11 +20,11 @@ from prefplan.plan import Plan, Plans
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.incumbent import run_cheapest, run_with_incumbent
 from prefplan.search.infeasibility import infeasible
-from prefplan.search.objective_search import ObjectiveSearch
+from prefplan.search.multi_objective.objective_search import ObjectiveSearch
 from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result, ended_by
 

@@ -15,7 +15,7 @@ from prefplan.preferences.kinds import Expression, Order
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.search import boa_star
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.labels import rehash
 
 

@@ -19,7 +19,7 @@ from prefplan.front import UnfinishedError
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 
 SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)

@@ -62,7 +62,7 @@ KERNEL_SOURCES = (
     "models/manipulation/successors.py",
     "product/*.py",
     "heuristics/*.py",
-    "search/*.py",
+    "search/**/*.py",
 )
 """Files of `prefplan` that hold all kernels and the constants that these use."""
 

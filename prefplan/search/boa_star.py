@@ -10,90 +10,58 @@ are never expanded.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, added_bound, raise_bound
 from prefplan.heuristics.preference_bound import preference_bound
-from prefplan.heuristics.preprocessing import Bounds
+from prefplan.heuristics.preprocessing import Bounds, Prepared
 from prefplan.heuristics.projections import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
 from prefplan.product.space import Space, decode
-from prefplan.product.successors import Successors
+from prefplan.search.driver import Search, in_units
+from prefplan.search.growth import Growth, growth_of, mu_after
 from prefplan.search.labels import (
     AT,
     COL,
+    DOMINATED,
     END,
     GOAL_BIT,
     NONE,
-    Growth,
-    Queue,
-    States,
+    Labels,
+    Memory,
     describe,
     expand,
-    mu_after,
+    is_dominated,
     next_successor,
     pop,
     push,
     slot_of,
+    undominated,
 )
 
 
-class Labels(NamedTuple):
-    """Labels: paths to product states.
-
-    Attributes:
-        row: (L,) int32, of the product state. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, or -1.
-        sibling: (L,) int32, the next of the product state's undominated labels, or -1.
-    """
-
-    row: np.ndarray
-    cost: np.ndarray
-    mu: np.ndarray
-    parent: np.ndarray
-    sibling: np.ndarray
-
-
-DOMINATED = INFINITE
-"""Stands for the mu of a label that another label of its product state dominates."""
-
-
 @bare_kernel
-def run(
-    space: Space,
-    growth: Growth,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    begin: np.ndarray,
-    buffer: Successors,
-    cost_only: bool,
-    pops: Integer,
-) -> Integer:
+def run(space: Space, growth: Growth, bounds: Bounds, memory: Memory, cost_only: bool, pops: Integer) -> Integer:
     """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
 
     Args:
         space: what is searched.
         growth: how mu grows.
         bounds: heuristics.
-        states: product states met.
-        labels: of the search.
-        queue: the open list.
-        counters: int64, by index `AT`.
-        limits: (2,) int64, mu must stay below the first, and cost must not exceed the second.
-        begin: (K, 1) int64, mu of each start's label.
-        buffer: successors, and scratch.
+        memory: of the search. `limits`: mu must stay below the first, and cost must not exceed the second;
+            `begin`: (K, 1), mu of each start's label.
         cost_only: whether labels are compared by cost alone (A*).
         pops: most labels to pop from the open list.
     """
+    states, labels, counters, limits = memory.states, memory.labels, memory.counters, memory.limits
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(space, growth, bounds, states, labels, queue, counters, limits, begin, buffer, cost_only)
+            end = _enter(space, growth, bounds, memory, cost_only)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -102,59 +70,40 @@ def run(
         if pops == 0:
             return END.PAUSED
         pops -= 1
-        label = pop(queue, counters)
+        label = pop(memory.queue, counters)
         known = states.known[labels.row[label]]
-        cost, mu = labels.cost[label], labels.mu[label]
-        estimate = _estimate(space, bounds, known, cost, mu, limits[0], counters[AT.LOWEST], buffer.automata)
+        estimate = _estimate(space, bounds, memory, known, label)
         if estimate > counters[AT.LOWEST]:
             if estimate <= limits[1]:
-                push(queue, counters, label, estimate)
+                push(memory.queue, counters, label, estimate)
             continue
         if known[COL.SATISFIED] < 0:
             limits[0], counters[AT.FOUND] = labels.mu[label], label
             return END.GOAL
-        expand(space, buffer, counters, label, known[COL.CODE])
+        expand(space, memory.buffer, counters, label, known[COL.CODE])
 
 
 @bare_kernel
-def _estimate(
-    space: Space,
-    bounds: Bounds,
-    known: np.ndarray,
-    cost: Integer,
-    mu: Integer,
-    mu_limit: Integer,
-    lowest: Integer,
-    automata: np.ndarray,
-) -> Integer:
+def _estimate(space: Space, bounds: Bounds, memory: Memory, known: np.ndarray, label: Integer) -> Integer:
     """Return a lower bound of what a popped label costs at the end, UNBOUNDED if it is pruned.
 
-    The bound of its product state is raised until it exceeds the `lowest` estimate, or nothing is left to raise it.
+    The bound of its product state is raised until it exceeds the estimate of the label, or nothing is left to raise it.
     """
-    if mu == DOMINATED or mu + known[COL.GROWTH_BOUND] >= mu_limit:
+    cost, mu, automata = memory.labels.cost[label], memory.labels.mu[label], memory.buffer.automata
+    if mu == DOMINATED or mu + known[COL.GROWTH_BOUND] >= memory.limits[0]:
         return np.int64(UNBOUNDED)
     node = decode(space.automata.nodes, space.automata.sizes, known[COL.CODE], automata)
-    raise_bound(bounds.patterns, bounds.landmarks, node, automata, known, lowest - cost)
-    within = lagrangian_bound(bounds.lagrangian, node, automata, mu_limit - 1 - mu)
+    raise_bound(bounds.patterns, bounds.landmarks, node, automata, known, memory.counters[AT.LOWEST] - cost)
+    within = lagrangian_bound(bounds.lagrangian, node, automata, memory.limits[0] - 1 - mu)
     rest = max(known[COST_BOUND], within << space.shift)
     return cost + rest if rest < INFINITE else np.int64(UNBOUNDED)
 
 
 @bare_kernel
-def _enter(
-    space: Space,
-    growth: Growth,
-    bounds: Bounds,
-    states: States,
-    labels: Labels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    begin: np.ndarray,
-    buffer: Successors,
-    cost_only: bool,
-) -> Integer:
+def _enter(space: Space, growth: Growth, bounds: Bounds, memory: Memory, cost_only: bool) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
+    states, labels, counters = memory.states, memory.labels, memory.counters
+    limits, buffer = memory.limits, memory.buffer
     parent, shift = counters[AT.PARENT], space.shift
     cost = mu = satisfied = likely = np.int64(0)
     if parent != NONE:
@@ -168,7 +117,7 @@ def _enter(
     if spent >= growth.cost_limit:
         return END.TOO_LARGE
     if parent == NONE:
-        mu = begin[k, 0]
+        mu = memory.begin[k, 0]
     else:
         mu = np.int64(mu_after(growth, mu, satisfied, before, spent, buffer.violation[k], space.automata.pays))
     if mu >= limits[0]:
@@ -189,7 +138,7 @@ def _enter(
     if states.slots[slot] == NONE:
         states.slots[slot] = row
         counters[AT.ROWS] += 1
-    if _dominated(labels, known[COL.HEAD], after, mu, cost_only):
+    if is_dominated(labels, known[COL.HEAD], after, mu, cost_only):
         return END.ENTERED
     estimate = max(after + known[COST_BOUND], counters[AT.LOWEST])
     if estimate >= INFINITE or mu >= INFINITE:
@@ -197,9 +146,9 @@ def _enter(
     label = counters[AT.LABELS]
     if label == labels.row.shape[0]:
         return END.MORE_LABELS
-    push(queue, counters, label, estimate)
+    push(memory.queue, counters, label, estimate)
     labels.row[label], labels.cost[label], labels.mu[label], labels.parent[label] = row, after, mu, parent
-    labels.sibling[label], known[COL.HEAD] = _undominated(labels, known[COL.HEAD], after, mu), label
+    labels.sibling[label], known[COL.HEAD] = undominated(labels, known[COL.HEAD], after, mu), label
     counters[AT.LABELS] += 1
     return END.ENTERED
 
@@ -239,31 +188,71 @@ def _bound_state(
     raise_bound(patterns, bounds.landmarks, node, automata, known, cost_limit)
 
 
-@bare_kernel
-def _dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_only: bool) -> bool:
-    """Return whether some label of a product state is no worse than a new one."""
-    while label != NONE:
-        if labels.cost[label] <= cost and (cost_only or labels.mu[label] <= mu):
-            return True
-        label = labels.sibling[label]
-    return False
+class BiObjectiveSearch(Search):
+    """BOA*, for measures whose label key is (g, mu).
 
+    Attributes:
+        max_cost: inclusive bound of the total cost, in units.
+    """
 
-@bare_kernel
-def _undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
-    """Mark the labels of a product state that a new one dominates, and return the first of the others."""
-    first = last = np.int64(NONE)
-    while label != NONE:
-        following = labels.sibling[label]
-        if labels.cost[label] >= cost and labels.mu[label] >= mu:
-            labels.mu[label] = DOMINATED
-        else:
-            if last == NONE:
-                first = np.int64(label)
+    def __init__(
+        self,
+        prepared: Prepared,
+        *,
+        max_mu: Fraction | None = None,
+        max_cost: float = math.inf,
+        cost_only: bool = False,
+        single: bool = False,
+    ) -> None:
+        """Make the search ready.
+
+        Args:
+            prepared: what to search.
+            max_mu: inclusive bound of mu, in the user's units.
+            max_cost: inclusive bound of the total cost, in units.
+            cost_only: find one cheapest goal, whatever its mu (A*).
+            single: find the first goal of the front only.
+        """
+        self.max_cost = max_cost
+        self._max_mu = UNBOUNDED if max_mu is None else math.floor(in_units(prepared.product, max_mu))
+        self._cost_only, self.single = cost_only, single
+        self._growth = growth_of(prepared.product)
+        super().__init__(prepared, max_cost)
+
+    def reset(self) -> None:
+        """Forget everything but the bounds."""
+        self.limits[0] = min(self._max_mu + 1, UNBOUNDED)
+        super().reset()
+
+    def _new_labels(self, count: int) -> Labels:
+        kinds = (np.int32, np.int64, np.int64, np.int32, np.int32)
+        return Labels(*(np.empty(count, kind) for kind in kinds))
+
+    def _run(self, pops: int) -> int:
+        wait = self.prepared.bounds_wait(cost_only=self._cost_only) - self.counters[AT.EXPANDED]
+        if wait <= 0:
+            if self._cost_only:
+                self.prepared.deepen()
+                self.reset()
             else:
-                labels.sibling[last] = label
-            last = np.int64(label)
-        label = following
-    if last != NONE:
-        labels.sibling[last] = NONE
-    return first
+                self.prepared.weigh()
+        elif wait < pops:
+            pops = math.ceil(wait)
+        prepared = self.prepared
+        return int(run(prepared.space, self._growth, prepared.bounds, self.memory, self._cost_only, pops))
+
+    def _objectives(self, label: int) -> tuple[Fraction, Fraction]:
+        units, constant = self.product.units, self.product.problem.measure.constant
+        return self._cost(label) * units.cost, int(self.labels.mu[label]) * units.mu + constant
+
+    def adopt_states(self, other: Search) -> None:
+        """Take over the product states, with their bounds, of another search of the same product."""
+        self.states, self.counters[AT.ROWS] = other.states, other.counters[AT.ROWS]
+        self.states.known[: other.counters[AT.ROWS], COL.HEAD] = NONE
+
+    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
+        if self._cost_only:
+            self.counters[[AT.OPEN, AT.NEXT, AT.COUNT]] = 0
+        elif self.single:
+            self.limits[1] = self._up_to(self._cost(label))
+        return True

@@ -20,13 +20,14 @@ from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
 from prefplan.product.successors import successor_buffer
+from prefplan.search.growth import PRODUCT_LIMIT
 from prefplan.search.labels import (
     AT,
     COL,
     COLUMNS,
     END,
     NONE,
-    PRODUCT_LIMIT,
+    Memory,
     Queue,
     States,
     rehash,
@@ -143,6 +144,11 @@ class Search(ABC):
                 self._found.append((rank, label, objectives))
         elif end != END.PAUSED and not self._grow(end, limits):
             raise LimitError("memory")
+
+    @property
+    def memory(self) -> Memory:
+        """What the kernel works on."""
+        return Memory(self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer)
 
     @property
     def _is_done(self) -> bool:

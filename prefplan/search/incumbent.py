@@ -13,7 +13,7 @@ from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.limits import Limits
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.result import Goal, Result, ended_by
 
 FIRST_EXPANDED = 100_000

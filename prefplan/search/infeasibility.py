@@ -19,7 +19,7 @@ from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 
 T = TypeVar("T")
 

@@ -6,22 +6,18 @@ Everything grows by doubling between two runs of a kernel, so that memory can be
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.pattern_database import LIKELY
-from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.product_automaton import Product
 from prefplan.product.space import Space, masks
 from prefplan.product.successors import Successors, successors
 
 NONE = -1
 """Stands for a row or a label that does not exist."""
-
-PRODUCT_LIMIT = 2**61
-"""Products of a cost and a weight stay below this."""
 
 # Indices of a search's counters. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no label
 # at the start) and still to be entered, so that a run of a kernel continues where the last one ended.
@@ -41,42 +37,6 @@ Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS T
 END = Ends(*range(8))
 
 
-class Growth(NamedTuple):
-    """How mu grows along a path.
-
-    Attributes:
-        rate: (2^N,) int64, units of mu for each unit of cost while that set of tasks is satisfied.
-        maximum: (M, 2^N) int64, by satisfied set: mu is at least this times the cost so far.
-        late: (D, 3) int64, the task, slope and offset of each tardiness max(0, slope * cost - offset), in units of mu.
-        violation: (P,) int64, units of mu for each unit of violation cost.
-        cost_limit: from this cost on a product with it might not fit 64 bits.
-    """
-
-    rate: np.ndarray
-    maximum: np.ndarray
-    late: np.ndarray
-    violation: np.ndarray
-    cost_limit: int
-
-
-def growth_of(product: Product) -> Growth:
-    """Return how mu grows along the paths of a product."""
-    measure, units = product.problem.measure, product.units
-    maximum = measure.maximum_table(units.factor)
-    late = [
-        (term.task, int(term.weight * units.factor), min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT))
-        for term in measure.tardiness
-    ]
-    prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
-    return Growth(
-        rate=product.rates,
-        maximum=maximum,
-        late=np.array(late, dtype=np.int64).reshape(-1, 3),
-        violation=np.array(prices, dtype=np.int64),
-        cost_limit=PRODUCT_LIMIT // max(1, *(slope for _, slope, _ in late), int(maximum.max(initial=0))),
-    )
-
-
 class States(NamedTuple):
     """Product states met so far, one row each.
 
@@ -87,6 +47,25 @@ class States(NamedTuple):
 
     known: np.ndarray
     slots: np.ndarray
+
+
+class Labels(NamedTuple):
+    """Labels of one cost and one preference: paths to product states.
+
+    Attributes:
+        row: (L,) int32, of the product state. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, or -1.
+        sibling: (L,) int32, the next of the product state's undominated labels, or -1.
+    """
+
+    row: np.ndarray
+    cost: np.ndarray
+    mu: np.ndarray
+    parent: np.ndarray
+    sibling: np.ndarray
+
+
+DOMINATED = INFINITE
+"""Stands for the mu of a label that another label of its product state dominates."""
 
 
 class Queue(NamedTuple):
@@ -100,29 +79,26 @@ class Queue(NamedTuple):
     items: np.ndarray
 
 
-@bare_kernel
-def added_mu(growth: Growth, satisfied: Integer, before: Integer, after: Integer) -> Integer:
-    """Return what a step from cost `before` to `after` adds to mu, but for maxima, given the tasks satisfied before."""
-    added = growth.rate[satisfied] * (after - before)
-    for d in range(growth.late.shape[0]):
-        if not satisfied >> growth.late[d, 0] & 1:
-            slope, offset = growth.late[d, 1], growth.late[d, 2]
-            added += max(0, slope * after - offset) - max(0, slope * before - offset)
-    return added
+class Memory(NamedTuple):
+    """What a kernel works on, and continues from where its last run ended.
 
+    Attributes:
+        states: product states met.
+        labels: of the search.
+        queue: the open list.
+        counters: int64, by index `AT`.
+        limits: int64, of the objectives; see each kernel.
+        begin: (K, E) int64, the entries of each start's label.
+        buffer: successors, and scratch.
+    """
 
-@bare_kernel
-def mu_after(
-    growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
-) -> Integer:
-    """Return a label's mu after a step from cost `before` to `after` that pays violation costs (P,), if it pays any."""
-    mu += added_mu(growth, satisfied, before, after)
-    if pays:
-        for i in range(growth.violation.shape[0]):
-            mu += growth.violation[i] * violation[i]
-    for m in range(growth.maximum.shape[0]):
-        mu = max(mu, growth.maximum[m, satisfied] * after)
-    return mu
+    states: States
+    labels: Any
+    queue: Queue
+    counters: np.ndarray
+    limits: np.ndarray
+    begin: np.ndarray
+    buffer: Successors
 
 
 @bare_kernel
@@ -158,6 +134,36 @@ def rehash(states: States, rows: Integer) -> None:
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
+
+
+@bare_kernel
+def is_dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_only: bool) -> bool:
+    """Return whether some label of a product state is no worse than a new one."""
+    while label != NONE:
+        if labels.cost[label] <= cost and (cost_only or labels.mu[label] <= mu):
+            return True
+        label = labels.sibling[label]
+    return False
+
+
+@bare_kernel
+def undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
+    """Mark the labels of a product state that a new one dominates, and return the first of the others."""
+    first = last = np.int64(NONE)
+    while label != NONE:
+        following = labels.sibling[label]
+        if labels.cost[label] >= cost and labels.mu[label] >= mu:
+            labels.mu[label] = DOMINATED
+        else:
+            if last == NONE:
+                first = np.int64(label)
+            else:
+                labels.sibling[last] = label
+            last = np.int64(label)
+        label = following
+    if last != NONE:
+        labels.sibling[last] = NONE
+    return first
 
 
 @bare_kernel

@@ -12,7 +12,7 @@ from prefplan import Options, Planner, UnfinishedError, pareto_front
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
 from prefplan.search import incumbent
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.driver import Search
 
 SLOW = Options(heuristic=0)

@@ -32,7 +32,7 @@ from prefplan import (
 from prefplan.errors import LimitError, PrefplanError
 from prefplan.limits import Limits, run_within_limits
 from prefplan.search import incumbent
-from prefplan.search.bi_objective_search import BiObjectiveSearch
+from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.labels import AT
 from prefplan.search.result import Result
 

@@ -16,7 +16,7 @@ from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSys
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
-from prefplan.search.objective_search import ObjectiveSearch
+from prefplan.search.multi_objective.objective_search import ObjectiveSearch
 
 BLOCKS = [range(16), range(21, 36), range(36, 50), (17, 18, 19, 61, 65, 100, 111, 116, 120, 191, 192, 212, 237, 3872)]
 """Seeds of problems, which reach every step from line to line, kernels included, that the first 250 do."""

@@ -22,8 +22,8 @@ from prefplan.preferences.contracts import TOLERANCE, text_of_costs, value_at
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, scaled
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OpaqueTerm
-from prefplan.search.entries import OPERATIONS, Program
-from prefplan.search.entry_map import EntryMap
+from prefplan.search.multi_objective.entries import OPERATIONS, Program
+from prefplan.search.multi_objective.entry_map import EntryMap
 
 FALL = 2**19
 """How far an `ordered_number` may fall by rounding: 1e-9 relative."""

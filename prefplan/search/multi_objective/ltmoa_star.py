@@ -26,14 +26,25 @@ from prefplan.heuristics.objective_bounds import ObjectiveBounds, write_bounds
 from prefplan.heuristics.projections import observe
 from prefplan.models.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.space import Space, decode
-from prefplan.product.successors import Successors
-from prefplan.search.entries import (
+from prefplan.search.labels import (
+    AT,
+    COL,
+    END,
+    GOAL_BIT,
+    NONE,
+    Memory,
+    States,
+    describe,
+    expand,
+    next_successor,
+    slot_of,
+)
+from prefplan.search.multi_objective.entries import (
     BOUND,
     CAPACITY,
     FIRST,
     SIZE,
     Entries,
-    KeyedLabels,
     Program,
     Vector,
     compute,
@@ -41,20 +52,7 @@ from prefplan.search.entries import (
     freeze,
     write_vectors,
 )
-from prefplan.search.labels import (
-    AT,
-    COL,
-    END,
-    GOAL_BIT,
-    NONE,
-    Queue,
-    States,
-    describe,
-    expand,
-    next_successor,
-    slot_of,
-)
-from prefplan.search.lexicographic_queue import lexicographic_pop, lexicographic_push
+from prefplan.search.multi_objective.open_list import lexicographic_pop, lexicographic_push
 
 GOALS, VECTORS = len(AT), len(AT) + 1
 """Indices of the counters of goals' truncated vectors, and of all others with the gaps between them."""
@@ -79,31 +77,29 @@ def run(
     entries: Entries,
     program: Program,
     bounds: ObjectiveBounds,
-    states: States,
-    labels: KeyedLabels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    begin: np.ndarray,
-    buffer: Successors,
+    memory: Memory,
     vectors: Vectors,
     scratch: Vector,
     pops: Integer,
 ) -> Integer:
-    """Expand labels until a goal is found, memory runs out or enough were popped; return which.
+    """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
 
-    Arguments are as for `boa_star.run`, except:
-        entries: the layout of labels. program: how some are computed. bounds: heuristics.
-        labels: with their keys. queue: by the bound of the first objective.
-        limits: (O,) int64, inclusive, of the objectives in the order of comparison.
-        begin: (K, entries). buffer: a successor's `cost` is the number of its edge or action if `entries.edge_costs`
-            has columns.
-        vectors: truncated vectors. scratch: for one label.
+    Args:
+        space: what is searched.
+        entries: the layout of labels.
+        program: how some of the entries are computed.
+        bounds: heuristics.
+        memory: of the search. `labels` with their keys; `queue`: by the bound of the first objective; `limits`: (O,),
+            inclusive, of the objectives in the order of comparison; in `buffer`, a successor's `cost` is the number of
+            its edge or action if `entries.edge_costs` has columns.
+        vectors: truncated vectors.
+        scratch: for one label.
+        pops: most labels to pop from the open list.
     """
+    states, labels, queue, counters = memory.states, memory.labels, memory.queue, memory.counters
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            memory = states, labels, queue, counters, limits, begin, buffer
-            end = _enter(space, entries, program, bounds, *memory, vectors, scratch)
+            end = _enter(space, entries, program, bounds, memory, vectors, scratch)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -123,14 +119,14 @@ def run(
         for e in range(scratch.key.shape[0]):
             scratch.key[e] = labels.key[label, e]
         write_vectors(space.shift, entries, known, scratch)
-        if _is_beaten(limits, counters[GOALS], vectors, known, scratch):
+        if _is_beaten(memory.limits, counters[GOALS], vectors, known, scratch):
             continue
         _close(vectors, counters, known, scratch)
         if known[COL.SATISFIED] < 0:
             counters[GOALS] = _insert(vectors.of_goals, 0, counters[GOALS], scratch.bound[1:])
             counters[AT.FOUND] = label
             return END.GOAL
-        expand(space, buffer, counters, label, known[COL.CODE])
+        expand(space, memory.buffer, counters, label, known[COL.CODE])
 
 
 @bare_kernel
@@ -139,21 +135,17 @@ def _enter(
     entries: Entries,
     program: Program,
     bounds: ObjectiveBounds,
-    states: States,
-    labels: KeyedLabels,
-    queue: Queue,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    begin: np.ndarray,
-    buffer: Successors,
+    memory: Memory,
     vectors: Vectors,
     scratch: Vector,
 ) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
+    states, labels, counters = memory.states, memory.labels, memory.counters
+    limits, buffer = memory.limits, memory.buffer
     parent, k = counters[AT.PARENT], next_successor(counters)
     satisfied = np.int64(0) if parent == NONE else states.known[labels.row[parent], COL.SATISFIED]
     for e in range(scratch.key.shape[0]):
-        scratch.key[e] = begin[k, e] if parent == NONE else labels.key[parent, e]
+        scratch.key[e] = memory.begin[k, e] if parent == NONE else labels.key[parent, e]
     if parent != NONE:
         paid = buffer.violation[k]
         if not follow(space.shift, entries, satisfied, buffer.cost[k], paid, space.automata.pays, scratch.key):
@@ -192,7 +184,7 @@ def _enter(
     labels.step[label] = k if parent == NONE else (buffer.cost[k] if entries.edge_costs.shape[1] else NONE)
     for e in range(scratch.key.shape[0]):
         labels.key[label, e] = scratch.key[e]
-    lexicographic_push(space.shift, queue, counters, states, entries, labels, scratch.bound[0], label)
+    lexicographic_push(space.shift, memory.queue, counters, states, entries, labels, scratch.bound[0], label)
     counters[AT.LABELS] += 1
     return END.ENTERED
 

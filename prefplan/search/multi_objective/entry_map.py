@@ -29,8 +29,8 @@ from prefplan.preferences.terms import OpaqueTerm
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
-from prefplan.search.entries import Entries
-from prefplan.search.labels import PRODUCT_LIMIT
+from prefplan.search.growth import PRODUCT_LIMIT
+from prefplan.search.multi_objective.entries import Entries
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,14 @@ from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Space
 from prefplan.product.starts import Start
-from prefplan.search import ltmoa_star
 from prefplan.search.driver import ROWS_AT_FIRST, Search
-from prefplan.search.entries import BOUND, KeyedLabels, Vector
-from prefplan.search.entry_map import EntryMap
 from prefplan.search.labels import AT, COL, END, States
-from prefplan.search.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vectors
+from prefplan.search.multi_objective import ltmoa_star
+from prefplan.search.multi_objective.entries import BOUND, KeyedLabels, Vector
+from prefplan.search.multi_objective.entry_map import EntryMap
+from prefplan.search.multi_objective.ltmoa_star import MORE_GOALS, MORE_VECTORS, Vectors
+from prefplan.search.multi_objective.valuations import FALL, Valuations, ordered_number
 from prefplan.search.result import Goal
-from prefplan.search.valuations import FALL, Valuations, ordered_number
 
 VECTORS_MADE_AT_FIRST = 2**14
 
@@ -147,9 +147,8 @@ class ObjectiveSearch(Search):
         return KeyedLabels(rows, parents, steps, np.empty((count, self.entry_map.size), np.int64))
 
     def _run(self, pops: int) -> int:
-        space, entries, program, bounds = self.prepared.space, self.entries, self._valuations.program, self.bounds
-        memory = (self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer)
-        end = int(ltmoa_star.run(space, entries, program, bounds, *memory, self.vectors, self.scratch, pops))
+        what = self.prepared.space, self.entries, self._valuations.program, self.bounds
+        end = int(ltmoa_star.run(*what, self.memory, self.vectors, self.scratch, pops))
         if end == END.FALLS:
             self._valuations.require_rise(self._objectives(int(self.counters[AT.PARENT])))
             raise OverflowError

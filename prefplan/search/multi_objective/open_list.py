@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.models.kernels import Integer, bare_kernel
-from prefplan.search.entries import BOUND, Entries, KeyedLabels
 from prefplan.search.labels import AT, Queue, States
+from prefplan.search.multi_objective.entries import BOUND, Entries, KeyedLabels
 
 
 @bare_kernel
