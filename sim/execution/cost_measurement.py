@@ -24,7 +24,7 @@ from sim.perception.sensors import true_poses
 from sim.simulation.rollout import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
-from sim.skills.skill import SkillError
+from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SAMPLES = 4
@@ -124,12 +124,14 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     return chosen
 
 
-def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement | Failure:
+def measure(
+    scene: Scene, pair: Pair, samples: Sequence[Trial], skills: Mapping[str, Skill] = SKILLS
+) -> Measurement | Failure:
     """Simulate an action in every sample and return the mean effort of those in which it succeeded."""
     efforts, failures = [], []
     for trial in samples:
         try:
-            efforts.append(simulate(scene, trial))
+            efforts.append(simulate(scene, trial, skills))
         except SimulationError as error:
             failures.append(f"`{trial.action}` with {trial.state}: {error}")
     if not efforts:
@@ -139,21 +141,23 @@ def measure(scene: Scene, pair: Pair, samples: Sequence[Trial]) -> Measurement |
 
 
 def measure_all(
-    scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1
+    scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1, skills: Mapping[str, Skill] = SKILLS
 ) -> Iterator[Measurement | Failure]:
     """Measure the actions of `trials` in `jobs` processes (1: this process), and yield results as they are finished."""
     items = list(wanted.items())
     batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
     work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
-    for results in work(delayed(_measure_batch)(scene, batch) for batch in batches):
+    for results in work(delayed(_measure_batch)(scene, batch, skills) for batch in batches):
         yield from results
 
 
-def _measure_batch(scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]]) -> list[Measurement | Failure]:
-    return [measure(scene, pair, samples) for pair, samples in batch]
+def _measure_batch(
+    scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]], skills: Mapping[str, Skill]
+) -> list[Measurement | Failure]:
+    return [measure(scene, pair, samples, skills) for pair, samples in batch]
 
 
-def simulate(scene: Scene, trial: Trial) -> Effort:
+def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -> Effort:
     """Return the effort of an action, without that of the actions before it which lead to its state.
 
     An object that the hand holds or has just released is grasped at that location first, so that it lies in the hand as
@@ -177,9 +181,9 @@ def simulate(scene: Scene, trial: Trial) -> Effort:
         *([Action("release", trial.put, state.hand)] if trial.put else ()),
     ]
     for earlier in before:
-        SKILLS[earlier.kind].perform(cell, earlier)
+        skills[earlier.kind].perform(cell, earlier)
     spent = cell.effort
-    SKILLS[action.kind].perform(cell, action)
+    skills[action.kind].perform(cell, action)
     _check_effect(cell, action)
     return cell.effort - spent
 

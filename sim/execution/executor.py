@@ -96,7 +96,7 @@ class Execution:
         self._placed: set[str] = set()
         if scene.model.start in scene.slots:
             try:
-                perform(self.cell, Action("transit", location=scene.model.start))
+                perform(self.cell, Action("transit", location=scene.model.start), self._skills)
             except SimulationError as error:
                 raise SimulationError(unable_to_begin(scene, error)) from None
 

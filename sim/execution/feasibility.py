@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,8 @@ from sim.execution.arrangement import arranged
 from sim.execution.refusal import Remedies
 from sim.execution.rehearsal import Rehearsal, unable_to_begin
 from sim.simulation.kinematic_cell import KinematicCell
-from sim.skills.skill import SkillError
+from sim.skills.catalogue import SKILLS
+from sim.skills.skill import Skill, SkillError
 from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
@@ -41,11 +43,11 @@ class PlaceCheck:
 class ArmCheck:
     """Finds what the arm can do in a scene with the objects at their starts."""
 
-    def __init__(self, scene: Scene) -> None:
-        """Check the arm in a scene."""
-        self._scene = scene
+    def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
+        """Check the arm in a scene, with skills by kind of action."""
+        self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
-        self._remedies = Remedies(scene, self._cell)
+        self._remedies = Remedies(scene, self._cell, skills)
 
     def check_start(self) -> str | None:
         """Return why the hand cannot reach its start location; None if it can, or does not start at a location."""
@@ -89,7 +91,7 @@ class ArmCheck:
         return PlaceCheck(obj, location, reason, take=may_change, put=may_change or brought >= BROUGHT)
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
-        return rehearsal.run(self._cell, self._scene)
+        return rehearsal.run(self._cell, self._scene, self._skills)
 
     def _if_moved_away(
         self, staying: Rehearsal, done: int, error: SimulationError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,7 @@ from sim.motion.joint_limits import missing_turns
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of
-from sim.skills.skill import SkillError
+from sim.skills.skill import Skill, SkillError
 from sim.world.fixtures import body_name
 from sim.world.places import under
 from sim.world.scene import Scene, initial_state
@@ -39,9 +40,9 @@ GRASPS_TRIED = 12
 class Remedies:
     """Finds the least change of a scene after which a failed rehearsal would succeed."""
 
-    def __init__(self, scene: Scene, cell: KinematicCell) -> None:
-        """Search for changes of a scene, in a cell in which to try them out."""
-        self._scene, self._cell = scene, cell
+    def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:
+        """Search for changes of a scene, in a cell in which to try them out with skills by kind of action."""
+        self._scene, self._cell, self._skills = scene, cell, skills
         self._last: dict[tuple[str, str], int] = {}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
@@ -125,7 +126,7 @@ class Remedies:
             name: tuple(replace(slot, position=slot.position + shift) for slot in row) if name in moved else row
             for name, row in self._scene.slots.items()
         }
-        return refused.run(self._cell, replace(self._scene, slots=slots))[1] is None
+        return refused.run(self._cell, replace(self._scene, slots=slots), self._skills)[1] is None
 
     def _roof(self, refused: Rehearsal) -> int | None:
         """Return the lowest geom of a fixture above the object; None if there is none."""
@@ -151,7 +152,7 @@ class Remedies:
         }
         scene = replace(self._scene, mujoco=model, slots=slots)
         cell = KinematicCell(scene, initial_state(scene), arm=self._cell.arm)
-        return refused.run(cell, scene)[1] is None
+        return refused.run(cell, scene, self._skills)[1] is None
 
     def _joint_limit(self, refused: Rehearsal) -> str | None:
         """Return which joints would have to turn how much farther; None if that would not suffice."""

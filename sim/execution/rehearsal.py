@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sim.errors import SimulationError
 from sim.execution.arrangement import Places, positions, staged
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import perform
+from sim.skills.skill import Skill
 from sim.world.scene import Scene
 
 
@@ -27,7 +29,7 @@ class Rehearsal:
     obj: str
     location: str
 
-    def run(self, cell: KinematicCell, scene: Scene) -> tuple[int, SimulationError | None]:
+    def run(self, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> tuple[int, SimulationError | None]:
         """Return how many actions succeed in a cell of a scene, and the error of the next one, or None.
 
         Raises:
@@ -38,7 +40,7 @@ class Rehearsal:
         cell.destination = self.location
         for done, action in enumerate(self.actions):
             try:
-                perform(cell, action)
+                perform(cell, action, skills)
             except SimulationError as error:
                 return done, error
         return len(self.actions), None

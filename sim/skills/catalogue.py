@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from prefplan.models.manipulation.action import Action
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp import GraspSkill
@@ -15,13 +17,18 @@ SKILLS: dict[str, Skill] = {
 }
 
 
-def perform(cell: Workcell, action: Action | str) -> None:
+def perform(cell: Workcell, action: Action | str, skills: Mapping[str, Skill] = SKILLS) -> None:
     """Carry out one action, given as a value or as text such as `transport blue san`; return when the arm is at rest.
+
+    Args:
+        cell: the simulation.
+        action: the action.
+        skills: by kind of action.
 
     Raises:
         SimulationError: see `Skill.perform`.
     """
     if isinstance(action, str):
         action = cell.scene.model.action(action)
-    SKILLS[action.kind].perform(cell, action)
+    skills[action.kind].perform(cell, action)
     cell.settle()
