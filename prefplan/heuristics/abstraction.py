@@ -136,16 +136,18 @@ class Projected:
         """Return the number of the projection that the tables of some tasks are over."""
         return self._projection(tasks).number
 
-    def cost_to_go(self, tasks: Sequence[int] | np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
+    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
         """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.cost_to_go`."""
         found = self._projection(tasks)
         costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
-        return self._table(found, costs, factors, idle=self._cheapest)
+        backward = self._backward(found, costs, idle=self._cheapest)
+        return backward.cost_to_go(range(len(tasks)), factors, shift=shift)
 
-    def shared_cost_to_go(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
-        """Return the least costs until some tasks are satisfied or dropped, of actions that count in this projection.
+    def fill_shared(self, table: np.ndarray, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> None:
+        """Fill a table with least costs until some tasks are satisfied or dropped, of actions that count in it.
 
         Args:
+            table: as for `Backward.fill`.
             tasks: one of the groups.
             groups: all sets of tasks whose bounds are added.
         """
@@ -153,7 +155,7 @@ class Projected:
         claimed = {obj for group in before for obj in self.objects_of(group)}
         own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
         costs = self._edge_costs(found, self._least_costs(found, loads_seen=True), own)
-        return self._table(found, costs, np.ones(2 ** len(tasks), dtype=np.int64), idle=0)
+        self._backward(found, costs, idle=0).fill(table, range(len(tasks)))
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return a partition of the tasks: those that see the same objects are together, where tables stay small."""
@@ -250,14 +252,14 @@ class Projected:
                 concerns |= alone & (space.digit(after, 1 + o) == hand)
         return np.where(concerns, costs, 0)
 
-    def _table(self, found: _Projection, costs: np.ndarray, factors: np.ndarray, *, idle: int) -> np.ndarray:
+    def _backward(self, found: _Projection, costs: np.ndarray, *, idle: int) -> Backward:
+        """Return what fills tables of a projection with some costs; `idle` is that of an action in no task's sight."""
         problem = self.product.problem
         system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
         if not all(problem.automata[i].stutter_invariant for i in found.tasks):
             system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
-        backward = Backward(product, whole_graph(product))
-        return backward.cost_to_go(np.arange(len(found.tasks)), factors)
+        return Backward(product, whole_graph(product))
 
     def _rows(self, found: _Projection) -> tuple[list[int], list[int], list[int], list[int]]:
         """Return the rows `weights`, `slots`, `hands` and `places` of `Projections` for one projection."""

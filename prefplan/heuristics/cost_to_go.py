@@ -12,15 +12,17 @@ from functools import cached_property, partial
 import numpy as np
 
 from prefplan.heuristics.backward_dijkstra import (
-    ReverseView,
+    Incoming,
+    Readings,
     dijkstra,
-    restricted,
-    reverse_view,
+    incoming_edges,
+    incoming_shortcuts,
+    readings_of,
 )
-from prefplan.heuristics.sweep import never_lose, stages_of, sweep
+from prefplan.heuristics.sweep import MOST, never_lose, stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.models.kernels import INFINITE, UNREACHABLE
-from prefplan.product.contraction import Graph
+from prefplan.models.kernels import INFINITE
+from prefplan.product.contraction import Graph, active_nodes
 from prefplan.product.product_automaton import Product
 
 WATCHED_ENTRIES = 100_000
@@ -28,7 +30,7 @@ WATCHED_ENTRIES = 100_000
 
 
 class Backward:
-    """Cost-to-go tables of a product, filled backwards from where tasks are satisfied.
+    """Fills tables of a product's cost-to-go backwards from where tasks are satisfied.
 
     Attributes:
         nodes: number of nodes of the graph.
@@ -43,58 +45,52 @@ class Backward:
         """Take the product, and the graph that it is searched over; `sweep` as in `Options`."""
         self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
         self._product, self._graph = product, graph
+        self._reversed: dict[tuple[int, ...], tuple[Incoming, Readings]] = {}
         self.stages = stages_of(product, graph) if sweep else None
         self.is_swept = self.stages is not None and never_lose(product)
 
-    def tabulate(self, tasks: Sequence[int], table: np.ndarray) -> None:
-        """Fill a table with the least cost until all of some tasks are satisfied or dropped.
+    def fill(
+        self, table: np.ndarray, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0
+    ) -> None:
+        """Fill a table with the least weighted cost until all of some tasks are satisfied or dropped.
+
+        With unequal weights, sweeping gives a lower bound (`sweep`).
 
         Args:
-            tasks: which tasks.
-            table: (S * Q_1 * ... * Q_k,) int32, indexed as that of `cost_to_go`, UNREACHABLE where there is no path;
-                costs are cut off at UNREACHABLE - 1.
-
-        Raises:
-            LimitError: a limit was reached.
-        """
-        members, factors = np.array(tasks, dtype=np.int64), np.ones(2 ** len(tasks), dtype=np.int64)
-        if self.stages is not None and self.is_swept:
-            self._fill(table, sweep(self.stages, members, factors, 0, table, UNREACHABLE))
-        else:
-            enter_costs(self.cost_to_go(members, factors), table)
-
-    def cost_to_go(self, tasks: np.ndarray, factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-        """Return the least weighted cost until all of some tasks are satisfied or dropped; a lower bound if swept.
-
-        Args:
-            tasks: (k,) int64, which tasks.
-            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied.
+            table: (S * Q_1 * ... * Q_k,), indexed node + S * (q_1 + Q_1 * (q_2 + ...)), of a type in `MOST`, which says
+                what stands for no path.
+            tasks: (k,) which tasks.
+            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied; None for
+                ones.
             shift: low bits that are left out of costs.
 
-        Returns:
-            (S * Q_1 * ... * Q_k,) int64, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); INFINITE where there is no path.
-
         Raises:
             LimitError: a limit was reached.
         """
-        entries = self.nodes * int(np.prod(self.sizes[tasks]))
-        check_limits(8 * entries)
-        table: np.ndarray = np.full(entries, INFINITE)
+        if factors is None:
+            factors = np.ones(2 ** len(tasks), dtype=np.int64)
         if self.stages is not None and self.is_swept:
-            self._fill(table, sweep(self.stages, tasks, factors, shift, table, INFINITE))
-        else:
-            edges = restricted(self.reverse, tasks)
-            edges = edges._replace(costs=edges.costs >> shift)
-            self._fill(table, partial(dijkstra, edges, tasks, factors, table))
-        return table
+            _run(sweep(self.stages, tasks, factors, table, shift=shift), len(table))
+            return
+        check_limits(8 * len(table))
+        edges, readings = self._reverse(tuple(tasks))
+        costs = np.full((len(readings.finished), self.nodes), INFINITE)
+        costs[readings.finished] = 0
+        ends = np.flatnonzero((costs == 0) & (np.diff(edges.offsets) > 0))[::-1].copy()
+        edges = edges._replace(costs=edges.costs >> shift)
+        weights = factors[readings.satisfied]
+        fill = partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel())
+        _run(fill, len(table))
+        none = MOST[table.dtype]
+        table[:] = np.where(costs < INFINITE, np.minimum(costs, none - 1), none).ravel()
 
-    def _fill(self, table: np.ndarray, fill: Callable[[np.ndarray], None]) -> None:
-        """Fill a table within the limits; `fill` takes the flag that stops it."""
-        check_limits()
-        if len(table) < WATCHED_ENTRIES:
-            fill(np.zeros(1, dtype=np.bool_))
-        else:
-            run_within_limits(fill)
+    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0) -> np.ndarray:
+        """Return the table (S * Q_1 * ... * Q_k,) int64 that `fill` fills; INFINITE where there is no path."""
+        entries = self.entries_of(tasks)
+        check_limits(8 * entries)
+        table: np.ndarray = np.empty(entries, dtype=np.int64)
+        self.fill(table, tasks, factors, shift=shift)
+        return table
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""
@@ -104,12 +100,28 @@ class Backward:
         """Return about how many entries a table of some tasks has."""
         return self.nodes * math.prod(int(self.sizes[i]) for i in tasks)
 
+    def _reverse(self, tasks: tuple[int, ...]) -> tuple[Incoming, Readings]:
+        """Return the edges and the steps of automata that tables of some tasks are filled along."""
+        if tasks not in self._reversed:
+            edges = self._incoming
+            if self._graph.contracted:
+                edges = incoming_shortcuts(self._graph, np.logical_or.reduce(self._active[list(tasks)], axis=0))
+            self._reversed[tasks] = edges, readings_of(self._product, tasks)
+        return self._reversed[tasks]
+
     @cached_property
-    def reverse(self) -> ReverseView:
-        """The reverse of the product."""
-        return reverse_view(self._product, self._graph)
+    def _active(self) -> np.ndarray:
+        return active_nodes(self._product, self._graph)
+
+    @cached_property
+    def _incoming(self) -> Incoming:
+        return incoming_edges(self._graph)
 
 
-def enter_costs(costs: np.ndarray, table: np.ndarray) -> None:
-    """Enter (entries,) int64 costs-to-go into a table of 32 bits, cut off at UNREACHABLE - 1."""
-    table[:] = np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)
+def _run(fill: Callable[[np.ndarray], None], entries: int) -> None:
+    """Fill a table within the limits, given what fills it until a flag is set."""
+    check_limits()
+    if entries < WATCHED_ENTRIES:
+        fill(np.zeros(1, dtype=np.bool_))
+    else:
+        run_within_limits(fill)

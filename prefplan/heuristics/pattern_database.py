@@ -4,21 +4,23 @@ The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the least cost of sa
 tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in one. Both are consistent: every edge of the
 product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent
 bounds is consistent.
+
+The table of a set K has an entry for every node and every combination of the states of K's automata. Those of several
+costs are over the same sets of tasks, so that one index serves all costs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.abstraction import Projected
-from prefplan.heuristics.cost_to_go import Backward, enter_costs
+from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projections import Projections, place_of
-from prefplan.heuristics.task_sets import TaskSets, joined_groups, table_entry, task_sets
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
@@ -38,12 +40,26 @@ ENTRIES = 60_000_000
 COST_BOUND, LOOKED, LIKELY = range(3)
 
 
+class TaskSets(NamedTuple):
+    """P sets of at most k tasks, each with a table.
+
+    Attributes:
+        tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0 beyond a set's
+            tasks.
+        projection: (P,) int64, the projection of the model that each table is over; None where states are listed.
+    """
+
+    tasks: np.ndarray
+    strides: np.ndarray
+    projection: Any
+
+
 class Patterns(NamedTuple):
-    """Tables for P sets of k tasks.
+    """Tables for P sets of tasks and D costs.
 
     Attributes:
         sets: the sets. base: (P,) int64, where the table of each begins.
-        table: (entries,) int32, costs cut off at UNREACHABLE - 1, which keeps the bound consistent.
+        table: (D, entries) int32, costs cut off at UNREACHABLE - 1, which keeps the bound consistent.
         add_up: whether the bound is the sum of the entries, not the largest.
     """
 
@@ -51,6 +67,20 @@ class Patterns(NamedTuple):
     base: np.ndarray
     table: np.ndarray
     add_up: bool
+
+
+def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
+    """Return sets of tasks for the kernels, and (P,) the number of entries of each one's table."""
+    tasks, strides = np.zeros((2, len(sets), max(map(len, sets), default=1)), dtype=np.int64)
+    entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
+    for p, members in enumerate(sets):
+        for j, i in enumerate(members):
+            tasks[p, j], strides[p, j] = i, entries[p]
+            entries[p] *= backward.sizes[i]
+    projection = None
+    if isinstance(backward, Projected):
+        projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
+    return TaskSets(tasks, strides, projection), entries
 
 
 def sets_of_tasks(
@@ -77,34 +107,32 @@ def sets_of_tasks(
     return [(i,) for i in range(tasks)]
 
 
-def patterns(backward: Backward, members: Sequence[tuple[int, ...]]) -> Patterns:
-    """Return the tables of some sets of tasks; without any the bound is 0, even in dead ends."""
-    return _filled(backward, members, backward.tabulate, add_up=False)
+def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
+    """Return sets such that any two tasks share one: tasks are dealt into groups, and every two groups make a set."""
+    dealt = [range(g, tasks, groups) for g in range(min(groups, tasks))]
+    if len(dealt) == 1:
+        return [tuple(dealt[0])]
+    return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
-def projected_patterns(backward: Projected, groups: Sequence[tuple[int, ...]]) -> Patterns:
-    """Return tables whose entries may be added: every action's cost is counted in at most one of them."""
+def patterns(backwards: Sequence[Backward | Projected], sets: Sequence[tuple[int, ...]]) -> Patterns:
+    """Return the tables of some sets of tasks; without any the bound is 0, even in dead ends.
 
-    def fill(tasks: tuple[int, ...], table: np.ndarray) -> None:
-        enter_costs(backward.shared_cost_to_go(tasks, groups), table)
-
-    return _filled(backward, groups, fill, add_up=True)
-
-
-def _filled(
-    backward: Backward | Projected,
-    members: Sequence[tuple[int, ...]],
-    fill: Callable[[tuple[int, ...], np.ndarray], None],
-    *,
-    add_up: bool,
-) -> Patterns:
-    """Return the tables of some sets of tasks, given how to fill each."""
-    sets, entries = task_sets(backward, members)
+    Args:
+        backwards: (D,) what fills tables of each cost. Where states are generated, entries are added: every action's
+            cost is counted in at most one of the tables.
+        sets: the sets.
+    """
+    laid, entries = task_sets(backwards[0], sets)
     ends = np.cumsum(entries)
-    table = np.empty(int(entries.sum()), dtype=np.int32)
-    for tasks, first, end in zip(members, ends - entries, ends, strict=True):
-        fill(tasks, table[first:end])
-    return Patterns(sets, ends - entries, table, add_up)
+    table = np.empty((len(backwards), int(entries.sum())), dtype=np.int32)
+    for d, backward in enumerate(backwards):
+        for tasks, first, end in zip(sets, ends - entries, ends, strict=True):
+            if isinstance(backward, Projected):
+                backward.fill_shared(table[d, first:end], tasks, sets)
+            else:
+                backward.fill(table[d, first:end], tasks)
+    return Patterns(laid, ends - entries, table, isinstance(backwards[0], Projected))
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
@@ -115,12 +143,14 @@ def scaled(databases: Patterns, weight: float) -> Patterns:
 
 
 @bare_kernel
-def added_bound(databases: Patterns, projections: Projections | None, node: Integer, automata: np.ndarray) -> Integer:
-    """Return the sum of the entries of all tables, at most INFINITE."""
+def cost_bound(
+    databases: Patterns, projections: Projections | None, node: Integer, automata: np.ndarray, d: Integer
+) -> Integer:
+    """Return the bound of one of the costs, at most INFINITE."""
     bound = np.int64(0)
     for p in range(databases.base.shape[0]):
-        place = place_of(projections, databases.sets.projection, p, node)
-        bound = min(bound + _entry(databases, place, automata, p), np.int64(INFINITE))
+        cost = _cost(databases, place_of(projections, databases.sets.projection, p, node), automata, p, d)
+        bound = min(bound + cost, np.int64(INFINITE)) if databases.add_up else max(bound, cost)
     return bound
 
 
@@ -128,7 +158,7 @@ def added_bound(databases: Patterns, projections: Projections | None, node: Inte
 def raise_bound(
     databases: Patterns, marks: Landmarks | None, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
 ) -> Integer:
-    """Raise h(p) by one table after the other until it exceeds a limit or none is left, and return it.
+    """Raise h(p) of the first cost by one table after the other until it exceeds a limit or none is left; return it.
 
     The state's row `known` keeps the `COST_BOUND` so far, how many bounds were `LOOKED` up (the tables in order, then
     the landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up
@@ -136,11 +166,11 @@ def raise_bound(
     """
     bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
     if looked == 0 and likely < tables:
-        bound = max(bound, _entry(databases, node, automata, likely))
+        bound = max(bound, _cost(databases, node, automata, likely, 0))
     while looked < tables and bound <= limit:
-        entry = _entry(databases, node, automata, looked)
-        if entry > bound:
-            bound, likely = entry, looked
+        cost = _cost(databases, node, automata, looked, 0)
+        if cost > bound:
+            bound, likely = cost, looked
         looked += 1
     if looked == tables and bound <= limit:
         bound = max(bound, landmark_bound(marks, node, automata))
@@ -150,6 +180,15 @@ def raise_bound(
 
 
 @bare_kernel
-def _entry(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer) -> np.int64:
-    cost = np.int64(databases.table[databases.base[p] + table_entry(databases.sets, p, node, automata)])
+def _cost(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer, d: Integer) -> np.int64:
+    cost = np.int64(databases.table[d, databases.base[p] + table_entry(databases.sets, p, node, automata)])
     return np.int64(INFINITE) if cost == UNREACHABLE else cost
+
+
+@bare_kernel
+def table_entry(sets: TaskSets, p: Integer, node: Integer, automata: np.ndarray) -> Integer:
+    """Return the index in the table of set p; `node` is that of the set's projection."""
+    entry = node
+    for j in range(sets.tasks.shape[1]):
+        entry += sets.strides[p, j] * automata[sets.tasks[p, j]]
+    return entry

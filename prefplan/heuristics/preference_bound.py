@@ -9,7 +9,7 @@ most that of mu, so the bounds may be added.
 
 from __future__ import annotations
 
-from fractions import Fraction
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import NamedTuple
 
@@ -17,11 +17,10 @@ import numpy as np
 
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import Patterns
+from prefplan.heuristics.pattern_database import Patterns, TaskSets, table_entry, task_sets
 from prefplan.heuristics.projections import Projections, place_of
-from prefplan.heuristics.task_sets import TaskSets, table_entry, task_sets
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
-from prefplan.preferences.objective import Measure
+from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OrderRate
 
 BLOCK_SIZE = 3
@@ -38,73 +37,91 @@ ALONE_ENTRIES = 4_000_000
 
 
 class Blocks(NamedTuple):
-    """Tables for disjoint blocks of at most k tasks.
+    """Tables for B blocks of at most k tasks; those of one preference are disjoint.
 
     Attributes:
         sets: the blocks. members: (B,) int64, as bits, the tasks that do not count as satisfied outside each.
+        owner: (B,) int64, the preference of each.
         base: (B, N + 1) int64, where the table of each begins for a number of tasks satisfied outside.
         table: (entries,) int64, units of mu.
     """
 
     sets: TaskSets
-    base: np.ndarray
     members: np.ndarray
+    owner: np.ndarray
+    base: np.ndarray
     table: np.ndarray
 
 
-def no_blocks(backward: Backward | Projected) -> Blocks:
-    """Return no tables: the bound 0."""
-    base, none = np.zeros((0, len(backward.sizes) + 1), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return Blocks(task_sets(backward, [])[0], base, none, none)
+class Block(NamedTuple):
+    """One block: the preference it is for, its tasks, `Blocks.members`, and its table for each number outside."""
+
+    owner: int
+    tasks: tuple[int, ...]
+    members: int
+    tables: list[np.ndarray]
 
 
-def blocks(backward: Backward | Projected, measure: Measure, factor: Fraction, known: Patterns) -> Blocks:
-    """Return the tables of a measure whose key is one additive entry; no tables if its growth has no bound but 0.
+def blocks(
+    backwards: Sequence[Backward | Projected], preferences: Mapping[int, PreferenceObjective], known: Patterns
+) -> Blocks:
+    """Return the tables of preferences, by number; none for one whose growth has no bound but 0.
 
     Args:
-        backward: the product.
-        measure: how mu grows.
-        factor: what a unit of cost is in units of mu.
+        backwards: (D,) what fills tables of each cost.
+        preferences: those whose growth is bounded.
         known: costs-to-go, of which those of single tasks are reused.
     """
-    n = measure.tasks
+    found = [block for k, o in preferences.items() for block in _blocks(k, o, backwards[o.cost], known)]
+    tasks = len(backwards[0].sizes)
+    base, tables, begin = np.zeros((len(found), tasks + 1), dtype=np.int64), [np.zeros(0, dtype=np.int64)], 0
+    for b, block in enumerate(found):
+        for outside, table in enumerate(block.tables):
+            if not outside or table is not block.tables[outside - 1]:
+                tables.append(table)
+                begin += len(table)
+            base[b, outside] = begin - len(table)
+    members, owner = np.array([(block.members, block.owner) for block in found], dtype=np.int64).reshape(-1, 2).T
+    sets, _ = task_sets(backwards[0], [block.tasks for block in found])
+    return Blocks(sets, members.copy(), owner.copy(), base, np.concatenate(tables))
+
+
+def _blocks(
+    owner: int, preference: PreferenceObjective, backward: Backward | Projected, known: Patterns
+) -> Iterator[Block]:
+    """Yield the blocks of a preference in which mu grows."""
+    measure, n = preference.measure, preference.measure.tasks
     orders = [rate.groups for rate in measure.rate_terms if isinstance(rate, OrderRate)]
     named = set(range(n)).intersection(*({i for group in order for i in group} for order in orders))
     groups = (*(orders or [()])[0], *((i,) for i in range(n) if not orders or i not in chain(*orders[0])))
-    split = _split(backward, groups)
-    jobs: dict[tuple[tuple[int, ...], tuple[int, ...]], list[int]] = {}
-    for members in split:
-        subsets = range(2 ** len(members))
-        done = np.array([sum(1 << i for j, i in enumerate(members) if s >> j & 1) for s in subsets], dtype=np.int64)
-        for outside in range(n - len(members) + 1):
-            rates = tuple(measure.rates(done, frozenset(members), outside, factor).tolist())
-            jobs.setdefault((members, rates), []).append(outside)
-    if not any(any(rates) for _, rates in jobs):
-        return no_blocks(backward)
+    for tasks in _split(backward, groups):
+        done = np.array([sum(1 << i for j, i in enumerate(tasks) if s >> j & 1) for s in range(2 ** len(tasks))])
+        each = [
+            measure.rates(done, frozenset(tasks), outside, preference.units.factor)
+            for outside in range(n - len(tasks) + 1)
+        ]
+        if any(rates.any() for rates in each):
+            table_of: dict[bytes, np.ndarray] = {}
+            for rates in each:
+                if rates.tobytes() not in table_of:
+                    table_of[rates.tobytes()] = _growths(backward, tasks, rates, preference.cost, known)
+            # Only tasks that every order names count as satisfied outside: a smaller number is still admissible.
+            members = sum(1 << i for i in range(n) if i in tasks or i not in named)
+            yield Block(owner, tasks, members, [table_of[rates.tobytes()] for rates in each])
 
-    def tabulate(job: tuple[tuple[int, ...], tuple[int, ...]]) -> np.ndarray:
-        members, rates = job
-        tasks = np.array(members, dtype=np.int64)
-        size = backward.nodes_of(members) * int(np.prod(backward.sizes[tasks]))
-        if not any(rates):
-            return np.zeros(size, dtype=np.int64)
-        if len(members) == 1 and known.sets.tasks.shape[1] == 1 and len(known.base) and not known.add_up:
-            # For a single task, mu grows at one rate until the task is satisfied.
-            cost = known.table[known.base[members[0]] :][:size].astype(np.int64)
-            growth = np.minimum(cost >> backward.shift, (INFINITE - 1) // max(rates[0], 1)) * rates[0]
-            return np.where(cost < UNREACHABLE, growth, INFINITE)
-        return backward.cost_to_go(tasks, np.array(rates, dtype=np.int64), shift=backward.shift)
 
-    tables = [tabulate(job) for job in jobs]
-    sets, _ = task_sets(backward, split)
-    base = np.zeros((len(split), n + 1), dtype=np.int64)
-    first = 0
-    for ((members, _), outsides), table in zip(jobs.items(), tables, strict=True):
-        base[split.index(members), outsides] = first
-        first += len(table)
-    # Only tasks that every order names count as satisfied outside a block: a smaller number is still admissible.
-    bits = np.array([sum(1 << i for i in range(n) if i in members or i not in named) for members in split], np.int64)
-    return Blocks(sets, base, bits, np.concatenate(tables))
+def _growths(
+    backward: Backward | Projected, tasks: tuple[int, ...], rates: np.ndarray, cost: int, known: Patterns
+) -> np.ndarray:
+    """Return the table of a block for its (2^k,) rates."""
+    if len(tasks) > 1 or known.sets.tasks.shape[1] > 1 or not len(known.base) or known.add_up:
+        return backward.cost_to_go(tasks, rates, shift=backward.shift)
+    # For a single task, mu grows at one rate until the task is satisfied.
+    [i], rate = tasks, int(rates[0])
+    entries = backward.nodes_of(tasks) * int(backward.sizes[i])
+    costs = known.table[cost, known.base[i] :][:entries].astype(np.int64)
+    growth = np.minimum(costs >> backward.shift, (INFINITE - 1) // max(rate, 1)) * rate
+    return np.where(costs < UNREACHABLE, growth, INFINITE)
 
 
 def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
@@ -121,28 +138,23 @@ def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) 
 
 
 @bare_kernel
-def block_entry(tables: Blocks, b: Integer, node: Integer, automata: np.ndarray, satisfied: Integer) -> Integer:
-    """Return the index of block b's bound in the table; `node` is that of the block's projection."""
-    rest = satisfied & ~tables.members[b]
-    outside = 0
-    while rest:
-        rest &= rest - 1
-        outside += 1
-    return tables.base[b, outside] + table_entry(tables.sets, b, node, automata)
-
-
-@bare_kernel
-def preference_bound(
+def growth_bound(
     tables: Blocks,
     projections: Projections | None,
     node: Integer,
     automata: np.ndarray,
     satisfied: Integer,
+    preference: Integer,
 ) -> Integer:
-    """Return a lower bound, at most INFINITE, of the growth of mu from a product state to the end."""
+    """Return a lower bound, at most INFINITE, of how much a preference grows from a product state to the end."""
     bound = np.int64(0)
     for b in range(tables.members.shape[0]):
-        place = place_of(projections, tables.sets.projection, b, node)
-        entry = block_entry(tables, b, place, automata, satisfied)
-        bound = min(bound + tables.table[entry], np.int64(INFINITE))
+        if tables.owner[b] == preference:
+            outside, rest = 0, satisfied & ~tables.members[b]
+            while rest:
+                rest &= rest - 1
+                outside += 1
+            place = place_of(projections, tables.sets.projection, b, node)
+            entry = tables.base[b, outside] + table_entry(tables.sets, b, place, automata)
+            bound = min(bound + tables.table[entry], np.int64(INFINITE))
     return bound

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,14 +15,14 @@ import numpy as np
 from prefplan.errors import LimitError
 from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.lagrangian import Lagrangian, entries_of, lagrangian_table, weights_for
+from prefplan.heuristics.lagrangian import Lagrangian, lagrangian_table, sparse_layout, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks
-from prefplan.heuristics.pattern_database import Patterns, patterns, projected_patterns, scaled, sets_of_tasks
-from prefplan.heuristics.preference_bound import Blocks, blocks, no_blocks
+from prefplan.heuristics.pattern_database import Patterns, patterns, scaled, sets_of_tasks
+from prefplan.heuristics.preference_bound import Blocks, blocks
 from prefplan.heuristics.projections import Projections
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
-from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import space_of
 
@@ -73,8 +74,8 @@ class Bounds(NamedTuple):
     """Lower bounds.
 
     Attributes:
-        patterns: of the cost-to-go.
-        blocks: of mu's growth.
+        patterns: of the cost-to-go, for each of the costs.
+        blocks: of how preferences grow.
         projections: of the model, which the tables are over; None where its states are listed.
         landmarks: of the cost-to-go, if there are any yet.
         lagrangian: of the cost-to-go, where the growth of mu is limited, if there is a table yet.
@@ -100,6 +101,8 @@ class Prepared:
         product: what is searched.
         graph: the graph that it is searched over.
         space: both as arrays for the kernels.
+        costs: each of the costs, in units: (E,) int64 of the graph's edges, or (4 H H,) by price; the first counts
+            actions in its low bits.
         bounds: of the cost-to-go and of mu's growth.
     """
 
@@ -119,45 +122,43 @@ class Prepared:
         Raises:
             OverflowError: if 64 bits may not be enough.
         """
-        self.product, self.options = product, options
+        self.product, self.options, problem = product, options, product.problem
         if object in (product.costs.dtype, product.extra_price.dtype, product.tolls.dtype):
             raise OverflowError
-        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES
         # Under a general contract a detour through states that change nothing may be worth its cost.
-        listed = not isinstance(product, GeneratedProduct)
-        contraction = options.contraction and listed and product.problem.measure.contract != "general"
+        general = any(o.measure.contract == "general" for o in problem.objectives)
+        listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
+        contraction = options.contraction and listed and not several and not general
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.space = space_of(product, self.graph)
-        require_64_bits(product, self.graph, [self.graph.costs])
-        if isinstance(product, GeneratedProduct):
-            self._project(product)
-        else:
-            self._look_back()
+        self.costs = [self.graph.costs, *more_costs(product)]
+        require_64_bits(product, self.graph, self.costs)
+        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
+        backwards, sets = self._project(product) if isinstance(product, GeneratedProduct) else self._look_back()
+        known = patterns(backwards, sets)
+        bounded = {k: o for k, o in enumerate(problem.objectives) if options.preference_bound and o.measure.is_whole}
+        growths = blocks(backwards, bounded, known)
+        projections = backwards[0].projections() if isinstance(backwards[0], Projected) else None
+        self.bounds = Bounds(known, growths, projections)
 
-    def _look_back(self) -> None:
-        """Set the bounds of a product over a graph."""
-        backward = self._backward = Backward(self.product, self.graph, sweep=self.options.sweep)
-        sets = sets_of_tasks(backward, self.options.heuristic, self._max_entries)
-        known = patterns(backward, sets)
-        deeper = sets_of_tasks(backward, self.options.heuristic, self._max_entries, deep=True)
+    def _look_back(self) -> tuple[Sequence[Backward], Sequence[tuple[int, ...]]]:
+        """Return what fills tables of each cost of a product over a graph, and the sets of tasks to fill them for."""
+        graphs = [self.graph, *(replace(self.graph, costs=costs, shift=0) for costs in self.costs[1:])]
+        backwards = [Backward(self.product, graph, sweep=self.options.sweep) for graph in graphs]
+        self._backward = backwards[0]
+        sets = sets_of_tasks(backwards[0], self.options.heuristic, self._max_entries)
+        deeper = sets_of_tasks(backwards[0], self.options.heuristic, self._max_entries, deep=True)
         self._deeper = deeper if deeper != sets else ()
         # Costs-to-go of all tasks together are exact.
         exact = any(len(members) == len(self.product.sizes) for members in sets)
         self._awaits_landmarks = self.options.landmarks and not exact
-        self.bounds = Bounds(known, self._growths(backward, known))
+        return backwards, sets
 
-    def _project(self, product: GeneratedProduct) -> None:
-        """Set the bounds of a model whose states are generated."""
-        backward = Projected(product)
-        known = projected_patterns(backward, backward.groups() if self.options.heuristic != 0 else [])
-        growths = self._growths(backward, known)
-        self.bounds = Bounds(known, growths, backward.projections())
-
-    def _growths(self, backward: Backward | Projected, known: Patterns) -> Blocks:
-        measure = self.product.problem.measure
-        if not (self.options.preference_bound and measure.bi_objective):
-            return no_blocks(backward)
-        return blocks(backward, measure, self.product.units.factor, known)
+    def _project(self, product: GeneratedProduct) -> tuple[Sequence[Projected], Sequence[tuple[int, ...]]]:
+        """Return the same of a model whose states are generated."""
+        projected = Projected(product)
+        groups = projected.groups() if self.options.heuristic != 0 else []
+        return [projected.with_costs(costs) for costs in self.costs], groups
 
     def guided(self, weight: float) -> Prepared:
         """Return the same with the weighted sum of all tables in place of bounds.
@@ -177,22 +178,22 @@ class Prepared:
             cost_only: for a search for the cheapest plan (`deepen`), else for one for a front (`weigh`).
         """
         if not cost_only:
-            return self._weighing
+            return math.inf if self._weighed else self._weighing
         if self._awaits_landmarks:
             return LANDMARK_EXPANSIONS
         if self._backward is None or not self._deeper:
             return math.inf
         return sum(map(self._backward.entries_of, self._deeper)) / ENTRIES_EACH
 
-    @property
+    @cached_property
     def _weighing(self) -> float:
         stages = self._backward.stages if self._backward else None
         wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
-        if stages is None or not wanted or self._weighed or not self.product.starts:
+        if stages is None or not wanted or not self.product.starts:
             return math.inf
         combinations = math.prod(self.product.sizes.tolist())
         most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
-        if combinations > most or entries_of(stages) > most:
+        if combinations > most or sparse_layout(stages).entries > most:
             return math.inf
         return combinations / COMBINATIONS_EACH
 
@@ -203,7 +204,7 @@ class Prepared:
             self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
             return
         assert self._backward is not None
-        self.bounds = self.bounds._replace(patterns=patterns(self._backward, self._deeper))
+        self.bounds = self.bounds._replace(patterns=patterns([self._backward], self._deeper))
         self._deeper = ()
 
     def weigh(self) -> None:
@@ -227,8 +228,24 @@ class Prepared:
         known, tasks = self.bounds.patterns, len(self.product.sizes)
         automata = np.array(self.product.starts[0].automata)
         entries = known.base + self.graph.start + (known.sets.strides * automata[known.sets.tasks]).sum(axis=1)
-        largest = int(known.table[entries].max(initial=1)) >> self.graph.shift
+        largest = int(known.table[0, entries].max(initial=1)) >> self.graph.shift
         return largest * max(1, tasks - known.sets.tasks.shape[1] + 1)
+
+
+def more_costs(product: Product) -> list[np.ndarray]:
+    """Return the further costs of a product's edges, or actions, in units.
+
+    Raises:
+        OverflowError: if 64 bits may not be enough.
+    """
+    problem, further = product.problem, range(1, len(product.problem.cost_names))
+    if isinstance(product, GeneratedProduct):
+        found = [unit_costs(product.model, problem, d) for d in further]
+    else:
+        found = [problem.system.listed.edge_costs[d].counts(problem.cost_units[d]) for d in further]
+    if any(max(costs.tolist(), default=0) >= INFINITE for costs in found):
+        raise OverflowError
+    return [costs.astype(np.int64) for costs in found]
 
 
 def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:

@@ -1,31 +1,36 @@
-"""Exact cost-to-go for task subsets whose DFAs are acyclic up to self-loops, and never lose (topological sweep).
+"""Least weighted cost-to-go for task subsets whose DFAs are acyclic up to self-loops (topological sweep).
 
 The combinations of the states of acyclic automata are ordered so that reading a label leads to an earlier one or
-changes nothing. Let no label lead an automaton to a state that is worse than the one before, as for `F (a & F b)`. Then
-the labels passed on the way to a node do no harm, and from node s and automaton states q
+changes nothing. From node s and automaton states q,
 
     h(s, q) = min over nodes v whose label changes q of d(s, v) + h(v, delta(q, L(v))),
 
-where d are least costs in the whole graph. Where costs are weighted by the set of satisfied tasks, passing a label may
-do harm, and h is a lower bound; it is consistent, since d(u, v) <= w(u, s) + d(s, v). An entry takes 7 ns, a tenth of
-the time of `backward_dijkstra` or less.
+where d are least costs in the whole graph, whatever labels are passed. That is a relaxation: h is a lower bound, and
+consistent, since d(u, v) <= w(u, s) + d(s, v). It is exact if costs have equal weights, and no label leads an automaton
+to a state that is worse than the one before, as for `F (a & F b)`: then the labels passed do no harm (`never_lose`).
+
+For all nodes of a combination together this is the minimum of a few rows of 64 numbers, a tenth of the time of
+`backward_dijkstra` or less.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.models.kernels import NO_EDGE, Integer, bare_kernel, kernel
-from prefplan.product.contraction import Graph, active_nodes
+from prefplan.models.kernels import INFINITE, NO_EDGE, UNREACHABLE, Integer, bare_kernel, kernel
+from prefplan.product.contraction import NODE_LIMIT, Graph, active_nodes, bits_of
 from prefplan.product.product_automaton import Product
 
 LARGEST_SIMULATED = 1_000
 """Most states of an automaton of which all pairs are compared: 1 ms for each label and round."""
+
+MOST = {np.dtype(np.uint16): 20_000, np.dtype(np.int32): UNREACHABLE, np.dtype(np.int64): INFINITE}
+"""Stands for no path in tables of these types; larger sums are cut off at one less. Three times as much still fits."""
 
 
 class Stages(NamedTuple):
@@ -33,18 +38,16 @@ class Stages(NamedTuple):
 
     Attributes:
         least: (S, S) int64, least costs from node to node, NO_EDGE for none.
-        classes: (S,) int32.
-        active: (N + R, S) bool, whether a node's label can change an automaton.
-        delta: (N, Q, C) int32, state after reading a class.
+        active: (N + R, S) bool, whether a node's label can change the automaton of a task or rule.
+        after: (N, Q, S) int32, state after reading a node's label.
         order: (N, Q) int64, states of each automaton, each after all its successors.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, or -1.
         sizes: (N,) int64.
     """
 
     least: np.ndarray
-    classes: np.ndarray
     active: np.ndarray
-    delta: np.ndarray
+    after: np.ndarray
     order: np.ndarray
     ends: np.ndarray
     sizes: np.ndarray
@@ -57,8 +60,8 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
     order = order_of_states(product.delta, product.sizes)
     if not len(order):
         return None
-    least, active = graph.least, active_nodes(product, graph)
-    return Stages(least, graph.classes, active, product.delta, order, product.ends, product.sizes)
+    active, after = active_nodes(product, graph), product.delta[:, :, graph.classes]
+    return Stages(graph.least, active, after, order, product.ends, product.sizes)
 
 
 def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -109,97 +112,171 @@ def never_lose(product: Product) -> bool:
     return True
 
 
+class Layout(NamedTuple):
+    """Where a table over S nodes and k tasks of at most Q automaton states has its entries.
+
+    Attributes:
+        first: (S,) int64, place: (S, k, Q) int64: entry = first[node] + sum_j place[node, j, q_j]; there is none where
+            a place is -1.
+        entries: how many there are.
+    """
+
+    first: np.ndarray
+    place: np.ndarray
+    entries: int
+
+
+def full_layout(stages: Stages, tasks: Sequence[int]) -> Layout:
+    """Return the layout of a table with all entries: entry = node + S * (q_1 + Q_1 * (q_2 + ...))."""
+    nodes, most = stages.after.shape[2], stages.after.shape[1]
+    strides = nodes * np.cumprod([1, *stages.sizes[list(tasks)]])
+    place = np.broadcast_to(strides[:-1, None] * np.arange(most), (nodes, len(tasks), most))
+    return Layout(np.arange(nodes), place, int(strides[-1]))
+
+
+class Sweep(NamedTuple):
+    """Input for filling a table of S nodes and k tasks of at most Q automaton states, with F different weights.
+
+    Attributes:
+        order: (k, Q) int64, sizes: (k,) int64, ends: (k, 2) int32: see `Stages`.
+        active: (k, Q) uint64, nodes whose label changes a state. kept: (k, Q) uint64, nodes that have entries for it.
+        first: (S,) int64. here: (k, Q, S) int64, what the state adds to the index of a node's entry. onward: (k, Q, S)
+            int64, the same after reading the node's label.
+        steps: (F, S, NODE_LIMIT) as the table, weighted least cost to a node from all others, twice `none` for no path.
+        kind: (2^k,) int64, number of the weight for each set of satisfied tasks.
+        none: stands for no path in the table.
+    """
+
+    order: np.ndarray
+    sizes: np.ndarray
+    ends: np.ndarray
+    active: np.ndarray
+    kept: np.ndarray
+    first: np.ndarray
+    here: np.ndarray
+    onward: np.ndarray
+    steps: np.ndarray
+    kind: np.ndarray
+    none: int
+
+
 def sweep(
-    stages: Stages, tasks: np.ndarray, factors: np.ndarray, shift: int, table: np.ndarray, unreachable: int
+    stages: Stages,
+    tasks: Sequence[int],
+    factors: np.ndarray,
+    table: np.ndarray,
+    *,
+    layout: Layout | None = None,
+    shift: int = 0,
+    unit: int = 1,
 ) -> Callable[[np.ndarray], None]:
     """Return a function that fills a table, given the flag (1,) bool that stops it.
 
     Args:
-        stages: the product, for which `never_lose` holds.
-        tasks: (k,) int64, which tasks.
+        stages: the product.
+        tasks: (k,) which tasks.
         factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
+        table: of a type in `MOST`, to be filled.
+        layout: of the table; None for all entries.
         shift: low bits that are left out of costs.
-        table: (S * Q_1 * ... * Q_k,) of integers, to be filled, indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
-        unreachable: stands for no path; costs are cut off at one less.
+        unit: by which the sums in the table are divided.
     """
-    changing = np.flatnonzero(stages.active[tasks].any(axis=0))
-    sizes, after = stages.sizes[tasks], stages.delta[tasks][:, :, stages.classes[changing]]
-    strides = len(stages.classes) * np.cumprod([1, *sizes[:-1]])
+    members, none = np.array(tasks, dtype=np.int64), MOST[table.dtype]
+    layout = layout or full_layout(stages, tasks)
     different, kind = np.unique(factors, return_inverse=True)
-    costs = stages.least[:, changing].T
-    steps = np.stack([np.where(costs < NO_EDGE, factor * (costs >> shift), NO_EDGE) for factor in different])
-    onto = strides[:, None, None] * after
-    order, ends = stages.order[tasks], stages.ends[tasks]
-    return partial(fill_in_order, order, sizes, ends, changing, onto, steps, kind, table, unreachable)
+    least = np.where(stages.least < NO_EDGE, stages.least >> shift, NO_EDGE)
+    steps = np.stack([_weighted(least, factor, unit, none) for factor in different.tolist()])
+    after = stages.after[members]
+    place = layout.place.transpose(1, 2, 0)
+    given = Sweep(
+        order=stages.order[members],
+        sizes=stages.sizes[members],
+        ends=stages.ends[members],
+        active=bits_of(after != np.arange(after.shape[1])[None, :, None]),
+        kept=bits_of(place >= 0),
+        first=layout.first,
+        here=place.copy(),
+        onward=np.take_along_axis(place, after.astype(np.int64), axis=1),
+        steps=steps.astype(table.dtype),
+        kind=kind.reshape(-1).astype(np.int64),
+        none=none,
+    )
+    return partial(fill, given, table)
+
+
+def _weighted(least: np.ndarray, factor: int, unit: int, none: int) -> np.ndarray:
+    """Return (S, NODE_LIMIT) least costs (S, S) times a factor, in units, to each node from all others."""
+    most = (none - 1) * unit // factor if factor else 0
+    costs = np.where(least > most, none - 1 if factor else 0, np.minimum(least, most) * factor // unit)
+    steps = np.full((len(least), NODE_LIMIT), 2 * none)
+    steps[:, : len(least)] = np.where(least < NO_EDGE, costs, 2 * none).T
+    return steps
 
 
 @kernel
-def fill_in_order(
-    order: np.ndarray,
-    sizes: np.ndarray,
-    ends: np.ndarray,
-    changing: np.ndarray,
-    onto: np.ndarray,
-    steps: np.ndarray,
-    kind: np.ndarray,
-    table: np.ndarray,
-    unreachable: Integer,
-    stop: np.ndarray,
-) -> None:
+def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
     """Fill a table, each combination of automaton states after all its successors; return early once `stop` is set.
 
-    Args:
-        order: (k, Q) int64, see `Stages`.
-        sizes: (k,) int64, see `Stages`.
-        ends: (k, 2) int32, see `Stages`.
-        changing: (D,) int64, the nodes whose label can change an automaton.
-        onto: (k, Q, D) int64, what each task adds to the table's index after reading their labels.
-        steps: (F, D, S) int64, weighted least costs from all nodes to these.
-        kind: (2^k,) int64, which of the weights holds for each set of satisfied tasks.
-        table: as in `sweep`.
-        unreachable: as in `sweep`.
-        stop: (1,) bool.
+    Partial sums over the last tasks are kept, as the first task's state changes most often.
     """
-    nodes, k = steps.shape[2], sizes.shape[0]
-    # Sums over tasks from the j-th on: the combination's first entry, those after each label, which tasks are done.
-    here, done, satisfied = np.zeros(k + 1, np.int64), np.zeros(k + 1, np.int64), np.zeros(k + 1, np.int64)
-    there = np.zeros((k + 1, changing.shape[0]), dtype=np.int64)
-    strides, ranks = np.full(k, nodes, dtype=np.int64), np.zeros(k, dtype=np.int64)
-    for j in range(1, k):
-        strides[j] = strides[j - 1] * sizes[j - 1]
-    costs = np.empty(nodes, dtype=np.int64)
-    j = k - 1
-    for _ in range(table.shape[0] // nodes):
-        if stop[0]:
-            return
-        while j >= 0:
-            q = order[j, ranks[j]]
-            here[j] = here[j + 1] + strides[j] * q
-            done[j] = done[j + 1] + (q == ends[j, 0] or q == ends[j, 1])
-            satisfied[j] = satisfied[j + 1] | ((q == ends[j, 0]) << j)
-            for d in range(there.shape[1]):
-                there[j, d] = there[j + 1, d] + onto[j, q, d]
-            j -= 1
-        costs[:] = 0 if done[0] == k else NO_EDGE
-        step = steps[kind[satisfied[0]]]
-        for d in range(changing.shape[0]):
-            if there[0, d] != here[0]:
-                rest = np.int64(table[there[0, d] + changing[d]])
-                if rest < unreachable:
-                    relax(step[d], rest, costs)
-        for node in range(nodes):
-            table[here[0] + node] = unreachable if costs[node] >= NO_EDGE else min(costs[node], unreachable - 1)
-        j = 0
-        while j < k:
-            ranks[j] += 1
-            if ranks[j] < sizes[j]:
-                break
-            ranks[j] = 0
-            j += 1
+    tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
+    here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
+    for v in range(nodes):
+        here[tasks, v] = onward[tasks, v] = sweep.first[v]
+    stops, kept = np.zeros(tasks + 1, dtype=np.uint64), np.zeros(tasks + 1, dtype=np.uint64)
+    satisfied, finished = np.zeros(tasks + 1, dtype=np.int64), np.ones(tasks + 1, dtype=np.bool_)
+    ranks, costs = np.zeros(tasks, dtype=np.int64), np.zeros(NODE_LIMIT, dtype=table.dtype)
+    kept[tasks] = ~np.uint64(0)
+    changed = tasks
+    while not stop[0]:
+        for i in range(changed - 1, -1, -1):
+            q = sweep.order[i, ranks[i]]
+            if i > 0:
+                for v in range(nodes):
+                    here[i, v] = here[i + 1, v] + sweep.here[i, q, v]
+                    onward[i, v] = onward[i + 1, v] + sweep.onward[i, q, v]
+            stops[i], kept[i] = stops[i + 1] | sweep.active[i, q], kept[i + 1] & sweep.kept[i, q]
+            satisfied[i] = satisfied[i + 1] | ((q == sweep.ends[i, 0]) << i)
+            finished[i] = finished[i + 1] and (q == sweep.ends[i, 0] or q == sweep.ends[i, 1])
+        q = sweep.order[0, ranks[0]]
+        _least_sums(sweep, sweep.kind[satisfied[0]], stops[0], onward[1], sweep.onward[0, q], table, costs)
+        for v in range(nodes):
+            if kept[0] >> np.uint64(v) & np.uint64(1):
+                table[here[1, v] + sweep.here[0, q, v]] = 0 if finished[0] else costs[v]
+        changed = 1
+        while ranks[changed - 1] + 1 == sweep.sizes[changed - 1]:
+            ranks[changed - 1] = 0
+            changed += 1
+            if changed > tasks:
+                return
+        ranks[changed - 1] += 1
 
 
 @bare_kernel
-def relax(steps: np.ndarray, rest: Integer, costs: np.ndarray) -> None:
-    """Lower the costs (S,) of all nodes to those of paths through a node with cost-to-go `rest`."""
-    for node in range(costs.shape[0]):
-        costs[node] = min(costs[node], steps[node] + rest)
+def _least_sums(
+    sweep: Sweep,
+    kind: Integer,
+    stops: Integer,
+    others: np.ndarray,
+    first: np.ndarray,
+    table: np.ndarray,
+    costs: np.ndarray,
+) -> None:
+    """Write the least sum from every node, through those whose label changes some automaton, one of the `stops`.
+
+    After reading it, the index of node v's entry is others[v] + first[v].
+    """
+    none = sweep.none
+    for u in range(NODE_LIMIT):
+        costs[u] = 2 * none
+    for v in range(first.shape[0]):
+        if stops >> np.uint64(v) & np.uint64(1):
+            rest = table[others[v] + first[v]]
+            if rest < none:
+                step = sweep.steps[kind, v]
+                # A loop of fixed length is vectorised: for 16 bits it becomes four instructions.
+                for u in range(NODE_LIMIT):
+                    cost = costs.dtype.type(step[u] + rest)
+                    costs[u] = cost if cost < costs[u] else costs[u]
+    for u in range(NODE_LIMIT):
+        costs[u] = none if costs[u] >= 2 * none else min(costs[u], none - 1)

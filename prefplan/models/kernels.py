@@ -25,8 +25,9 @@ INFINITE = 2**60
 NO_EDGE = 2**61
 """Cost of an edge that does not exist; larger than any finite cost-to-go plus the cost of an edge."""
 
-UNREACHABLE = 2**31 - 1
-"""Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer."""
+UNREACHABLE = 2**29
+"""Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer. Sums
+of three of them fit."""
 
 UNBOUNDED = 2**62
 """A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""

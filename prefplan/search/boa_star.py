@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
-from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, added_bound, raise_bound
-from prefplan.heuristics.preference_bound import preference_bound
+from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, cost_bound, raise_bound
+from prefplan.heuristics.preference_bound import growth_bound
 from prefplan.heuristics.preprocessing import Bounds, Prepared
 from prefplan.heuristics.projections import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
@@ -178,12 +178,12 @@ def _bound_state(
     describe(space.automata.ends, code, automata, known)
     observe(bounds.projections, node)
     patterns, satisfied = bounds.patterns, known[COL.SATISFIED] & ~GOAL_BIT
-    growth = preference_bound(bounds.blocks, bounds.projections, node, automata, satisfied)
+    growth = growth_bound(bounds.blocks, bounds.projections, node, automata, satisfied, 0)
     known[COL.GROWTH_BOUND], known[COST_BOUND], known[LOOKED] = growth, 0, 0
     if growth >= growth_limit:
         return
     if patterns.add_up:
-        known[COST_BOUND] = added_bound(patterns, bounds.projections, node, automata)
+        known[COST_BOUND] = cost_bound(patterns, bounds.projections, node, automata, 0)
         known[LOOKED] = patterns.base.shape[0]
     raise_bound(patterns, bounds.landmarks, node, automata, known, cost_limit)
 

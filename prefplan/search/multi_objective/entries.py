@@ -99,13 +99,11 @@ class Vector(NamedTuple):
         key: (K,) int64, its entries.
         bound: (O,) int64, lower bounds of the objectives at the end, in the order of comparison.
         truncated: (W,) int64, the entries by which labels of a product state are compared.
-        growth: (O,) int64, bounds of how the objectives grow.
     """
 
     key: np.ndarray
     bound: np.ndarray
     truncated: np.ndarray
-    growth: np.ndarray
 
 
 @bare_kernel

@@ -22,7 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.objective_bounds import ObjectiveBounds, write_bounds
+from prefplan.heuristics.pattern_database import cost_bound
+from prefplan.heuristics.preference_bound import growth_bound
+from prefplan.heuristics.preprocessing import Bounds
 from prefplan.heuristics.projections import observe
 from prefplan.models.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.space import Space, decode
@@ -76,7 +78,7 @@ def run(
     space: Space,
     entries: Entries,
     program: Program,
-    bounds: ObjectiveBounds,
+    bounds: Bounds,
     memory: Memory,
     vectors: Vectors,
     scratch: Vector,
@@ -134,7 +136,7 @@ def _enter(
     space: Space,
     entries: Entries,
     program: Program,
-    bounds: ObjectiveBounds,
+    bounds: Bounds,
     memory: Memory,
     vectors: Vectors,
     scratch: Vector,
@@ -156,7 +158,7 @@ def _enter(
         row = counters[AT.ROWS]
         if row == states.known.shape[0]:
             return END.MORE_ROWS
-        _bound_state(space, bounds, buffer.code[k], states.known[row], buffer.automata, scratch.growth)
+        _bound_state(space, bounds, buffer.code[k], states.known[row], buffer.automata)
         states.slots[slot] = row
         counters[AT.ROWS] += 1
     known = states.known[row]
@@ -190,22 +192,18 @@ def _enter(
 
 
 @bare_kernel
-def _bound_state(
-    space: Space,
-    bounds: ObjectiveBounds,
-    code: Integer,
-    known: np.ndarray,
-    automata: np.ndarray,
-    growth: np.ndarray,
-) -> None:
-    """Fill the row of a new product state; `automata` and `growth` are scratch."""
+def _bound_state(space: Space, bounds: Bounds, code: Integer, known: np.ndarray, automata: np.ndarray) -> None:
+    """Fill the row of a new product state; `automata` is scratch."""
     node = decode(space.automata.nodes, space.automata.sizes, code, automata)
     describe(space.automata.ends, code, automata, known)
     observe(bounds.projections, node)
     known[FIRST], known[SIZE], known[CAPACITY] = 0, 0, 0
-    write_bounds(bounds, node, automata, known[COL.SATISFIED] & ~GOAL_BIT, growth)
-    for e in range(growth.shape[0]):
-        known[BOUND + e] = growth[e]
+    costs, satisfied = bounds.patterns.table.shape[0], known[COL.SATISFIED] & ~GOAL_BIT
+    for o in range(known.shape[0] - BOUND):
+        if o < costs:
+            known[BOUND + o] = cost_bound(bounds.patterns, bounds.projections, node, automata, o)
+        else:
+            known[BOUND + o] = growth_bound(bounds.blocks, bounds.projections, node, automata, satisfied, o - costs)
 
 
 @bare_kernel

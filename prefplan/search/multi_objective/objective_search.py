@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from fractions import Fraction
 from operator import attrgetter, le
 from typing import Any
@@ -12,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Stats
-from prefplan.heuristics.objective_bounds import objective_bounds
-from prefplan.heuristics.preprocessing import Options, Prepared, require_64_bits
+from prefplan.heuristics.preprocessing import Options, Prepared
 from prefplan.limits import Limits
-from prefplan.models.kernels import INFINITE, UNBOUNDED
-from prefplan.product.generated_product import GeneratedProduct, unit_costs
+from prefplan.models.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Space
 from prefplan.product.starts import Start
@@ -62,18 +59,10 @@ class ObjectiveSearch(Search):
         self.product, self.problem = product, product.problem
         self.entry_map = EntryMap.of(product)
         self._valuations = Valuations(self.entry_map)
-        # Under a general contract a detour through states that change nothing may be worth its cost.
-        general = any(o.measure.contract == "general" for o in self.problem.objectives)
-        contraction = options.contraction and self.entry_map.costs == 1 and not general
-        plain = replace(options, heuristic=0, landmarks=False, preference_bound=False, contraction=contraction)
         self.single = first is not None
-        self.prepared = Prepared(product, plain, max_bytes=max_bytes)
-        graph, columns = self.prepared.graph, self._columns()
-        graphs = [graph, *(replace(graph, costs=column, shift=0) for column in columns[1:])]
-        preferences = self.problem.objectives
-        self.bounds = objective_bounds(product, graphs, preferences, options, max_bytes=max_bytes)
+        self.prepared = Prepared(product, options, max_bytes=max_bytes)
+        graph, columns = self.prepared.graph, self.prepared.costs
         self._bounds = bounds
-        require_64_bits(product, graph, columns)
         self._numbered = not graph.contracted
         names = self.problem.objective_names
         order = sorted(range(len(names)), key=lambda o: names[o] != first)
@@ -85,26 +74,9 @@ class ObjectiveSearch(Search):
             numbers = np.where(columns[0] < 0, columns[0], np.arange(len(columns[0]), dtype=np.int64))
             self.prepared.space = _with_costs(self.prepared.space, numbers)
         self.limits = np.array([self._limit(names[o], o) for o in order])
-        widths = self.entry_map.size, len(order), len(compared), len(order)
+        widths = self.entry_map.size, len(order), len(compared)
         self.scratch = Vector(*(np.zeros(width, np.int64) for width in widths))
         self.reset()
-
-    def _columns(self) -> list[np.ndarray]:
-        """Return each of the costs, in units: (E,) int64 of the edges, or (4 H H,) by price."""
-        product = self.product
-        if isinstance(product, GeneratedProduct):
-            found = [unit_costs(product.model, self.problem, d) for d in range(self.entry_map.costs)]
-            if max(int(column.max()) for column in found) >= INFINITE:
-                raise OverflowError
-            return [column.astype(np.int64) for column in found]
-        found = [self.prepared.graph.costs]
-        for d, edges in enumerate(self.problem.system.listed.edge_costs[1:], start=1):
-            unit = self.problem.cost_units[d]
-            counts = edges.counts(unit)
-            if max(counts.tolist(), default=0) >= INFINITE:
-                raise OverflowError
-            found.append(counts.astype(np.int64))
-        return found
 
     def _compared(self, order: list[int]) -> list[int]:
         """Return the entries by which labels of a product state are compared; see `ltmoa_star`."""
@@ -147,7 +119,7 @@ class ObjectiveSearch(Search):
         return KeyedLabels(rows, parents, steps, np.empty((count, self.entry_map.size), np.int64))
 
     def _run(self, pops: int) -> int:
-        what = self.prepared.space, self.entries, self._valuations.program, self.bounds
+        what = self.prepared.space, self.entries, self._valuations.program, self.prepared.bounds
         end = int(ltmoa_star.run(*what, self.memory, self.vectors, self.scratch, pops))
         if end == END.FALLS:
             self._valuations.require_rise(self._objectives(int(self.counters[AT.PARENT])))

@@ -33,23 +33,21 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
         if back.stages is None:
             continue
         tables = lagrangian_table(back.stages, whole.rates, whole.shift, weights)
-        tasks = np.arange(len(whole.sizes))
-        least = Backward(whole, graph, sweep=False).cost_to_go(
-            tasks, weights.cost + weights.mu * whole.rates, shift=whole.shift
-        )
+        tasks, factors = np.arange(len(whole.sizes)), weights.cost + weights.mu * whole.rates
+        least = Backward(whole, graph, sweep=False).cost_to_go(tasks.tolist(), factors, shift=whole.shift)
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
             automata = np.array(states[::-1])
             for node in range(graph.size):
                 after = np.array([whole.delta[i, q, graph.classes[node]] for i, q in enumerate(automata)])
                 if (after != automata).any():
                     # A search may come here, so that there is an entry.
-                    assert (tables.place[node, tasks, after] >= 0).all()
+                    assert (tables.layout.place[node, tasks, after] >= 0).all()
                 bound, total = lagrangian_bound(tables, node, automata, 0), least[node + graph.size * k]
                 growth = rng.randrange(20)
                 within = lagrangian_bound(tables, node, automata, growth)
                 assert within <= max(0, bound - growth * weights.mu // weights.cost)
                 assert weights.cost * (bound - 1) < total
-                if 0 < total < INFINITE and (tables.place[node, tasks, automata] >= 0).all():
+                if 0 < total < INFINITE and (tables.layout.place[node, tasks, automata] >= 0).all():
                     looked_up += 1
                     tight += weights.cost * bound >= total
     assert looked_up > 200

@@ -33,8 +33,7 @@ def bounds_and_costs(problem: GraphProblem, seed: int) -> list[tuple[int, int]]:
     whole = Product(from_dict(problem.scenario(), name="problem").problem())
     graph = contract(whole)
     assert graph is not None
-    tasks = np.arange(len(whole.sizes))
-    table = Backward(whole, graph).cost_to_go(tasks, np.ones(2 ** len(tasks), dtype=np.int64))
+    table = Backward(whole, graph).cost_to_go(range(len(whole.sizes)))
     marks = landmarks(whole, graph)
     found = []
     for each in (marks, repriced(marks, random.Random(seed))):

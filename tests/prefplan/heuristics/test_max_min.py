@@ -6,7 +6,6 @@ import math
 from itertools import pairwise
 
 import networkx
-import numpy as np
 import pytest
 from judge.random_problems import random_errands, random_problem
 
@@ -78,6 +77,6 @@ def test_compiled_tables_of_single_tasks_are_the_same(seed: int) -> None:
     product = random_product(seed, relaxed=seed % 2 == 0)
     backward = Backward(product, whole_graph(product))
     for task, distances in enumerate(task_distances(product, product.costs.tolist())):
-        table = backward.cost_to_go(np.array([task], dtype=np.int64), np.ones(2, dtype=np.int64))
+        table = backward.cost_to_go([task])
         cells = [(s, q) for q in range(product.sizes[task]) for s in range(backward.nodes)]
         assert table.tolist() == [distances.get(cell, INFINITE) for cell in cells]

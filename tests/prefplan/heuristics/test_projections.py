@@ -12,7 +12,7 @@ from random_manipulation import random_problem
 from prefplan import Options, Planner
 from prefplan.heuristics import abstraction
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import added_bound
+from prefplan.heuristics.pattern_database import cost_bound
 from prefplan.heuristics.preprocessing import Prepared
 from prefplan.heuristics.projections import observe
 from prefplan.models.kernels import INFINITE
@@ -36,13 +36,13 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     system = searched.model.quotient().system.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
-    exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks, np.ones(2 ** len(tasks), np.int64))
+    exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())
     space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
 
     def bound_of(code: np.int64, states: np.ndarray) -> int:
         observe(bounds.projections, code)
-        return int(added_bound(bounds.patterns, bounds.projections, code, states))
+        return int(cost_bound(bounds.patterns, bounds.projections, code, states, 0))
 
     found = np.empty_like(exact)
     for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):

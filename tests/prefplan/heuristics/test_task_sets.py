@@ -13,8 +13,7 @@ from judge.verdict import misjudged
 from prefplan import GridModel, Options, Order, Problem, Task, cheapest_plan
 from prefplan.heuristics import pattern_database, preprocessing
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import sets_of_tasks
-from prefplan.heuristics.task_sets import joined_groups
+from prefplan.heuristics.pattern_database import joined_groups, sets_of_tasks
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
