@@ -26,7 +26,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     seed: int, measured: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem = random_problem(random.Random(seed), measured=measured, large=True)
-    searched = Planner(problem)._product
+    searched = Planner(problem)._reduction.product
     if not isinstance(searched, GeneratedProduct):
         assert any(task.relax for task in problem.tasks)
         return
