@@ -7,9 +7,8 @@ OpenGL, so MuJoCo is then imported without it, and `sim.rendering.opengl` report
 """
 
 import os
-import re
-from importlib import import_module
-from pathlib import Path
+
+import lazy_loader
 
 try:
     import mujoco  # noqa: F401
@@ -22,23 +21,4 @@ except (AttributeError, ImportError, OSError, RuntimeError):
     finally:
         os.environ["MUJOCO_GL"] = _wanted
 
-_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-
-_HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\w+) as", _STUB, re.MULTILINE)}
-"""The module that defines each name."""
-
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> object:
-    """Load a name on first access."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_HOME[name]), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    """Return the names that are loaded, and those that can be."""
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

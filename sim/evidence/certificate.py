@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import mujoco
 
-from prefplan.claims import Check, judge
+from prefplan.claims import Check as Check
+from prefplan.claims import judge
 from prefplan.errors import FormulaError
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
