@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import cached_property
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.dfa import Automaton
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
@@ -28,7 +26,7 @@ from prefplan.preferences.objective import (
     preferences_of,
 )
 from prefplan.text.layout import number
-from prefplan.text.names import DisplayNames, labels_of
+from prefplan.text.names import labels_of
 
 NO_PAST = Past()
 """The past of a problem whose plans begin at its system's start."""
@@ -52,10 +50,17 @@ class Problem:
         rules: safety formulas that every plan keeps, or breaks at a price.
         past: what every plan begins with, before the system's start; it has the first cost only.
         preferences: all preferences, with their names.
-        measure: terms of the first preference for these tasks.
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
         display: what people are shown in place of names.
+        names: the tasks' names.
+        priced: the names of all that have violation costs: the tasks, then the rules that may be broken.
+        cost_names: the names of the costs.
+        objective_names: the names of what is minimised: every cost, then every preference.
+        cost_units: for each cost, the unit in which it is whole, in the user's units.
+        objectives: the preferences, each with the cost in which it measures the tasks' costs.
+        measure: terms of the first preference for these tasks.
+        units: units in which all costs and values of the search for one cost and one preference are whole.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -68,10 +73,6 @@ class Problem:
     rules: tuple[Rule, ...]
     past: Past
     preferences: tuple[NamedPreference, ...] = field(repr=False)
-    measure: Measure = field(repr=False)
-    automata: tuple[Automaton, ...] = field(repr=False, compare=False)
-    monitors: tuple[Automaton, ...] = field(repr=False, compare=False)
-    display: DisplayNames = field(repr=False)
 
     def __init__(
         self,
@@ -88,22 +89,46 @@ class Problem:
         Arguments are the attributes; the system may be a model, or a networkx graph with its initial node as `start`,
         and tasks and rules may be formulas by name, such as `{"stock": "F shelf"}`.
         """
-        named = preferences_of(preference)
-        system = system_of(system, start=start)
-        known = system.propositions
-        self.system, self.past, self.preferences = system, past, named
+        self.preferences = named = preferences_of(preference)
+        self.system = system = system_of(system, start=start)
+        self.past, known = past, system.propositions
         self.preference = named[0].preference if named else WeightedSum({})
         self.tasks = tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks"))
         self.rules = tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules"))
         self._check_number()
+        self.names = tuple(task.name for task in self.tasks)
         self.automata = checked_automata(self.tasks, "tasks")
         self.monitors = checked_automata(self.rules, "rules", self.names)
         labels = labels_of("task", [(f"tasks[{i}]", task.name, task.label) for i, task in enumerate(self.tasks)])
         self.display = replace(system.display, tasks=labels)
+        self.priced = (*self.names, *(rule.name for rule in self.rules if rule.skip is not None))
+        self.cost_names = system.cost_names
         check_objective_names(named, self.cost_names)
-        self.measure = self._measures[0] if named else Measure(len(self.tasks), len(self._breakable))
+        self.objective_names = (*self.cost_names, *(one.name for one in named))
+        self._bind_preferences()
         self._check_claims()
         self._check_weighed()
+
+    def _bind_preferences(self) -> None:
+        """Set the terms of all preferences, and the units."""
+        prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
+        skips = [*(task.skip for task in self.tasks), *(rule.skip for rule in self.rules)]
+        prices += [exact(skip) for skip in skips if skip is not None]
+        price, units = common_unit(prices), list(self.system.shared_units)
+        if self.past.costs:
+            units[0] = common_unit([units[0], *map(exact, self.past.costs)])
+        count, rules = len(self.tasks), self.priced[len(self.tasks) :]
+        objectives = []
+        for named in self.preferences:
+            with prefixed(f"{named.key}."):
+                terms = named.preference.terms(self.names, *([rules] if rules else []))
+                measure = Measure.of(terms, count, len(rules))
+            cost = 0 if named.of is None else self.cost_names.index(named.of)
+            own = Units(units[cost], price, measure.unit(units[cost], price))
+            objectives.append(PreferenceObjective(named.name, cost, measure, own))
+        self.cost_units, self.objectives = tuple(units), tuple(objectives)
+        self.measure = objectives[0].measure if objectives else Measure.of((), count, len(rules))
+        self.units = Units(units[0], price, self.measure.unit(units[0], price))
 
     def _check_number(self) -> None:
         if not self.tasks:
@@ -113,7 +138,7 @@ class Problem:
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
-        if any(measure.weighs_violation for measure in self._measures):
+        if any(objective.measure.weighs_violation for objective in self.objectives):
             return
         for i, task in enumerate(self.tasks):
             if task.relax or task.skip is not None:
@@ -121,16 +146,6 @@ class Problem:
         for i, rule in enumerate(self.rules):
             if rule.skip is not None:
                 raise PrefplanError(f"rules[{i}].skip: {UNWEIGHED}")
-
-    @cached_property
-    def _measures(self) -> tuple[Measure, ...]:
-        """The terms of every preference."""
-        measures, rules_too = [], tuple(rule.name for rule in self._breakable)
-        for named in self.preferences:
-            with prefixed(f"{named.key}."):
-                terms = named.preference.terms(self.names, *((rules_too,) if rules_too else ()))
-                measures.append(Measure.of(terms, len(self.tasks), len(rules_too)))
-        return tuple(measures)
 
     def _check_claims(self) -> None:
         """Test contracts that the user declared on costs of the sizes that occur."""
@@ -141,21 +156,6 @@ class Problem:
                     span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
                     check_never_falls(formula, self.priced, named.key, span)
                     check_contract(formula, self.priced, named.key, span)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The tasks' names."""
-        return tuple(task.name for task in self.tasks)
-
-    @cached_property
-    def priced(self) -> tuple[str, ...]:
-        """The names of all that have violation costs: the tasks, then the rules that may be broken."""
-        return (*self.names, *(rule.name for rule in self._breakable))
-
-    @property
-    def _breakable(self) -> list[Rule]:
-        """The rules that may be broken."""
-        return [rule for rule in self.rules if rule.skip is not None]
 
     def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
         """Return, by name, after how many actions a trace breaks each rule that it breaks."""
@@ -176,7 +176,7 @@ class Problem:
 
         That is so if no formula counts steps, no task can be relaxed, and no preference has a general contract.
         """
-        general = any(measure.contract == "general" for measure in self._measures)
+        general = any(objective.measure.contract == "general" for objective in self.objectives)
         if general or any(task.relax for task in self.tasks):
             return False
         return all(dfa.stutter_invariant for dfa in (*self.automata, *self.monitors))
@@ -187,11 +187,9 @@ class Problem:
         All is kept unless some tasks are given by number, which then have no rules; the preference remains the same.
         """
         problem = copy(self)
-        problem.system, problem.units, problem.cost_units = system, self.units, self.cost_units
-        problem.objectives, problem.rule_automata = self.objectives, self.rule_automata
-        problem.weighted_automata = self.weighted_automata
+        problem.system = system
         if tasks is not None:
-            problem.tasks = tuple(self.tasks[i] for i in tasks)
+            problem.tasks, problem.names = tuple(self.tasks[i] for i in tasks), tuple(self.names[i] for i in tasks)
             problem.automata = tuple(self.automata[i] for i in tasks)
             problem.weighted_automata, problem.rule_automata = tuple(self.weighted_automata[i] for i in tasks), ()
         return problem
@@ -215,49 +213,9 @@ class Problem:
         return None if self.system.resolution is None else to_number(self.system.resolution)
 
     @property
-    def cost_names(self) -> tuple[str, ...]:
-        """The names of the costs."""
-        return self.system.cost_names
-
-    @property
-    def objective_names(self) -> tuple[str, ...]:
-        """The names of what is minimised: every cost, then every preference."""
-        return (*self.cost_names, *(named.name for named in self.preferences))
-
-    @property
     def is_bi_objective(self) -> bool:
         """Whether there is one cost and one preference."""
         return len(self.cost_names) == len(self.preferences) == 1
-
-    @cached_property
-    def objectives(self) -> tuple[PreferenceObjective, ...]:
-        """The preferences, each with the cost in which it measures the tasks' costs."""
-        found = []
-        for named, measure in zip(self.preferences, self._measures, strict=True):
-            cost = 0 if named.of is None else self.cost_names.index(named.of)
-            found.append(PreferenceObjective(named.name, cost, measure, self._units(cost, measure)))
-        return tuple(found)
-
-    @cached_property
-    def cost_units(self) -> tuple[Fraction, ...]:
-        """For each cost, the unit in which it is whole, in the user's units."""
-        return tuple(self._units(cost, self.measure).cost for cost in range(len(self.cost_names)))
-
-    @cached_property
-    def units(self) -> Units:
-        """Units in which all costs and values of the search for one cost and one preference are whole."""
-        return self._units(0, self.measure)
-
-    def _units(self, cost: int, measure: Measure) -> Units:
-        """Return the units of one of the costs, and of a preference over it."""
-        unit = self.system.shared_units[cost]
-        if cost == 0 and self.past.costs:
-            unit = common_unit([unit, *map(exact, self.past.costs)])
-        prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
-        prices += [exact(task.skip) for task in self.tasks if task.skip is not None]
-        prices += [exact(rule.skip) for rule in self.rules if rule.skip is not None]
-        price = common_unit(prices)
-        return Units(unit, price, measure.unit(unit, price))
 
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:

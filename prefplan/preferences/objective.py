@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, is_dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -110,29 +109,44 @@ class Measure:
 
     Attributes:
         tasks: N, the number of tasks.
-        rules: P - N, the number of rules that may be broken.
         constant: the constant summand.
-        one_entry: rates, violation sums and tardiness, whose sum is one entry of a label key.
+        rate_terms: the additive terms over cost.
+        violation_weights: (P,) weights of the violation costs in additive terms.
+        tardiness: the deadlines.
+        one_entry: all of these terms, whose sum is one entry of a label key.
         maxima: the weighted maxima.
         formulas: expressions and Python functions that are none of these.
+        weighs_violation: whether any term depends on violation costs.
     """
 
     tasks: int
-    rules: int = 0
-    constant: Fraction = Fraction(0)
-    one_entry: tuple[Rate | Violation | Tardiness, ...] = ()
-    maxima: tuple[Maximum, ...] = ()
-    formulas: tuple[OpaqueTerm, ...] = ()
+    constant: Fraction
+    rate_terms: tuple[Rate, ...]
+    violation_weights: tuple[Fraction, ...]
+    tardiness: tuple[Tardiness, ...]
+    one_entry: tuple[Rate | Violation | Tardiness, ...]
+    maxima: tuple[Maximum, ...]
+    formulas: tuple[OpaqueTerm, ...]
+    weighs_violation: bool
 
     @classmethod
     def of(cls, parts: Sequence[Term | Fraction], tasks: int, rules: int = 0) -> Measure:
-        """Return the measure of a preference's terms and constants."""
-        formulas = _of_kind(parts, OpaqueTerm)
+        """Return the measure of a preference's terms and constants, for some numbers of tasks and breakable rules."""
+        formulas, violations = _of_kind(parts, OpaqueTerm), _of_kind(parts, Violation)
         if sum(formula.function is not None for formula in formulas) > 1:
             raise PreferenceError("terms: a sum can hold one Python function only")
-        constant = sum(_of_kind(parts, Fraction), Fraction(0))
-        rest = _of_kind(parts, Rate | Violation | Tardiness)
-        return cls(tasks, rules, constant, rest, _of_kind(parts, Maximum), formulas)
+        weights = [sum((term.weights[i] for term in violations), Fraction(0)) for i in range(tasks + rules)]
+        return cls(
+            tasks,
+            constant=sum(_of_kind(parts, Fraction), Fraction(0)),
+            rate_terms=_of_kind(parts, Rate),
+            violation_weights=tuple(weights),
+            tardiness=_of_kind(parts, Tardiness),
+            one_entry=_of_kind(parts, Rate | Violation | Tardiness),
+            maxima=_of_kind(parts, Maximum),
+            formulas=formulas,
+            weighs_violation=bool(violations) or any(formula.violations for formula in formulas),
+        )
 
     def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
@@ -142,21 +156,6 @@ class Measure:
     def summed(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Fraction:
         """Return the one entry for a preference cost set, in the user's units."""
         return sum((term.value(costs, violations) for term in self.one_entry), Fraction(0))
-
-    @property
-    def rate_terms(self) -> tuple[Rate, ...]:
-        """The additive terms over cost."""
-        return _of_kind(self.one_entry, Rate)
-
-    @property
-    def tardiness(self) -> tuple[Tardiness, ...]:
-        """The deadlines."""
-        return _of_kind(self.one_entry, Tardiness)
-
-    @property
-    def weighs_violation(self) -> bool:
-        """Whether any term depends on violation costs."""
-        return bool(_of_kind(self.one_entry, Violation)) or any(formula.violations for formula in self.formulas)
 
     @property
     def bi_objective(self) -> bool:
@@ -193,12 +192,6 @@ class Measure:
     def claimed(self) -> bool:
         """Whether the contract was declared by the user: tested on random costs, not proven."""
         return any(formula.claimed for formula in self.formulas)
-
-    @cached_property
-    def violation_weights(self) -> list[Fraction]:
-        """(P,) weights of the violation costs in additive terms."""
-        terms = _of_kind(self.one_entry, Violation)
-        return [sum((term.weights[i] for term in terms), Fraction(0)) for i in range(self.tasks + self.rules)]
 
     def largest_rate(self) -> Fraction:
         """Return an upper bound of the growth of rates and tardiness per unit of cost."""

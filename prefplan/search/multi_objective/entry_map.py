@@ -220,7 +220,7 @@ def _mentioned(
         if o.measure.contract == "general":
             same.add(o.cost)
             costs |= {(o.cost, i) for i in range(o.measure.tasks)}
-            paid |= set(range(o.measure.tasks + o.measure.rules))
+            paid |= set(range(len(o.measure.violation_weights)))
     return costs, same, paid
 
 
