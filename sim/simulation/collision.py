@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import copy
 from bisect import bisect_left
+from collections.abc import Collection, Iterable
 
 import mujoco
 import numpy as np
 
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Poses
+from sim.simulation.carriers import Carriers
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
@@ -59,7 +61,9 @@ class CollisionChecker:
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
         own = robot.bodies(model)
-        self._adjacent = {pair for pair in self._pairs(self._data.contact.geom) if own[list(pair)].all()}
+        met = {tuple(map(int, model.geom_bodyid[[*pair]])) for pair in self._pairs(self._data.contact.geom)}
+        self._adjacent = {(one, other) for one, other in met if own[[one, other]].all()}
+        self._known.clear()
         robot.let_links_collide(model, apart_from=self._adjacent)
 
     @property
@@ -148,9 +152,9 @@ class CollisionChecker:
     def blockers(self, path: np.ndarray, *, clearance: float) -> frozenset[str]:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.
 
-        A body that is within the clearance at the start, such as an object that slipped against a finger, counts only
-        if the arm comes nearer, comes back after leaving it, or never leaves it. The load may touch its supports at the
-        end of the path on the whole path.
+        A shape that is within the clearance at the start, such as an object that slipped against a finger, counts only
+        if the arm comes nearer, comes back after leaving it, or never leaves it. What the load comes to rest on or
+        beside at the end of the path counts only where the load is nearer to it than at the end.
 
         Args:
             path: joint angles, rad or m, interpolated linearly between rows.
@@ -159,9 +163,9 @@ class CollisionChecker:
         short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
         self._keep(free_step / 2)
         self._place(path[-1])
-        carriers = self._carriers(clearance)
+        carriers = Carriers(self._is_load).find(self._data, clearance=clearance, without=self._is_robot)
         self._place(path[0])
-        near = {name for _, name in self._named(clearance, carriers)}
+        near = self._met(clearance, carriers)
         least = self._nearest(near) - MAX_NEARING_M
         turned = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)).sum(axis=1))]
         done, stride, step, before = 0.0, short_step, short_step, self._pose()
@@ -174,31 +178,31 @@ class CollisionChecker:
             moved = self._distance(before, pose)
             if moved <= step:
                 mujoco.mj_collision(self._model, self._data)
-                around = self._named(free_step / 2, carriers)
+                around = self._met(free_step / 2, carriers)
                 step = min(step, short_step if around else free_step)
             if moved > step:
                 stride *= STEP_TARGET * step / moved
                 continue
-            met = {name for _, name in self._named(clearance, carriers)} if around else set()
+            met = self._met(clearance, carriers) if around else frozenset()
             near &= met
             if met - near:
-                return frozenset(met - near)
+                return self._owners(met - near)
             if near and self._nearest(near) < least:
-                return frozenset(near)
+                return self._owners(near)
             step = short_step if around else free_step
             done, before, stride = ahead, pose, stride * min(STEP_TARGET * step / max(moved, 1e-9), 4)
-        return frozenset(near)
+        return self._owners(near)
 
     def _let_collide(self) -> None:
         """Let the robot and its load collide with the world, and no bodies of the world with each other."""
         model, world = self._model, self._is_world
-        is_load = world & (model.geom_bodyid == self._load)
+        self._is_load = is_load = world & (model.geom_bodyid == self._load)
         model.geom_contype[world], model.geom_conaffinity[world] = 1, is_load[world]
         model.body_conaffinity[model.geom_bodyid[world]] = 0
         model.body_conaffinity[model.geom_bodyid[is_load]] = 1
         self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
         self._radii = model.geom_rbound[self._moving] / np.sqrt(2)
-        self._known: dict[tuple[bytes, frozenset[int]], frozenset[tuple[str, str]]] = {}
+        self._known: dict[bytes, frozenset[tuple[int, int]]] = {}
         self._clearance = np.nan
 
     def _keep(self, clearance: float) -> None:
@@ -243,51 +247,49 @@ class CollisionChecker:
         moved += self._radii * np.sqrt(np.vecdot(turns, turns))
         return float(moved.max())
 
-    def _pairs(self, geoms: np.ndarray, carriers: frozenset[int] = frozenset()) -> set[tuple[int, int]]:
-        """Return the pairs of bodies of (N, 2) geoms in contact, except for pairs that may touch.
+    def _pairs(self, geoms: np.ndarray) -> frozenset[tuple[int, int]]:
+        """Return the pairs of (N, 2) geoms in contact, except for pairs that may touch; cached, as they change rarely.
 
-        The first body is the one that moves, or the one with the lower index if both do. The hand may touch its
-        load, and so may the geoms that are to carry it.
+        The first geom is the one that moves, or that of the body with the lower index if both do. The hand may touch
+        its load.
         """
-        found: set[tuple[int, int]] = set()
-        bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
-        moves = self._is_robot[geoms] | (bodies == self._load)
-        touching_load = self._hand[bodies[:, ::-1]] | np.isin(geoms[:, ::-1], list(carriers))
-        allowed = ((bodies == self._handled) & fingers[:, ::-1]) | ((bodies == self._load) & touching_load)
-        counted = moves.any(axis=1) & ~allowed.any(axis=1)
-        for (one, other), (moves_one, moves_other) in zip(
-            bodies[counted].tolist(), moves[counted].tolist(), strict=True
-        ):
-            found.add((one, other) if moves_one and (one < other or not moves_other) else (other, one))
-        return found - self._adjacent
-
-    def _named(self, clearance: float, carriers: frozenset[int] = frozenset()) -> frozenset[tuple[str, str]]:
-        """Return the names of the pairs of bodies within a clearance, m; cached, since contacts change rarely."""
-        geoms = self._near(clearance)
-        question = geoms.tobytes(), carriers
-        if question not in self._known:
-            pairs = self._pairs(geoms, carriers)
-            self._known[question] = frozenset((self._names[a], self._names[b]) for a, b in pairs)
+        if (question := geoms.tobytes()) not in self._known:
+            bodies, fingers = self._model.geom_bodyid[geoms], self._is_finger[geoms]
+            is_load, moves = bodies == self._load, self._is_robot[geoms] | (bodies == self._load)
+            allowed = ((bodies == self._handled) & fingers[:, ::-1]) | (is_load & self._hand[bodies[:, ::-1]])
+            turned = np.where(moves.all(axis=1), bodies[:, 0] > bodies[:, 1], moves[:, 1])
+            counted = moves.any(axis=1) & ~allowed.any(axis=1)
+            counted &= np.array([tuple(sorted(pair)) not in self._adjacent for pair in bodies.tolist()], dtype=bool)
+            ordered = np.where(turned[:, None], geoms[:, ::-1], geoms)[counted]
+            self._known[question] = frozenset(map(tuple, ordered.tolist()))
         return self._known[question]
 
-    def _near(self, clearance: float) -> np.ndarray:
-        """Return the pairs of geoms within a clearance, m: (N, 2)."""
+    def _named(self, clearance: float) -> frozenset[tuple[str, str]]:
+        """Return the names of the pairs of bodies within a clearance, m."""
+        body, names = self._model.geom_bodyid, self._names
+        return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._near(clearance)))
+
+    def _met(self, clearance: float, carriers: Carriers) -> frozenset[int]:
+        """Return the geoms within a clearance of those that move, m; without what may touch the load."""
+        return frozenset(other for _, other in self._pairs(self._near(clearance, carriers)))
+
+    def _owners(self, geoms: Iterable[int]) -> frozenset[str]:
+        return frozenset(self._names[self._model.geom_bodyid[geom]] for geom in geoms)
+
+    def _near(self, clearance: float, carriers: Carriers | None = None) -> np.ndarray:
+        """Return the pairs of geoms within a clearance, m, except for the load and what may touch it: (N, 2)."""
         contact, geoms = self._data.contact, self._data.contact.geom
+        near = np.ones(len(geoms), dtype=bool)
         if clearance < self._clearance:
-            geoms = geoms[contact.dist < contact.includemargin * (clearance / self._clearance)]
-        return np.asarray(geoms)
+            near = contact.dist < contact.includemargin * (clearance / self._clearance)
+        if carriers is not None and carriers.least:
+            near &= ~carriers.touching(self._data)
+        return np.asarray(geoms[near])
 
-    def _carriers(self, clearance: float) -> frozenset[int]:
-        """Return the geoms within a clearance of the load, m."""
-        geoms = self._near(clearance)
-        is_load = self._model.geom_bodyid[geoms] == self._load
-        return frozenset(geoms[is_load[:, ::-1]].tolist())
-
-    def _nearest(self, others: set[str]) -> float:
-        """Return the least distance in a contact with one of these bodies, m; infinite if there is none."""
-        contact, body = self._data.contact, self._model.geom_bodyid
-        touched = [{self._names[body[geom]] for geom in pair} & others for pair in contact.geom]
-        return min((float(d) for d, names in zip(contact.dist, touched, strict=True) if names), default=np.inf)
+    def _nearest(self, others: Collection[int]) -> float:
+        """Return the least distance in a contact with one of these geoms, m; infinite if there is none."""
+        touched = np.isin(self._data.contact.geom, list(others)).any(axis=1)
+        return float(np.min(self._data.contact.dist[touched], initial=np.inf))
 
 
 def _rigid_with(model: mujoco.MjModel, body: int) -> np.ndarray:

@@ -62,10 +62,8 @@ def test_no_thin_board_is_tunnelled(bare: Scene, thickness: float) -> None:
 def test_steps_are_as_short_as_said(bare: Scene, gap: float, longest: float, monkeypatch: pytest.MonkeyPatch) -> None:
     plate = {"plate": ((0.56, 0.0, 0.09 - gap / 2), (0.44, 0.9, 0.09 - gap / 2))}
     check, seen = checker(with_boxes(bare, plate)), []
-    named = CollisionChecker._named
-    monkeypatch.setattr(
-        CollisionChecker, "_named", lambda *args: seen.append(check._data.geom_xpos.copy()) or named(*args)
-    )
+    met = CollisionChecker._met
+    monkeypatch.setattr(CollisionChecker, "_met", lambda *args: seen.append(check._data.geom_xpos.copy()) or met(*args))
     assert check.blockers(SWEEP, clearance=0.006) == set()
     on_path = np.array(seen[1:])  # the first is the end of the path
     moved = np.linalg.norm(np.diff(on_path, axis=0), axis=2).max(axis=1)
@@ -137,3 +135,32 @@ def test_a_load_may_touch_the_floor_of_a_bin_but_not_its_wall(blocks: Scene) -> 
         check = CollisionChecker(scene)
         check.see(data, true_poses(scene, data), handled="high", held=True)
         assert check.blockers(path, clearance=0.0015) == met
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        pytest.param((0.0, 0.052, 0.144), id="in a board above"),
+        pytest.param((0.0, 0.066, 0.12), id="deep in a wall"),
+    ],
+)
+def test_a_load_may_not_end_in_what_does_not_carry_it(end: tuple[float, float, float]) -> None:
+    places = (Location("a", at=(0.4, 0.45)), Location("b", at=(0.5, 0.2)))
+    rod = Object("rod", "a", kind="box", size=(0.03, 0.12, 0.04))
+    plain = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    spec, box = plain.spec.copy(), mujoco.mjtGeom.mjGEOM_BOX
+    body = spec.worldbody.add_body(name="shelf", pos=(0.5, 0.2, 0.0))
+    body.add_geom(type=box, size=(0.06, 0.06, 0.005), pos=(0.0, 0.0, 0.005))
+    body.add_geom(type=box, size=(0.03, 0.01, 0.005), pos=end)
+    scene = replace(plain, spec=spec, mujoco=spec.compile())
+    arm, data = Arm(scene.robot), initial_state(scene)
+    places_of_tool = [np.array([0.5, 0.2, z]) for z in np.linspace(0.03, 0.12, 4)]
+    path = np.array([arm.reach([ToolPose.down(place, 0.0)])[0] for place in places_of_tool])
+    scene.robot.put(data, path[0], width=0.03)
+    data.joint("rod").qpos[:] = [*places_of_tool[0], 1.0, 0.0, 0.0, 0.0]
+    mujoco.mj_kinematics(scene.mujoco, data)
+    check = CollisionChecker(scene)
+    check.see(data, true_poses(scene, data), handled="rod", held=True)
+    assert check.blockers(path[:2], clearance=0.0015) == set()
+    assert check.touches(path[-1]) == {("rod", "shelf")}
+    assert check.blockers(path, clearance=0.0015) == {"shelf"}
