@@ -47,7 +47,7 @@ class Dynamics:
         qpos: (S, nq) positions.
         qvel: (S, nv) velocities.
         frame: (S,) number of the frame, -1 for an intervention.
-        pad_forces: (S, pads) contact forces on the gripper's pads, N.
+        pad_forces: (F, pads) contact forces on the gripper's pads in the step that ends in each frame, N.
         supported: by object, (S,) bool, whether anything is near enough to touch it.
         touched: by object, (S,) bool, whether the robot is.
         depth: by object, (S,) how deep it is in furniture or in another object, m.
@@ -68,7 +68,7 @@ class Dynamics:
         self._timestep = float(self._model.opt.timestep)
         self._order_states()
         self.objects = [obj for obj in world.scene.shapes if obj in log.about.joints]
-        self.pad_forces = np.zeros((len(self.times), len(world.robot.gripper.pads)))
+        self.pad_forces = self._derive_pad_forces()
         self.supported, self.touched = (
             {obj: np.zeros(len(self.times), dtype=bool) for obj in self.objects} for _ in range(2)
         )
@@ -149,10 +149,33 @@ class Dynamics:
         self.frame = numbers[order]
         self.times, self.qpos, self.qvel = (np.array(rows)[order] for rows in (times, qpos, qvel))
 
+    def _derive_pad_forces(self) -> np.ndarray:
+        """Return the (F, pads) forces on the pads, N.
+
+        A step ends in the positions that its last velocities lead to, so these lead back to where it began and found
+        its contacts. Those at its end may be others: an impact is over within a step.
+        """
+        model, data, log = self._model, mujoco.MjData(self._model), self._log
+        pads = {model.geom(name).id: i for i, name in enumerate(self._world.robot.gripper.pads)}
+        forces = np.zeros((len(log.times), len(pads)))
+        for k, time in enumerate(log.times):
+            span = min(float(time), self._timestep)
+            data.qpos[:], data.qvel[:], data.ctrl[:] = (
+                self._world.qpos[k],
+                self._world.qvel[k],
+                self.command(time - span),
+            )
+            mujoco.mj_integratePos(model, data.qpos, data.qvel, -span)
+            mujoco.mj_forward(model, data)
+            for i, pair in enumerate(data.contact.geom.tolist()):
+                for geom in pair:
+                    if geom in pads:
+                        forces[k, pads[geom]] += data.efc_force[data.contact.efc_address[i]]
+        return forces
+
     def _derive_forces(self) -> None:
         model, robot = self._model, self._world.robot
         data = mujoco.MjData(model)
-        pads = {model.geom(name).id: i for i, name in enumerate(robot.gripper.pads)}
         dofs = robot.dofs(model)
         for k in range(len(self.times)):
             data.qpos[:], data.qvel[:], data.ctrl[:] = self.qpos[k], self.qvel[k], self.command(self.times[k])
@@ -161,10 +184,6 @@ class Dynamics:
             # The contact of a suction cup balances its pull, which the recorded torques do not have.
             if not isinstance(self._world.robot.gripper, SuctionGripper):
                 self._pressed[k] = data.qfrc_constraint[dofs]
-            for i, pair in enumerate(data.contact.geom.tolist()):
-                for geom in pair:
-                    if geom in pads:
-                        self.pad_forces[k, pads[geom]] += data.efc_force[data.contact.efc_address[i]]
             owners = self._owner[data.contact.geom.reshape(-1, 2)]
             loose = (owners != robot.name).all(axis=1)
             for obj, depth in self.depth.items():

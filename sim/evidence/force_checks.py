@@ -26,8 +26,8 @@ PAD_TOLERANCE_N, PAD_TOLERANCE = 5.0, 0.2
 """Greatest difference of a pad's force from the derived one, N and as a share; it is 2.6 N in genuine logs."""
 
 IMPACT_TOLERANCE = 1.0
-"""Greatest excess of a pad's force for a single frame, as a share: an impact lasts a step or two, and is over when the
-positions are recorded. It is 0.8 in genuine logs."""
+"""Greatest excess of a pad's force for a single frame, as a share: an impact lasts a step or two, and velocities are
+recorded at its end."""
 
 
 def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
@@ -62,18 +62,15 @@ def check_torques(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
 def check_grip(log: Log, dynamics: Dynamics) -> Check:
     """Check the forces on the pads against the contacts that follow from positions, velocities and commands.
 
-    Forces were recorded one step before the positions, so the adjacent frames count, too. MuJoCo sometimes misses a
-    contact for a single step, so a force is too small only if that of the next frame is, too. A held object that hits
-    the table is pressed against the pads for a step or two, so a force is too large only if that of the next frame is,
-    too, or if it is too large even for an impact.
+    MuJoCo sometimes misses a contact for a single step, so a force is too small only if that of the next frame is, too.
+    A held object that hits the table is pressed against the pads for a step or two, so a force is too large only if
+    that of the next frame is, too, or if it is too large even for an impact.
     """
     name, forces = "pad forces", log.pad_forces
-    derived = dynamics.pad_forces[dynamics.frame >= 0]
-    around = np.stack([np.vstack([derived[:1], derived[:-1]]), derived, np.vstack([derived[1:], derived[-1:]])])
-    most = around.max(axis=0)
-    at_once = forces - most * (1 + IMPACT_TOLERANCE) - PAD_TOLERANCE_N
-    over = forces - most * (1 + PAD_TOLERANCE) - PAD_TOLERANCE_N
-    under = around.min(axis=0) * (1 - PAD_TOLERANCE) - PAD_TOLERANCE_N - forces
+    derived = dynamics.pad_forces
+    at_once = forces - derived * (1 + IMPACT_TOLERANCE) - PAD_TOLERANCE_N
+    over = forces - derived * (1 + PAD_TOLERANCE) - PAD_TOLERANCE_N
+    under = derived * (1 - PAD_TOLERANCE) - PAD_TOLERANCE_N - forces
     lasting = (np.minimum(found, np.vstack([found[1:], found[-1:]])) for found in (over, under))
     off = np.maximum.reduce([at_once, *lasting])
     frame, pad = np.unravel_index(int(off.argmax()), off.shape)
