@@ -41,8 +41,9 @@ WATCH_PERIOD_S = 0.05
 BLEND_TIME_S = 0.3
 """Longest part of a movement that is blended with the next one."""
 
-HOLD_DISTANCE_M = 0.005
-"""Greatest distance of a held object from the point between the pads: farther away, they only brush it."""
+HOLD_DISTANCE_M = 0.009
+"""Greatest distance of a held object from the point between the pads. The Panda's pads reach 9.2 mm beyond it; a load
+of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press is farther away."""
 
 OBSERVATION_ERRORS = 3
 """Tolerance of that distance for sensor noise, in standard deviations of an observed position."""
