@@ -19,12 +19,12 @@ def check_path(cell: Workcell, references: np.ndarray, *, clearance: float, touc
         cell: the running simulation.
         references: (N, n) of the movement, rad; the rest of the previous movement is added to them.
         clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
-        touching: whether the fingers may touch the handled object even if they do not hold it.
+        touching: whether the fingers may hold or touch the handled object even if it is not aloft.
 
     Raises:
         BlockedError: there is a collision.
     """
-    held = cell.held() is not None
+    held = (touching or cell.contacts.aloft) and cell.held() is not None
     checker = cell.collision_checker(held=held, width=None if held else cell.width, touching=touching)
     met = checker.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
     if met:

@@ -66,6 +66,7 @@ def move_tool(
     within: float = 0.0,
     seconds: float = 0.0,
     watch: Callable[[], None] = lambda: None,
+    touching: bool = True,
 ) -> ToolPose:
     """Move the tool along a straight line to one of several poses nearby; return that pose.
 
@@ -75,6 +76,7 @@ def move_tool(
         within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
         seconds: least duration, s.
         watch: called repeatedly during the movement; if it raises an error, the arm brakes.
+        touching: whether the fingers may hold or touch the handled object.
 
     Raises:
         BlockedError: bodies are on the path.
@@ -88,7 +90,7 @@ def move_tool(
     if goal is None:
         goal, pose = cell.arm.reach(goals, near=cell.reference)
     references = cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending, load=cell.load)
-    check_path(cell, references, clearance=FINGER_CLEARANCE_M)
+    check_path(cell, references, clearance=FINGER_CLEARANCE_M, touching=touching)
     cell.follow(references, within=within, watch=watch)
     return pose
 

@@ -16,6 +16,7 @@ from sim.skills.grasp_choice import choose_placement_of_held
 from sim.skills.hand import BLEND_M, OPEN_DURATION_S, check_held, frame_of, free_pose, held_grasp, move_tool, pregrasps
 from sim.skills.placing import check_free, free_slot, resting_centre
 from sim.skills.skill import Skill
+from sim.skills.transfer import leave
 from sim.world.grasps import openings
 from sim.world.places import Slot
 
@@ -71,7 +72,7 @@ class ReleaseSkill(Release, Skill):
         marks = cell.scene.model.location(location).marks
         if marks:
             cell.glow(location, GLOW_DURATION_S)
-        move_tool(cell, [before], within=BLEND_M, seconds=GLOW_DURATION_S if marks else 0.0)
+        leave(cell, before, seconds=GLOW_DURATION_S if marks else 0.0)
         cell.contacts.handle(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))

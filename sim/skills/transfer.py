@@ -13,7 +13,14 @@ from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
-from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, PLACING_MARGIN_RAD, PLANNING_CLEARANCE_M, check_approach
+from sim.skills.hand import (
+    BLEND_M,
+    PATH_CLEARANCE_M,
+    PLACING_MARGIN_RAD,
+    PLANNING_CLEARANCE_M,
+    check_approach,
+    move_tool,
+)
 
 DETOURS_M = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
 """Paths over all objects, to try in turn: additional height of the tool, and how much nearer to the base it passes
@@ -55,6 +62,26 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         raise BlockedError.on_the_way(blockers)
     cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # raises if none is in reach
     raise SimulationError("the arm would have to change its configuration on the way")
+
+
+def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
+    """Move the open hand away from the handled object that it has let go, straight to a pose if the object stays free.
+
+    Where the arm cannot keep to the straight line (`Arm.move`), a finger would push the object: it then goes round it.
+
+    Args:
+        cell: the running simulation.
+        before: the pose.
+        seconds: least duration of moving straight, s.
+
+    Raises:
+        BlockedError: no path is free of collisions.
+        SimulationError: the pose is out of reach.
+    """
+    try:
+        move_tool(cell, [before], within=BLEND_M, seconds=seconds, touching=False)
+    except BlockedError:
+        travel(cell, [before], height=float(before.position[2]))
 
 
 def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:

@@ -14,10 +14,10 @@ from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp, ranked
-from sim.skills.hand import BLEND_M, check_held, frame_of, free_pose, move_tool, transfer_height
+from sim.skills.hand import check_held, frame_of, free_pose, move_tool, transfer_height
 from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
-from sim.skills.transfer import travel
+from sim.skills.transfer import leave, travel
 from sim.world.grasps import GraspPose, grasps, tilt_of
 from sim.world.shapes import about_z
 
@@ -105,7 +105,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     opening, rising = TILTED_DURATIONS_S
     cell.set_width(turn.grasp.opening, opening)
     cell.wait(rising)
-    move_tool(cell, [turn.above], within=BLEND_M)
+    leave(cell, turn.above)
     cell.settle()
     cell.log_event("turned over" if turn.over else "set aside", object=obj)
 

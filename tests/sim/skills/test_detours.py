@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
-from skill_runs import assert_clean, assert_placed
+from skill_runs import assert_clean, assert_placed, perform_all
 from walls import Box, with_boxes
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
@@ -101,4 +103,29 @@ def test_a_board_under_the_end_of_a_long_load_is_seen_on_the_way_down() -> None:
         perform(cell, action)
     with pytest.raises(BlockedError, match="the way is blocked by board"):
         perform(cell, "release rod b")
+    assert_clean(cell)
+
+
+def test_the_opened_hand_goes_round_what_it_would_push(table: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    move, aside = Arm.move, []
+
+    def straying(arm: Arm, q: np.ndarray, goal: np.ndarray, pose: ToolPose, **options: Any) -> np.ndarray:
+        """Leave the straight line by 3 cm when the hand rises, along the direction in which it closes."""
+        here = arm.tool(q)
+        if options.get("height") is not None or pose.position[2] < here.position[2] + 0.05:
+            return move(arm, q, goal, pose, **options)
+        midway = here.shifted(0.03 * here.rotation[:, 1])
+        between, _ = arm.reach([midway], near=q)
+        aside.append(midway)
+        return np.vstack([move(arm, q, between, midway, seconds=1.0), move(arm, between, goal, pose)])
+
+    cell = perform_all(table, "transit a", "grasp cup", "transport cup b")
+    begun = len(cell.recorder.arrays["times"])
+    monkeypatch.setattr(Arm, "move", straying)
+    perform(cell, "release cup b")
+    assert aside
+    pressed = cell.recorder.arrays["pad_forces"][begun:] > 0
+    let_go = int(np.flatnonzero(pressed.all(axis=1))[-1]) + 2  # the pads may leave it one after the other
+    assert not pressed[let_go:].any()
+    assert_placed(cell, "cup", "b")
     assert_clean(cell)
