@@ -101,9 +101,7 @@ def judge(
     task_costs = [spent[-1] if end is None else spent[end] for end in ends.values()]
     priced = [*ends, *(rule.name for rule in rules if rule.skip is not None)]
     paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
-    terms = preference.terms(list(ends), *([priced[len(ends) :]] if len(priced) > len(ends) else []))
-    costs_of_all = [*task_costs, *[Fraction(0)] * (len(priced) - len(ends))]
-    mu = to_number(Measure.of(terms, len(ends), len(priced) - len(ends)).value(costs_of_all, paid))
+    mu = _mu(preference, list(ends), priced[len(ends) :], task_costs, paid)
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 
@@ -113,18 +111,23 @@ def judge(
     checks += [_check_rule(rule, broken[rule.name], claims) for rule in rules]
     checks.append(_check_number("total cost", claims.cost, to_number(spent[-1])))
     checks += [_check_number(f"task cost {name}", claims.task_costs.get(name), cost) for name, cost in derived.items()]
-    for name, amount in zip(priced, paid, strict=True):
-        claim = claims.violation_costs.get(name)
-        if claim or amount:
-            checks.append(_check_number(f"violation cost {name}", claim, to_number(amount)))
+    violations = [(name, claims.violation_costs.get(name), amount) for name, amount in zip(priced, paid, strict=True)]
+    checks += [_check_number(f"violation cost {name}", c, to_number(v)) for name, c, v in violations if c or v]
     unknown = sorted({*claims.task_costs, *claims.violation_costs} - {*priced})
     if unknown:
         checks.append(Check(f"task {unknown[0]}", False, "there is no such task"))
     if claims.completed or claims.preference is not None:
         checks.append(_check_number("preference", claims.preference, mu))
-    done = [name for name in ends if name not in skipped]
-    checks.append(_check_completed(claims, done, missing, skipped))
+    checks.append(_check_completed(claims, [name for name in ends if name not in skipped], missing, skipped))
     return Verdict(tuple(checks), not missing, derived, mu)
+
+
+def _mu(
+    preference: Preference, tasks: list[str], rules: list[str], costs: list[Fraction], paid: list[Fraction]
+) -> int | float:
+    """Return mu of the costs of tasks, and of what was paid for them and the rules that may be broken."""
+    terms = preference.terms(tasks, *([rules] if rules else []))
+    return to_number(Measure.of(terms, len(tasks), len(rules)).value([*costs, *[Fraction(0)] * len(rules)], paid))
 
 
 def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:

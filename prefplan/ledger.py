@@ -149,25 +149,18 @@ class Ledger:
     def entry(self, step: int) -> Entry:
         """Return the costs after a number of actions, 0 <= step <= K."""
         costs, paid = self._costs(step)
+        first = self.problem.objectives[0].cost if self.problem.objectives else 0
         names = self.problem.names
         return Entry(
             cost=to_number(self._spent(step)),
             task_costs=dict(zip(names, map(to_number, costs), strict=False)),
             violation_costs=dict(zip(self.problem.priced, map(to_number, paid), strict=True)),
             satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
-            preference=to_number(self._first_preference(step)),
+            preference=to_number(self.problem.measure.value(*self._costs(step, first))),
         )
 
-    def exact_preference(self) -> Any:
-        """Return mu of all the actions: a fraction, or a float where a Python function is used."""
-        return self._first_preference(len(self.costs))
-
-    def _first_preference(self, step: int) -> Any:
-        cost = self.problem.objectives[0].cost if self.problem.objectives else 0
-        return self.problem.measure.value(*self._costs(step, cost))
-
     def exact_objectives(self) -> tuple[Any, ...]:
-        """Return every total cost and every mu of all the actions; see `exact_preference`."""
+        """Return every total cost and every mu of all the actions; a mu is a float where a function is used."""
         last = len(self.costs)
         values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
         return (*(self._spent(last, cost) for cost in range(len(self._totals))), *values)
