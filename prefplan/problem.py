@@ -12,8 +12,7 @@ from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
-from prefplan.models.past import Past
-from prefplan.models.system import System
+from prefplan.models.system import Past, System
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.preferences.contracts import Span, check_contract, check_never_falls
 from prefplan.preferences.kinds import Preference, WeightedSum

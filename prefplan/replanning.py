@@ -14,8 +14,7 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.logic.tasks import Possible, Rule, Task
-from prefplan.models.past import Past
-from prefplan.models.system import System
+from prefplan.models.system import Past, System
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum

@@ -60,7 +60,7 @@ def judged(problem: Problem) -> judge.GraphProblem:
         judge.Edge(
             f"{state}",
             system.action_names[system.actions[edge]],
-            judge.exact(system.unit * int(system.costs[edge])),
+            judge.exact(system.cost(edge)),
             f"{system.targets[edge]}",
         )
         for state in range(system.size)

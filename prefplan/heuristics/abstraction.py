@@ -24,10 +24,11 @@ import numpy as np
 
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.projections import Projections
-from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_matrices
+from prefplan.models.costs import DEFAULT_COST, CostTable
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT, canonical
@@ -87,7 +88,7 @@ class Projected:
     def __init__(self, product: GeneratedProduct) -> None:
         """Take the product."""
         self.product, self.costs, self.sizes, self.shift = product, product.costs, product.sizes, 0
-        self._model, self._space = product.model.symmetry.model, product.model.space
+        self._model, self._space = product.model.space.model, product.model.space
         self._known: dict[tuple[int, ...], _Projection] = {}
 
     def with_costs(self, costs: np.ndarray) -> Projected:
@@ -200,7 +201,7 @@ class Projected:
             space = StateCodes(small, start, seen.sees_mark)
             moves = moves_of(space, seen.neutral, seen.unseen)
             states = listed(space, moves, int(canonical(moves, space.encode(start, where="start"))))
-            system = table(space, states, cost_matrices(small, KINDS, space.hands), names)
+            system = table(space, states, cost_tables(small, KINDS, space.hands), names)
             places, hands = self._numbers_in(space, relaxed.neutral)
             self._known[tasks] = _Projection(len(self._known), tasks, space, seen, states, system, places, hands)
         return self._known[tasks]
@@ -255,7 +256,7 @@ class Projected:
     def _backward(self, found: _Projection, costs: np.ndarray, *, idle: int) -> Backward:
         """Return what fills tables of a projection with some costs; `idle` is that of an action in no task's sight."""
         problem = self.product.problem
-        system = replace(found.system, costs=costs, unit=problem.units.cost, more_costs=())
+        system = replace(found.system, costs=(CostTable(DEFAULT_COST, costs, problem.units.cost),))
         if not all(problem.automata[i].stutter_invariant for i in found.tasks):
             system = _with_idling(system, idle)
         product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
@@ -290,7 +291,9 @@ class Projected:
         return numbers
 
 
-def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> tuple[Description, ManipulationState]:
+def _without(
+    view: Symmetry, kept: Sequence[str], start: ManipulationState
+) -> tuple[ManipulationModel, ManipulationState]:
     """Return a model with only some objects, and only as many merged locations as these need."""
     needed = view.neutral[: len(kept) + 1]
     locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
@@ -324,6 +327,9 @@ def _with_idling(system: TransitionSystem, cost: int) -> TransitionSystem:
         offsets=system.offsets + np.arange(system.size + 1),
         targets=np.concatenate([system.targets, states.astype(np.int32)])[order],
         actions=np.concatenate([system.actions, added])[order],
-        costs=np.concatenate([system.costs, np.full(system.size, cost)])[order],
+        costs=tuple(
+            replace(each, entries=np.concatenate([each.entries, np.full(system.size, cost)])[order])
+            for each in system.costs
+        ),
         action_names=(*system.action_names, "wait"),
     )

@@ -242,7 +242,7 @@ def more_costs(product: Product) -> list[np.ndarray]:
     if isinstance(product, GeneratedProduct):
         found = [unit_costs(product.model, problem, d) for d in further]
     else:
-        found = [problem.system.listed.edge_costs[d].counts(problem.cost_units[d]) for d in further]
+        found = [problem.system.listed.costs[d].counts(problem.cost_units[d]) for d in further]
     if any(max(costs.tolist(), default=0) >= INFINITE for costs in found):
         raise OverflowError
     return [costs.astype(np.int64) for costs in found]

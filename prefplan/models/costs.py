@@ -19,26 +19,43 @@ Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""
 
 
+UNMEASURED = -1
+"""Entry of a cost table for an action that was not measured."""
+
+
 @dataclass(frozen=True)
-class EdgeCosts:
-    """One of the costs of every edge of a transition system.
+class CostTable:
+    """One of the costs of a system's actions.
 
     Attributes:
         name: name of the cost.
-        costs: (E,) >= 0, in multiples of `unit`, as `TransitionSystem.costs`.
-        unit: unit of `costs`, in the user's units.
+        entries: >= 0, in whole multiples of `unit`, or `UNMEASURED`: int64, or Python's integers where one does not
+            fit; (E,) by edge where states are listed, else (K, H, H) by kind of action and pose of the hand before and
+            after it.
+        unit: unit of `entries`, in the user's units.
     """
 
     name: str
-    costs: np.ndarray
+    entries: np.ndarray
     unit: Fraction
 
+    @property
+    def shared_unit(self) -> Fraction:
+        """The largest unit of which every cost is a multiple, in the user's units."""
+        known = self.entries[self.entries != UNMEASURED]
+        return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
+
+    @property
+    def greatest(self) -> Fraction:
+        """The greatest cost, in the user's units; 0 if there are none."""
+        return self.unit * int(max(self.entries.ravel().tolist(), default=0))
+
     def counts(self, unit: Fraction) -> np.ndarray:
-        """Return (E,) the costs as whole multiples of another unit: int64 if all fit, else Python's integers."""
+        """Return all entries as whole multiples of another unit, in one dimension: int64 if all fit, else Python's."""
         ratio = self.unit / unit
         if ratio.numerator == 1:
-            return self.costs // ratio.denominator
-        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.costs.tolist()])
+            return self.entries.ravel() // ratio.denominator
+        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.entries.ravel().tolist()])
 
 
 def amount(cost: Cost, name: str) -> Number:

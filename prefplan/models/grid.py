@@ -12,9 +12,8 @@ from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory
-from prefplan.models.costs import Cost, EdgeCosts, amount, check_costs_agree, names_of
-from prefplan.models.on_demand import OnDemand
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.costs import Cost, CostTable, amount, check_costs_agree, names_of
+from prefplan.models.transition_system import OnDemand, TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names, check_names
 
@@ -128,7 +127,6 @@ class GridModel:
         there = np.stack(exists, axis=1)
         targets = np.stack(target, axis=1)[there]
         ground = self._ground()[free][targets]
-        first, *more = (self._edge_costs(name, ground) for name in self.cost_names)
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
@@ -136,14 +134,11 @@ class GridModel:
             offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),
             actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[there],
-            costs=first.costs,
-            unit=first.unit,
+            costs=tuple(self._cost_table(name, ground) for name in self.cost_names),
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
             propositions=self.known_propositions,
-            cost_name=first.name,
-            more_costs=tuple(more),
             map=CellMap(self.size, self.regions, self.obstacles, self._rough),
         )
 
@@ -159,11 +154,11 @@ class GridModel:
             _fill(ground, terrain.boxes, k)
         return ground
 
-    def _edge_costs(self, name: str, ground: np.ndarray) -> EdgeCosts:
+    def _cost_table(self, name: str, ground: np.ndarray) -> CostTable:
         """Return one of the costs of moves, which are given by the (E,) terrain that they enter."""
         costs = [exact(amount(cost, name)) for cost in (self.cost, *(rough.cost for rough in self.terrain.values()))]
         counts, unit = in_common_unit(costs)
-        return EdgeCosts(name, counts[ground], unit)
+        return CostTable(name, counts[ground], unit)
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return (S,) each free cell's label as an index, and the distinct labels."""

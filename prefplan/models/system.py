@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Hashable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Hashable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from prefplan.drawing.cell_map import CellMap
-from prefplan.exact_costs import Number, to_number
+from prefplan.exact_costs import Number, exact, to_number
+from prefplan.models.costs import CostTable
 from prefplan.text.names import DisplayNames
 
 if TYPE_CHECKING:
@@ -35,29 +36,30 @@ class Quotient:
     lift: Callable[[Trajectory], Trajectory]
 
 
+@dataclass(frozen=True, kw_only=True)
 class System(ABC):
     """A weighted transition system T = (S, s0, A, delta, c, AP, L) (Definition 1).
 
     A state is whatever the system uses for one: a number if states are listed.
 
     Attributes:
+        is_large: whether there may be too many states to list.
         start: s0.
+        costs: every cost of the actions, the first one first.
         propositions: every name that a formula over this system may use.
         resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
         map: of a grid, for pictures.
         display: what people are shown in place of names of objects and locations in actions.
     """
 
-    start: Any
-    propositions: frozenset[str]
-    resolution: Fraction | None
-    map: CellMap | None
-    display: DisplayNames
+    is_large: ClassVar[bool] = False
 
-    @property
-    @abstractmethod
-    def is_large(self) -> bool:
-        """Whether there may be too many states to list."""
+    start: Any
+    costs: tuple[CostTable, ...]
+    propositions: frozenset[str]
+    resolution: Fraction | None = None
+    map: CellMap | None = None
+    display: DisplayNames = DisplayNames()
 
     @property
     @abstractmethod
@@ -66,18 +68,23 @@ class System(ABC):
 
     @property
     @abstractmethod
+    def most_states(self) -> int:
+        """An upper bound of the number of states."""
+
+    @property
     def cost_names(self) -> tuple[str, ...]:
         """The names of the costs."""
+        return tuple(table.name for table in self.costs)
 
     @property
-    @abstractmethod
     def shared_units(self) -> tuple[Fraction, ...]:
         """For each cost, the largest unit of which all its values are multiples, in the user's units."""
+        return tuple(table.shared_unit for table in self.costs)
 
     @property
-    @abstractmethod
     def greatest_costs(self) -> tuple[Fraction, ...]:
         """For each cost, a bound of what a plan costs that meets no state twice, in the user's units."""
+        return tuple(table.greatest * self.most_states for table in self.costs)
 
     @abstractmethod
     def decode(self, state: Any) -> Hashable:
@@ -111,18 +118,18 @@ class System(ABC):
             state, each = self.steps(state, action)
             costs.append(each)
             labels.append(self.label(state))
-        return labels, [tuple(each[d] for each in costs) for d in range(len(self.cost_names))]
+        return labels, [tuple(each[d] for each in costs) for d in range(len(self.costs))]
 
-    @abstractmethod
-    def with_first_cost(self) -> System:
+    def with_first_cost(self) -> Self:
         """Return the system without its further costs."""
+        return replace(self, costs=self.costs[:1])
 
-    @abstractmethod
-    def knowing(self, propositions: frozenset[str]) -> System:
+    def knowing(self, propositions: frozenset[str]) -> Self:
         """Return the system with other `propositions`."""
+        return replace(self, propositions=propositions)
 
     @abstractmethod
-    def without(self, barred: Barred) -> System:
+    def without(self, barred: Barred) -> Self:
         """Return the system without some actions in some states; see `Barred`."""
 
     @abstractmethod
@@ -133,3 +140,34 @@ class System(ABC):
             names: the propositions that matter.
             stutter_invariant: whether actions that change none of them may be left out, which never makes a plan worse.
         """
+
+
+@dataclass(frozen=True)
+class Past:
+    """K actions that were taken before a plan is made again, each with the observation before it.
+
+    Attributes:
+        actions: (K,) in order.
+        costs: (K,) cost of each, whether or not it succeeded.
+        states: (K,) state before each; the first is the initial state.
+        labels: (K,) the propositions that held in these states.
+    """
+
+    actions: tuple[str, ...] = ()
+    costs: tuple[Number, ...] = ()
+    states: tuple[Hashable, ...] = ()
+    labels: tuple[frozenset[str], ...] = ()
+
+    @property
+    def cost(self) -> Number:
+        """The total cost so far."""
+        return to_number(sum(map(exact, self.costs), Fraction(0)))
+
+    def along(self, system: System, actions: Sequence[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
+        """Return the trace of actions that begin with these and go on from a system's start; see `along` there.
+
+        Raises:
+            ModelError: if an action is not applicable in its state.
+        """
+        labels, (first, *more) = system.along(actions[len(self.actions) :])
+        return [*self.labels, *labels], [(*map(exact, self.costs), *first), *more]

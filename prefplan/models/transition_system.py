@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -10,15 +10,31 @@ from typing import Any
 import networkx as nx
 import numpy as np
 
-from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, in_units, to_number
-from prefplan.models.costs import DEFAULT_COST, Cost, EdgeCosts, amount, check_costs_agree, names_of
+from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, amount, check_costs_agree, names_of
 from prefplan.models.system import Barred, Quotient, System
-from prefplan.text.names import DisplayNames, check_names
+from prefplan.text.names import check_names
 
 
-@dataclass(frozen=True)
+class OnDemand(Sequence[Hashable]):
+    """A sequence whose entries are computed when they are read."""
+
+    def __init__(self, length: int, make: Callable[[int], Hashable]) -> None:
+        """Take the length, and a function that returns an entry."""
+        self._length, self._make = length, make
+
+    def __len__(self) -> int:
+        """Return the length."""
+        return self._length
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return an entry, or the list of several."""
+        at = range(self._length)[index]
+        return self._make(at) if isinstance(at, int) else [self._make(i) for i in at]
+
+
+@dataclass(frozen=True, kw_only=True)
 class TransitionSystem(System):
     """A weighted transition system (Definition 1) whose states are listed; see also the attributes of `System`.
 
@@ -30,13 +46,9 @@ class TransitionSystem(System):
         offsets: (S + 1,) int64.
         targets: (E,) int32, state that each edge leads to.
         actions: (E,) int32, index into `action_names`.
-        costs: (E,) >= 0, in whole multiples of `unit`: int64, or Python's integers where one does not fit.
-        unit: unit of `costs`, in the user's units.
         labels: (S,) int32, index into `label_sets`.
         action_names: names of the actions.
         label_sets: distinct sets of propositions; a state's label is one of them.
-        cost_name: name of the first cost.
-        more_costs: further costs.
     """
 
     states: Sequence[Hashable]
@@ -44,27 +56,9 @@ class TransitionSystem(System):
     offsets: np.ndarray
     targets: np.ndarray
     actions: np.ndarray
-    costs: np.ndarray
-    unit: Fraction
     labels: np.ndarray
     action_names: tuple[str, ...]
     label_sets: tuple[frozenset[str], ...]
-    propositions: frozenset[str]
-    resolution: Fraction | None = None
-    cost_name: str = DEFAULT_COST
-    more_costs: tuple[EdgeCosts, ...] = ()
-    map: CellMap | None = None
-    display: DisplayNames = DisplayNames()
-
-    @property
-    def edge_costs(self) -> tuple[EdgeCosts, ...]:
-        """Every cost, the first one first."""
-        return (EdgeCosts(self.cost_name, self.costs, self.unit), *self.more_costs)
-
-    @property
-    def cost_names(self) -> tuple[str, ...]:
-        """See `System.cost_names`."""
-        return (self.cost_name, *(more.name for more in self.more_costs))
 
     @property
     def size(self) -> int:
@@ -72,24 +66,14 @@ class TransitionSystem(System):
         return len(self.offsets) - 1
 
     @property
-    def is_large(self) -> bool:
-        """See `System.is_large`."""
-        return False
+    def most_states(self) -> int:
+        """Number of states."""
+        return self.size
 
     @property
     def listed(self) -> TransitionSystem:
         """This system."""
         return self
-
-    @property
-    def greatest_costs(self) -> tuple[Fraction, ...]:
-        """See `System.greatest_costs`."""
-        return tuple(edges.unit * int(max(edges.costs.tolist(), default=0)) * self.size for edges in self.edge_costs)
-
-    @property
-    def shared_units(self) -> tuple[Fraction, ...]:
-        """See `System.shared_units`."""
-        return tuple(edges.unit * (int(np.gcd.reduce(edges.costs, initial=0)) or 1) for edges in self.edge_costs)
 
     def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
         """See `System.quotient`; here this system."""
@@ -109,22 +93,14 @@ class TransitionSystem(System):
 
     def cost(self, edge: int) -> Number:
         """Return the first cost of an edge, in the user's units."""
-        return to_number(int(self.costs[edge]) * self.unit)
+        return to_number(int(self.costs[0].entries[edge]) * self.costs[0].unit)
 
     def steps(self, state: int, action: str) -> tuple[int, tuple[Fraction, ...]]:
         """See `System.steps`."""
         for edge in self.edges(state):
             if self.action_names[self.actions[edge]] == action:
-                return int(self.targets[edge]), tuple(int(each.costs[edge]) * each.unit for each in self.edge_costs)
+                return int(self.targets[edge]), tuple(int(each.entries[edge]) * each.unit for each in self.costs)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
-
-    def with_first_cost(self) -> TransitionSystem:
-        """See `System.with_first_cost`."""
-        return replace(self, more_costs=()) if self.more_costs else self
-
-    def knowing(self, propositions: frozenset[str]) -> TransitionSystem:
-        """See `System.knowing`."""
-        return replace(self, propositions=propositions)
 
     def without(self, barred: Barred) -> TransitionSystem:
         """See `System.without`."""
@@ -142,8 +118,7 @@ class TransitionSystem(System):
             offsets=before[self.offsets].astype(np.int64),
             targets=self.targets[kept],
             actions=self.actions[kept],
-            costs=self.costs[kept],
-            more_costs=tuple(replace(more, costs=more.costs[kept]) for more in self.more_costs),
+            costs=tuple(replace(each, entries=each.entries[kept]) for each in self.costs),
         )
 
     @classmethod
@@ -230,7 +205,6 @@ class TransitionSystem(System):
         check_names(known, where="propositions")
         order = np.argsort(sources, kind="stable")
         columns = {name: in_units(each, resolution) for name, each in costs.items()}
-        first, *more = (EdgeCosts(name, counts[order], unit) for name, (counts, unit, _) in columns.items())
         distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
         labels = np.zeros(len(states), dtype=np.int32)
         for state, names in label_of.items():
@@ -241,15 +215,12 @@ class TransitionSystem(System):
             offsets=np.searchsorted(sources[order], np.arange(len(states) + 1)).astype(np.int64),
             targets=targets[order].astype(np.int32),
             actions=actions[order].astype(np.int32),
-            costs=first.costs,
-            unit=first.unit,
+            costs=tuple(CostTable(name, counts[order], unit) for name, (counts, unit, _) in columns.items()),
             labels=labels,
             action_names=action_names,
             label_sets=tuple(distinct),
             propositions=known,
-            resolution=columns[first.name][2],
-            cost_name=first.name,
-            more_costs=tuple(more),
+            resolution=next(rounded for _, _, rounded in columns.values()),
         )
 
     @classmethod

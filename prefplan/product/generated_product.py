@@ -12,8 +12,7 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
-from prefplan.models.costs import EdgeCosts
-from prefplan.models.manipulation.symmetry import ReducedModel
+from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.problem import Problem
 from prefplan.product.moves import generated
 from prefplan.product.product_automaton import CODE_LIMIT, Product, Trajectory
@@ -32,7 +31,7 @@ class GeneratedProduct(Product):
         model: the model.
     """
 
-    def __init__(self, problem: Problem, model: ReducedModel) -> None:
+    def __init__(self, problem: Problem, model: ManipulationSystem) -> None:
         """Tabulate every automaton over its letters; call `suits` before."""
         self.problem, self.model = problem, model
         self.units, self.shift = problem.units, 0
@@ -49,7 +48,7 @@ class GeneratedProduct(Product):
         self.extra_state, self.extra_price = none.astype(np.int32), none
 
     @staticmethod
-    def suits(problem: Problem, model: ReducedModel) -> bool:
+    def suits(problem: Problem, model: ManipulationSystem) -> bool:
         """Return whether a problem's product can be generated.
 
         That is so if no task can be relaxed and no action barred, and if all tables and numbers are small enough.
@@ -68,8 +67,10 @@ class GeneratedProduct(Product):
 
     def trajectory(self, steps: np.ndarray) -> Trajectory:
         """Return what happens in the problem's own system along (K,) states of the model after the start."""
-        actions, states = self.model.lift([self.start_node, *steps.tolist()])
-        return actions, states, *self.problem.system.along(actions)
+        whole = self.problem.system
+        assert isinstance(whole, ManipulationSystem)
+        actions, states = whole.lifted([self.start_node, *steps.tolist()], self.model)
+        return actions, states, *whole.along(actions)
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
@@ -99,8 +100,6 @@ class GeneratedProduct(Product):
         return letters
 
 
-def unit_costs(model: ReducedModel, problem: Problem, cost: int = 0) -> np.ndarray:
+def unit_costs(model: ManipulationSystem, problem: Problem, cost: int = 0) -> np.ndarray:
     """Return (4 H H,) one of the costs, by price, in a problem's units; those not measured stay negative."""
-    matrix = model.actions.costs[cost]
-    known = EdgeCosts(matrix.name, np.maximum(matrix.entries.ravel(), 0), matrix.unit).counts(problem.cost_units[cost])
-    return np.where(matrix.entries.ravel() < 0, -1, known)
+    return model.costs[cost].counts(problem.cost_units[cost])

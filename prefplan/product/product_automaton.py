@@ -18,7 +18,7 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
-from prefplan.models.costs import EdgeCosts
+from prefplan.models.costs import CostTable
 from prefplan.problem import Problem
 from prefplan.product.moves import Generated
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
@@ -83,7 +83,7 @@ class Product:
         self.start_node = system.start
         self.offsets = system.offsets
         self.targets = system.targets
-        costs = system.edge_costs[0].counts(self.units.cost)
+        costs = system.costs[0].counts(self.units.cost)
         sizes = [*self.sizes.tolist(), *self.rule_sizes.tolist()]
         states = system.size * math.prod(sizes)
         if states >= CODE_LIMIT:
@@ -213,13 +213,13 @@ class Product:
             tuple(system.action_names[action] for action in system.actions[steps].tolist()),
             tuple(system.states[state] for state in visited),
             [system.label(state) for state in visited],
-            [_in_users_units(column, steps) for column in system.edge_costs],
+            [_in_users_units(column, steps) for column in system.costs],
         )
 
 
-def _in_users_units(column: EdgeCosts, edges: np.ndarray) -> tuple[Fraction, ...]:
+def _in_users_units(column: CostTable, edges: np.ndarray) -> tuple[Fraction, ...]:
     """Return the costs of (K,) edges, in the user's units."""
-    counts = column.costs[edges].tolist()
+    counts = column.entries[edges].tolist()
     cost_of = {count: count * column.unit for count in set(counts)}
     return tuple(map(cost_of.__getitem__, counts))
 

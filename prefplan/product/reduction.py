@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from prefplan.models.manipulation.symmetry import ReducedModel
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Quotient
 from prefplan.problem import Problem
@@ -36,7 +35,7 @@ class Reduction:
         )
 
     @cached_property
-    def _model(self) -> ReducedModel | None:
+    def _model(self) -> ManipulationSystem | None:
         """The smaller system, unless its states are listed."""
         system = self.problem.system
         if not isinstance(system, ManipulationSystem) or not self._generated:

@@ -73,7 +73,8 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
     else:
         # Costs do not matter here.
         system = reduction.quotient.system
-        system = replace(system, costs=np.zeros(len(system.costs), dtype=np.int64), more_costs=())
+        free_of_cost = replace(system.costs[0], entries=np.zeros(len(system.targets), dtype=np.int64))
+        system = replace(system, costs=(free_of_cost,))
         product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))
     search = BiObjectiveSearch(Prepared(product, Options(heuristic=1)), cost_only=True)
     result = search.run(limits)

@@ -149,7 +149,7 @@ class Paths:
     def _spent(self) -> list[np.ndarray]:
         """For each cost, (T,) its total up to each step, in units."""
         problem, totals = self.product.problem, []
-        for d, (column, unit) in enumerate(zip(problem.system.listed.edge_costs, problem.cost_units, strict=True)):
+        for d, (column, unit) in enumerate(zip(problem.system.listed.costs, problem.cost_units, strict=True)):
             counts = column.counts(unit)
             steps = np.zeros(len(self.before), dtype=counts.dtype)
             steps[~self._begins] = counts[self.edges[~self._begins]]

@@ -92,7 +92,7 @@ class ReferenceSearch:
         units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
         named = zip(problem.objective_names, units, strict=True)
         self._most = [bounds[name] / unit if name in bounds else math.inf for name, unit in named]
-        edge_costs = zip(self._system.edge_costs, problem.cost_units, strict=True)
+        edge_costs = zip(self._system.costs, problem.cost_units, strict=True)
         columns = [column.counts(unit).tolist() for column, unit in edge_costs]
         self._costs: list[Counts] = list(zip(*columns, strict=True))
         self._distances = [task_distances(product, column) for column in columns]

@@ -95,8 +95,9 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     whole = replace(model, costs=numbered).transition_system()
     system = whole.quotient((), stutter_invariant=False).system
     alike = [obj.name for obj in model.objects if not obj.fixed] if whole.is_large else []
-    order = np.argsort(system.costs, kind="stable")
-    bounds = np.searchsorted(system.costs[order], np.arange(len(pairs) + 1))
+    number = system.costs[0].entries
+    order = np.argsort(number, kind="stable")
+    bounds = np.searchsorted(number[order], np.arange(len(pairs) + 1))
     edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}
     sources = np.repeat(np.arange(system.size), np.diff(system.offsets))
     actions = [model.action(name) for name in system.action_names]

@@ -25,7 +25,7 @@ def front_by_trying_everything(problem: pp.Problem, max_cost: int) -> list[tuple
             found.append((cost, problem.measure.value([Fraction(c) for c in done], [Fraction(0)] * len(done))))
             continue
         for edge in system.edges(state):
-            target, spent = int(system.targets[edge]), cost + int(system.costs[edge]) * system.unit
+            target, spent = int(system.targets[edge]), cost + Fraction(system.cost(edge))
             label = system.label(target)
             after = tuple(dfa.step(q, label) for dfa, q in zip(dfas, automata, strict=True))
             costs = tuple(

@@ -9,7 +9,7 @@ import numpy as np
 import prefplan as pp
 import sim
 from prefplan.models.manipulation.action import at
-from prefplan.models.manipulation.description import Description
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.operators import Outcomes
 from sim.skills.hand import HOVER_HEIGHT_M, move_tool
 
@@ -22,7 +22,7 @@ class Push(sim.Skill):
 
     kind, travels = "push", True
 
-    def outcomes(self, model: Description, state: pp.ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: pp.ManipulationState) -> Outcomes:
         for obj, here in state.places:
             if state.held is None and state.hand == here == "near" and "far" not in state.place.values():
                 places = tuple((state.place | {obj: "far"}).items())

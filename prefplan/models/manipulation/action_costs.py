@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -13,20 +12,17 @@ import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.models.costs import DEFAULT_COST, Cost, amount, check_costs_agree, names_of
+from prefplan.models.costs import DEFAULT_COST, UNMEASURED, Cost, CostTable, amount, check_costs_agree, names_of
 from prefplan.models.manipulation.slots import location_of
 
 if TYPE_CHECKING:
-    from prefplan.models.manipulation.description import Description
+    from prefplan.models.manipulation.model import ManipulationModel
 
 QUANTITIES = {"time": "s", "travel": "rad", "energy": "J"}
 """Quantities that can be measured, with their units."""
 
 Pair = tuple[str, str, str]
 """An action's kind, and the hand's poses before and after it: a location, one of its slots, or the start pose."""
-
-UNMEASURED = -1
-"""Entry of a cost matrix for an action that was not measured."""
 
 
 @dataclass(frozen=True)
@@ -93,32 +89,7 @@ def _described(pair: Pair) -> str:
     return f"{kind} at {after!r}" if before == after else f"{kind} from {before!r} to {after!r}"
 
 
-@dataclass(frozen=True)
-class CostMatrix:
-    """One cost of K kinds of actions between H poses of the hand.
-
-    Attributes:
-        name: name of the cost.
-        entries: (K, H, H) by kind, hand before and hand after, in multiples of `unit`; `UNMEASURED` where unknown.
-        unit: unit of `entries`, in the user's units.
-    """
-
-    name: str
-    entries: np.ndarray
-    unit: Fraction
-
-    @property
-    def shared_unit(self) -> Fraction:
-        """The largest unit of which every cost is a multiple, in the user's units."""
-        known = self.entries[self.entries != UNMEASURED]
-        return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
-
-    def between(self, hands: Sequence[int]) -> CostMatrix:
-        """Return the costs between some of the poses of the hand."""
-        return replace(self, entries=self.entries[:, hands][:, :, hands])
-
-
-def cost_matrices(model: Description, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostMatrix, ...]:
+def cost_tables(model: ManipulationModel, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostTable, ...]:
     """Return every cost of every kind of action between every two poses of the hand, the first cost first.
 
     A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
@@ -129,14 +100,14 @@ def cost_matrices(model: Description, kinds: Sequence[str], hands: Sequence[str]
         kinds: the K kinds of actions.
         hands: names of the H poses.
     """
-    return tuple(_cost_matrix(model, kinds, hands, name) for name in cost_names(model.costs))
+    return tuple(_cost_table(model, kinds, hands, name) for name in cost_names(model.costs))
 
 
-def _cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str], name: str) -> CostMatrix:
+def _cost_table(model: ManipulationModel, kinds: Sequence[str], hands: Sequence[str], name: str) -> CostTable:
     costs = model.costs
     if not isinstance(costs, MeasuredCosts):
         values, unit = in_common_unit([exact(amount(costs[kind], name)) for kind in kinds])
-        return CostMatrix(name, np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit)
+        return CostTable(name, np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit)
     values, unit = in_common_unit([exact(amount(cost, name)) for cost in costs.entries.values()])
     entries = dict(zip(costs.entries, values.tolist(), strict=True))
     measured = sorted({hand for pair in entries for hand in pair[1:]})
@@ -150,7 +121,7 @@ def _cost_matrix(model: Description, kinds: Sequence[str], hands: Sequence[str],
         ]
         if options:
             matrix[k, i, j] = min(options)[1]
-    return CostMatrix(name, matrix, unit)
+    return CostTable(name, matrix, unit)
 
 
 def unmeasured(action: str, before: str) -> ModelError:
@@ -160,7 +131,7 @@ def unmeasured(action: str, before: str) -> ModelError:
     )
 
 
-def _nearest(model: Description, hand: str, measured: Sequence[str]) -> dict[str, float]:
+def _nearest(model: ManipulationModel, hand: str, measured: Sequence[str]) -> dict[str, float]:
     """Return the measured poses that may replace a pose, each with its distance from it, m."""
     if hand in measured or not measured:
         return {hand: 0.0}
@@ -171,7 +142,7 @@ def _nearest(model: Description, hand: str, measured: Sequence[str]) -> dict[str
     return {other: math.dist(here, point) for other, point in points.items() if point is not None}
 
 
-def _point(model: Description, name: str) -> tuple[float, float] | None:
+def _point(model: ManipulationModel, name: str) -> tuple[float, float] | None:
     """Return the (x, y) of a pose's location, m: for one on others their middle; None if its position is not known."""
     place = next((place for place in model.locations if place.name == location_of(name)), None)
     if place is None or place.at is not None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.models.manipulation.action import at, holding, marked
-from prefplan.models.manipulation.description import Description
 from prefplan.models.manipulation.slots import hand_poses, location_of, pose, slots_at_start
 from prefplan.models.manipulation.state import ManipulationState
+
+if TYPE_CHECKING:
+    from prefplan.models.manipulation.model import ManipulationModel
 
 MAX_CODES = 2**62
 """Number of codes up to which codes and their differences fit 64-bit integers."""
@@ -40,7 +43,7 @@ class StateCodes:
 
     def __init__(
         self,
-        model: Description,
+        model: ManipulationModel,
         start: ManipulationState,
         sees_mark: Callable[[str, str], bool] = lambda obj, mark: True,
     ) -> None:

@@ -1,18 +1,17 @@
-"""The parts of a manipulation model: locations, objects and costs."""
+"""The parts of a manipulation model, locations and objects, and whether they fit together."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from prefplan.errors import ModelError, check_known
-from prefplan.models.manipulation.action import at, holding, marked
-from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
-from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.surroundings import Fixture, RobotSetup, check_beside, check_point, with_height
+from prefplan.models.manipulation.surroundings import check_beside, check_point, with_height
 from prefplan.text.forms import Form, check_fields
-from prefplan.text.names import DisplayNames, Names, check_names, labels_of
+from prefplan.text.names import check_names
+
+if TYPE_CHECKING:
+    from prefplan.models.manipulation.model import ManipulationModel
 
 
 @dataclass(frozen=True)
@@ -83,104 +82,8 @@ class Object:
     label: str | None = None
 
 
-@dataclass(frozen=True)
-class Description:
-    """Locations, objects and action costs: a manipulation model without its state space.
-
-    Attributes:
-        start: the hand's initial location, or any other word for a pose to which it never returns.
-        costs: cost of each kind of action, or measured costs.
-        locations: in the order of the file.
-        objects: in the order of the file.
-        propositions: further names that formulas may use, although they hold in no state.
-        fixtures: obstacles and furniture, in the order of the file.
-        robot: the robot and the pose of its base, or its name alone.
-        scene: path of the user's MJCF scene, relative to the scenario, in place of the table.
-        folder: folder of the scenario file, to which paths are relative.
-        begin: the initial state; None for the hand at `start` and every object at its own `start`.
-
-    Raises:
-        ModelError: (on construction) for names that clash, unknown supports, or overfull or unsupported starts.
-            The message starts with the key as in a scenario file.
-    """
-
-    start: str
-    costs: ActionCosts
-    locations: Annotated[
-        tuple[Location, ...],
-        Form(
-            "tables by name, such as spot = { at = [0.5, 0.1] }", 'a tuple such as (Location("spot", at=(0.5, 0.1)),)'
-        ),
-    ]
-    objects: Annotated[
-        tuple[Object, ...],
-        Form('tables by name, such as cup = { start = "spot" }', 'a tuple such as (Object("cup", start="spot"),)'),
-    ]
-    propositions: Names = field(default_factory=frozenset)
-    fixtures: tuple[Fixture, ...] = ()
-    robot: str | RobotSetup = RobotSetup()
-    scene: str | None = None
-    folder: Path = field(default=Path(), metadata={"key": None}, compare=False)
-    begin: ManipulationState | None = field(default=None, metadata={"key": None})
-
-    def __post_init__(self) -> None:
-        """Check that the parts fit together."""
-        check_fields(self, ModelError)
-        _check_locations(self.locations)
-        _check_objects(self)
-        _check_propositions(self)
-        _check_scene(self)
-        _display(self)
-
-    @property
-    def robot_setup(self) -> RobotSetup:
-        """The robot and the pose of its base."""
-        return RobotSetup(self.robot) if isinstance(self.robot, str) else self.robot
-
-    @property
-    def display(self) -> DisplayNames:
-        """What people are shown in place of names."""
-        return _display(self)
-
-    def location(self, name: str) -> Location:
-        """Return the location with a name."""
-        return next(place for place in self.locations if place.name == name)
-
-    def propositions_of(self, obj: str) -> list[tuple[str, str]]:
-        """Return every proposition about an object, each with its meaning in words."""
-        names = [(holding(obj), f"holding {obj!r}")]
-        names += [(at(obj, place.name), f"{obj!r} at {place.name!r}") for place in self.locations]
-        return names + [(marked(obj, mark), f"{obj!r} marked {mark!r}") for mark in self.marks]
-
-    @property
-    def marks(self) -> tuple[str, ...]:
-        """The distinct marks that locations give, in the order of the file."""
-        return tuple(dict.fromkeys(place.marks for place in self.locations if place.marks))
-
-    @property
-    def own_propositions(self) -> frozenset[str]:
-        """Every proposition that a state's label may have."""
-        return frozenset(name for obj in self.objects for name, _ in self.propositions_of(obj.name))
-
-    @property
-    def known_propositions(self) -> frozenset[str]:
-        """Every name that a formula may use."""
-        return self.own_propositions | self.propositions
-
-    @property
-    def slot_counts(self) -> dict[str, int]:
-        """Number of distinguished slots of each location: its capacity where costs are measured, otherwise 1."""
-        apart = isinstance(self.costs, MeasuredCosts)
-        return {place.name: place.capacity if apart else 1 for place in self.locations}
-
-    @property
-    def initial_state(self) -> ManipulationState:
-        """The initial state: `begin`, or else the hand at `start`, every object at its own `start`, no marks."""
-        places = tuple((obj.name, obj.start) for obj in self.objects)
-        return self.begin or ManipulationState(self.start, None, places)
-
-
-def _check_locations(locations: tuple[Location, ...]) -> None:
+def check_locations(locations: tuple[Location, ...]) -> None:
+    """Raise ModelError for an invalid location, or one that would rest on itself."""
     if not locations:
         raise ModelError("locations: at least one is needed")
     names = [place.name for place in locations]
@@ -217,7 +120,8 @@ def _check_locations(locations: tuple[Location, ...]) -> None:
             below = {deeper for support in below for deeper in supports[support]} - seen
 
 
-def _check_objects(model: Description) -> None:
+def check_objects(model: ManipulationModel) -> None:
+    """Raise ModelError for an object without a valid start, or more of them at a location than it holds."""
     names = [place.name for place in model.locations]
     check_names([obj.name for obj in model.objects], where="objects")
     resting: dict[str, list[str]] = {name: [] for name in names}
@@ -241,15 +145,7 @@ def _check_objects(model: Description) -> None:
                 )
 
 
-def _display(model: Description) -> DisplayNames:
-    """Return the labels; raise ModelError for one that is invalid."""
-    return DisplayNames(
-        objects=labels_of("object", [(f"objects.{obj.name}", obj.name, obj.label) for obj in model.objects]),
-        locations=labels_of("location", [(f"locations.{one.name}", one.name, one.label) for one in model.locations]),
-    )
-
-
-def _check_scene(model: Description) -> None:
+def check_scene(model: ManipulationModel) -> None:
     """Raise ModelError for paths that are not relative, and references to the user's MJCF scene if there is none."""
     check_beside(model.scene, "scene")
     check_beside(model.robot_setup.mjcf, "robot.mjcf")
@@ -265,7 +161,8 @@ def _check_scene(model: Description) -> None:
             raise ModelError(f"objects.{obj.name}.body: only with `scene`, a MJCF file beside the scenario")
 
 
-def _check_propositions(model: Description) -> None:
+def check_propositions(model: ManipulationModel) -> None:
+    """Raise ModelError for two propositions of one name."""
     check_names(model.propositions, where="propositions")
     origin: dict[str, str] = {}
     for obj in model.objects:

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
-from fractions import Fraction
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prefplan.errors import ModelError
 from prefplan.limits import check_limits
-from prefplan.models.costs import EdgeCosts
-from prefplan.models.manipulation.action import Action
-from prefplan.models.manipulation.action_costs import UNMEASURED, CostMatrix, unmeasured
+from prefplan.models.costs import UNMEASURED, CostTable
+from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.operators import Operator
-from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
-from prefplan.models.on_demand import OnDemand
-from prefplan.models.transition_system import TransitionSystem
+from prefplan.models.transition_system import OnDemand, TransitionSystem
 
 CHUNK = 2**13
 """States whose actions are listed at once, between two checks of the limits."""
@@ -92,103 +85,7 @@ class StateTable:
     targets: np.ndarray
     actions: np.ndarray
     prices: np.ndarray
-    action_names: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ActionModel:
-    """The actions of a manipulation model, one state at a time.
-
-    Attributes:
-        space: the encoding of its states.
-        operators: the kinds of actions.
-        costs: the costs of the actions.
-    """
-
-    space: StateCodes
-    operators: tuple[Operator, ...]
-    costs: tuple[CostMatrix, ...]
-
-    def of(self, state: ManipulationState) -> Iterator[tuple[Action, ManipulationState]]:
-        """Yield the applicable actions of a state, in the order of the model, each with its successor.
-
-        Raises:
-            ModelError: an operator yields an action of another kind.
-        """
-        for operator in self.operators:
-            found = list(operator.outcomes(self.space.model, state))
-            for action, _ in found:
-                if action.kind != operator.kind:
-                    raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-            yield from sorted(found, key=lambda each: self._rank(each[0]))
-
-    def _rank(self, action: Action) -> tuple[int, int]:
-        """Return the position of an action among those of its kind."""
-        objects, locations = self._order
-        return objects.get(action.obj, -1), locations.get(action.location, -1)
-
-    @cached_property
-    def _order(self) -> tuple[dict[str, int], dict[str, int]]:
-        """The positions of the objects and of the locations in the model."""
-        objects, locations = (
-            {name: k for k, name in enumerate(each)} for each in (self.space.objects, self.space.locations)
-        )
-        return objects, locations
-
-    def price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
-        """Return the index of an action's cost in the entries of a `CostMatrix`, in one dimension.
-
-        Raises:
-            ModelError: the hand is over an unknown location after it.
-        """
-        hands, kinds = len(self.space.hands), [operator.kind for operator in self.operators]
-        where = f"after `{action}`"
-        first = kinds.index(action.kind) * hands + self.space.hand(before, where=where)
-        return first * hands + self.space.hand(after, where=where)
-
-    def step(self, state: ManipulationState, text: str) -> tuple[ManipulationState, tuple[Fraction, ...]] | None:
-        """Return an action's successor and costs, in the user's units; None if it is not applicable.
-
-        Raises:
-            ModelError: its cost was not measured.
-        """
-        for action, after in self.of(state):
-            if str(action) == text:
-                price = self.price(action, state, after)
-                counts = [int(matrix.entries.flat[price]) for matrix in self.costs]
-                if counts[0] == UNMEASURED:
-                    raise unmeasured(text, self.space.hands[self.space.hand(state, where=text)])
-                return after, tuple(n * matrix.unit for n, matrix in zip(counts, self.costs, strict=True))
-        return None
-
-    def require_measured(self, state: ManipulationState) -> None:
-        """Raise ModelError if the cost of some action of a state was not measured."""
-        for action, _ in self.of(state):
-            self.step(state, str(action))
-
-    def listed(self, start: ManipulationState) -> StateTable:
-        """Return the states that can be reached from one.
-
-        Raises:
-            ModelError: there are too many states for 64-bit integers, or a successor is not a state of the model.
-            LimitError: a limit of time or memory was reached.
-        """
-        numbers = dict[Action, int]()
-
-        def expanded(codes: np.ndarray) -> Expanded:
-            counts, edges = [], list[tuple[int, int, int]]()
-            for code in codes.tolist():
-                before = self.space.decode(code)
-                each = list(self.of(before))
-                counts.append(len(each))
-                for action, after in each:
-                    target = self.space.encode(after, where=f"after `{action}`")
-                    edges.append((target, numbers.setdefault(action, len(numbers)), self.price(action, before, after)))
-            targets, actions, prices = np.array(edges, dtype=np.int64).reshape(-1, 3).T
-            return np.array(counts), targets, actions.astype(np.int32), prices.astype(np.int32)
-
-        codes, edges = _breadth_first(self.space, self.space.encode(start, where="start"), expanded)
-        return StateTable(codes, *edges, tuple(map(str, numbers)))
+    action_names: tuple[str, ...] = ()
 
 
 def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
@@ -199,14 +96,12 @@ def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
         LimitError: a limit of time or memory was reached.
     """
     steps = steps_of(moves)
-    codes, edges = _breadth_first(space, start, lambda codes: expand(moves, codes, steps))
-    return StateTable(codes, *edges, action_names(space))
+    states = listed_by(lambda codes: expand(moves, codes, steps), space, start)
+    return replace(states, action_names=action_names(space))
 
 
-def _breadth_first(
-    space: StateCodes, start: int, expanded: Callable[[np.ndarray], Expanded]
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Return the codes of the states that can be reached from one, and the arrays of edges of a `StateTable`.
+def listed_by(expanded: Callable[[np.ndarray], Expanded], space: StateCodes, start: int) -> StateTable:
+    """Return the states that can be reached from one, without the texts of the actions; errors as in `listed`.
 
     States of one distance from the start are in the order of their codes.
     """
@@ -228,7 +123,7 @@ def _breadth_first(
     counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in found]) for k in range(4))
     _check_limits(len(targets))
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return codes, (offsets, order[np.searchsorted(known, targets)].astype(np.int32), actions, prices)
+    return StateTable(codes, offsets, order[np.searchsorted(known, targets)].astype(np.int32), actions, prices)
 
 
 def _chunks(states: int) -> Iterator[int]:
@@ -245,7 +140,7 @@ def _check_limits(edges: int) -> None:
 
 
 def table(
-    space: StateCodes, listing: StateTable, costs: Collection[CostMatrix], names: Collection[str] | None
+    space: StateCodes, listing: StateTable, costs: Collection[CostTable], names: Collection[str] | None
 ) -> TransitionSystem:
     """Return the states of a listing as a transition system.
 
@@ -260,9 +155,9 @@ def table(
     """
     codes, columns = (
         listing.codes,
-        [EdgeCosts(matrix.name, matrix.entries.ravel()[listing.prices], matrix.unit) for matrix in costs],
+        tuple(replace(table, entries=table.entries.ravel()[listing.prices]) for table in costs),
     )
-    for edge in np.flatnonzero(columns[0].costs == UNMEASURED)[:1]:
+    for edge in np.flatnonzero(columns[0].entries == UNMEASURED)[:1]:
         before = listing.prices[edge] // len(space.hands) % len(space.hands)
         raise unmeasured(listing.action_names[listing.actions[edge]], space.hands[before])
     labels, label_sets = _labels(space, codes, names)
@@ -272,14 +167,11 @@ def table(
         offsets=listing.offsets,
         targets=listing.targets,
         actions=listing.actions,
-        costs=columns[0].costs,
-        unit=columns[0].unit,
+        costs=columns,
         labels=labels,
         action_names=listing.action_names,
         label_sets=label_sets,
         propositions=space.model.known_propositions,
-        cost_name=columns[0].name,
-        more_costs=tuple(columns[1:]),
     )
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from prefplan.models.manipulation.action import Action, at, holding, parse_action
-from prefplan.models.manipulation.description import Description, Location
+from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.slots import free_slot
 from prefplan.models.manipulation.state import ManipulationState
+
+if TYPE_CHECKING:
+    from prefplan.models.manipulation.model import ManipulationModel
 
 Outcomes = Iterable[tuple[Action, ManipulationState]]
 """The applicable actions of a state, each with its successor."""
@@ -34,7 +37,7 @@ class Operator(ABC):
         return frozenset()
 
     @abstractmethod
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """Return the applicable actions of a state, each with its successor."""
 
 
@@ -46,7 +49,7 @@ class Transit(Operator):
     parameters = ("location",)
     travels = True
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """See `Operator.outcomes`."""
         for place in model.locations if state.held is None else ():
             if place.name != state.hand:
@@ -64,7 +67,7 @@ class Grasp(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """See `Operator.outcomes`."""
         places, slots = state.place, dict(state.slots)
         here = [obj.name for obj in model.objects if not obj.fixed and places.get(obj.name) == state.hand]
@@ -86,7 +89,7 @@ class Transport(Operator):
         """The hand holds the object."""
         return frozenset({holding(action.obj)})
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """See `Operator.outcomes`."""
         for place in model.locations if state.held is not None else ():
             if place.name != state.hand and _accepts(state, place):
@@ -104,7 +107,7 @@ class Release(Operator):
         """The object rests at the location."""
         return frozenset({at(action.obj, action.location)})
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """See `Operator.outcomes`."""
         obj = state.held
         for place in model.locations if obj is not None else ():
@@ -135,7 +138,7 @@ def _accepts(state: ManipulationState, place: Location) -> bool:
     return all(below in occupied for below in place.on) and not any(other in occupied for other in place.clear_of)
 
 
-def _is_clear(model: Description, state: ManipulationState) -> bool:
+def _is_clear(model: ManipulationModel, state: ManipulationState) -> bool:
     """Return whether nothing prevents grasping an object below the hand."""
     occupied = {where for _, where in state.places}
     for place in model.locations:
@@ -146,7 +149,7 @@ def _is_clear(model: Description, state: ManipulationState) -> bool:
     return True
 
 
-def _slot(model: Description, state: ManipulationState, place: Location) -> int | None:
+def _slot(model: ManipulationModel, state: ManipulationState, place: Location) -> int | None:
     """Return the slot of a location into which an object is put; None if its slots are not told apart."""
     count, places = model.slot_counts[place.name], state.place
     taken = [slot for obj, slot in state.slots if places.get(obj) == place.name]

@@ -2,93 +2,127 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action_costs import cost_matrices
+from prefplan.models.costs import UNMEASURED
+from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.description import Description
-from prefplan.models.manipulation.listing import ActionModel, listed, moves_of, table
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of
+from prefplan.models.manipulation.listing import Expanded, StateTable, listed, listed_by, moves_of, table
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.state import ManipulationState
-from prefplan.models.manipulation.symmetry import ReducedModel, most_states
-from prefplan.models.system import Barred, Quotient, System
+from prefplan.models.manipulation.successors import Moves, canonical
+from prefplan.models.manipulation.symmetry import most_states, symmetry_of
+from prefplan.models.system import Barred, Quotient, System, Trajectory
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.text.names import DisplayNames
+
+if TYPE_CHECKING:
+    from prefplan.models.manipulation.model import ManipulationModel
 
 
-def transition_system(
-    model: Description, operators: Sequence[Operator], start: ManipulationState, listed_states: int
-) -> System:
-    """Return the states that can be reached from one, listed unless they may be too many.
+def transition_system(model: ManipulationModel, start: ManipulationState) -> System:
+    """Return the states that can be reached from one; all are listed unless they may be more than `listed_states`.
 
-    Args:
-        model: the model.
-        operators: the kinds of actions; all states are listed if there are others than the standard ones.
-        start: the initial state.
-        listed_states: how many states may be listed, by an upper bound of their number.
+    A model with others than the standard operators is always listed.
 
     Raises:
         ModelError: the start is not a state of the model, or a state does not fit an integer.
     """
     space = StateCodes(model, start)
-    start = space.decode(space.encode(start, where="start"))
-    costs = cost_matrices(model, [operator.kind for operator in operators], space.hands)
     system = ManipulationSystem(
-        actions=ActionModel(space, tuple(operators), costs),
-        start=start,
-        propositions=model.own_propositions | model.propositions,
-        display=replace(model.display, parameters=parameters_of(operators)),
+        start=space.decode(space.encode(start, where="start")),
+        costs=cost_tables(model, model.kinds, space.hands),
+        propositions=model.known_propositions,
+        display=model.display,
+        space=space,
+        operators=tuple(model.operators),
     )
-    if system.actions.operators == STANDARD_OPERATORS and most_states(model, start) > listed_states:
+    if system.operators == STANDARD_OPERATORS and most_states(model, start) > model.listed_states:
         return system
     return system.listed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ManipulationSystem(System):
-    """A manipulation model of the standard operators with too many states to list; a state is a `ManipulationState`.
+    """A manipulation model whose states are generated one at a time; a state is a `ManipulationState`.
+
+    It may be a smaller model that stands for another, as far as some propositions can tell; then the canonical states
+    that `prefplan.models.manipulation.symmetry` describes stand for all.
 
     Attributes:
-        actions: its actions.
-        start: the initial state.
-        propositions: every name that a formula may use.
-        display: as in `System`.
+        space: the encoding of the states.
+        operators: the kinds of actions.
         barred: actions that do not exist where some propositions hold.
-        resolution: None, as costs are not rounded.
-        map: None.
+        neutral: names of the locations that may be exchanged.
+        unseen: names of the objects that may be exchanged.
+        seen: the propositions that are kept in the labels of listed states; None for all.
     """
 
-    actions: ActionModel
-    start: ManipulationState
-    propositions: frozenset[str]
-    display: DisplayNames
+    is_large: ClassVar[bool] = True
+
+    space: StateCodes
+    operators: tuple[Operator, ...]
     barred: Barred = ()
-    resolution: None = None
-    map: None = None
+    neutral: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
+    seen: frozenset[str] | None = None
+
+    @cached_property
+    def moves(self) -> Moves:
+        """The model as arrays; its codes must be small."""
+        return moves_of(self.space, self.neutral, self.unseen)
 
     @property
-    def is_large(self) -> bool:
-        """See `System.is_large`."""
-        return True
+    def first(self) -> int:
+        """The code of the canonical state of `start`.
+
+        Raises:
+            ModelError: there are too many states for 64-bit integers.
+        """
+        self.space.require_small()
+        return self.canonical(self.start)
+
+    def canonical(self, state: ManipulationState) -> int:
+        """Return the code of the canonical state of a state."""
+        return int(canonical(self.moves, self.space.encode(state, where="state")))
 
     @cached_property
     def listed(self) -> TransitionSystem:
-        """See `System.listed`.
+        """The same system with all its canonical states listed.
 
         Raises:
             ModelError: a state does not fit an integer, or the cost of an action was not measured.
         """
-        space = self.actions.space
-        if self.actions.operators == STANDARD_OPERATORS:
-            states = listed(space, moves_of(space), space.encode(self.start, where="start"))
-        else:
-            states = self.actions.listed(self.start)
-        system = table(space, states, self.actions.costs, None).without(self.barred)
+        standard = self.operators == STANDARD_OPERATORS
+        states = listed(self.space, self.moves, self.first) if standard else self._by_operators()
+        system = table(self.space, states, self.costs, self.seen).without(self.barred)
         return replace(system, propositions=self.propositions, display=self.display)
+
+    def _by_operators(self) -> StateTable:
+        """Return the states that can be reached from the start by operators that may not be the standard ones."""
+        numbers = dict[Action, int]()
+
+        def expanded(codes: np.ndarray) -> Expanded:
+            counts, edges = [], list[tuple[int, int, int]]()
+            for code in codes.tolist():
+                before = self.space.decode(code)
+                each = list(self.outcomes(before))
+                counts.append(len(each))
+                for action, after in each:
+                    target = self.space.encode(after, where=f"after `{action}`")
+                    edges.append((target, numbers.setdefault(action, len(numbers)), self._price(action, before, after)))
+            targets, actions, prices = np.array(edges, dtype=np.int64).reshape(-1, 3).T
+            return np.array(counts), targets, actions.astype(np.int32), prices.astype(np.int32)
+
+        states = listed_by(expanded, self.space, self.space.encode(self.start, where="start"))
+        return replace(states, action_names=tuple(map(str, numbers)))
 
     @property
     def size(self) -> int:
@@ -96,29 +130,9 @@ class ManipulationSystem(System):
         return self.listed.size
 
     @property
-    def cost_names(self) -> tuple[str, ...]:
-        """See `System.cost_names`."""
-        return tuple(matrix.name for matrix in self.actions.costs)
-
-    @property
-    def shared_units(self) -> tuple[Fraction, ...]:
-        """See `System.shared_units`; here of all costs that an action may have, reachable or not."""
-        return tuple(matrix.shared_unit for matrix in self.actions.costs)
-
-    @property
-    def greatest_costs(self) -> tuple[Fraction, ...]:
-        """See `System.greatest_costs`."""
-        return tuple(
-            matrix.unit * int(matrix.entries.max()) * self.actions.space.bound for matrix in self.actions.costs
-        )
-
-    def with_first_cost(self) -> ManipulationSystem:
-        """See `System.with_first_cost`."""
-        return replace(self, actions=replace(self.actions, costs=self.actions.costs[:1]))
-
-    def knowing(self, propositions: frozenset[str]) -> ManipulationSystem:
-        """See `System.knowing`."""
-        return replace(self, propositions=propositions)
+    def most_states(self) -> int:
+        """Number of codes of states."""
+        return self.space.bound
 
     def without(self, barred: Barred) -> ManipulationSystem:
         """See `System.without`."""
@@ -132,19 +146,89 @@ class ManipulationSystem(System):
         """See `System.label`."""
         return state.label
 
-    def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
-        """See `System.steps`."""
-        barred = any(action == name and names <= state.label for names, name in self.barred)
-        step = None if barred else self.actions.step(state, action)
-        if step is None:
-            raise ModelError(f"action {action!r} does not exist in state {state!r}")
-        return step
+    def outcomes(self, state: ManipulationState) -> Iterator[tuple[Action, ManipulationState]]:
+        """Yield the applicable actions of a state, in the order of the model, each with its successor.
 
-    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ReducedModel:
+        Raises:
+            ModelError: an operator yields an action of another kind.
+        """
+        names = (self.space.objects, self.space.locations)
+        objects, locations = ({name: k for k, name in enumerate(each, start=1)} for each in names)
+        for operator in self.operators:
+            found = list(operator.outcomes(self.space.model, state))
+            for action, _ in found:
+                if action.kind != operator.kind:
+                    raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
+            yield from sorted(found, key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0)))
+
+    def _price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
+        """Return the index of an action's cost in the entries of a `CostTable`, in one dimension.
+
+        Raises:
+            ModelError: the hand is over an unknown location after it.
+        """
+        hands, kinds = len(self.space.hands), [operator.kind for operator in self.operators]
+        where = f"after `{action}`"
+        first = kinds.index(action.kind) * hands + self.space.hand(before, where=where)
+        return first * hands + self.space.hand(after, where=where)
+
+    def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
+        """See `System.steps`.
+
+        Raises:
+            ModelError: the action does not exist in that state, or its cost was not measured.
+        """
+        barred = any(action == name and names <= state.label for names, name in self.barred)
+        for each, after in self.outcomes(state) if not barred else ():
+            if str(each) == action:
+                price = self._price(each, state, after)
+                counts = [int(costs.entries.flat[price]) for costs in self.costs]
+                if counts[0] == UNMEASURED:
+                    raise unmeasured(action, self.space.hands[self.space.hand(state, where=action)])
+                return after, tuple(n * costs.unit for n, costs in zip(counts, self.costs, strict=True))
+        raise ModelError(f"action {action!r} does not exist in state {state!r}")
+
+    def require_measured(self, code: int) -> None:
+        """Raise ModelError if the cost of some action of a state was not measured."""
+        state = self.space.decode(code)
+        for action, _ in self.outcomes(state):
+            self.steps(state, str(action))
+
+    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """Return a smaller model to search instead; arguments as in `System.quotient`."""
-        return ReducedModel(self.actions, self.start, self.barred, names, stutter_invariant=stutter_invariant)
+        symmetry, start = symmetry_of(
+            self.space.model, self.start, names, self.barred, stutter_invariant=stutter_invariant
+        )
+        space = StateCodes(symmetry.model, start, symmetry.sees_mark)
+        hands = [self.space.hands.index(hand) for hand in space.hands]
+        return replace(
+            self,
+            start=start,
+            costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
+            space=space,
+            neutral=symmetry.neutral,
+            unseen=symmetry.unseen,
+            seen=symmetry.seen,
+        )
 
     def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
         """See `System.quotient`."""
-        quotient = self.reduced(names, stutter_invariant=stutter_invariant).quotient()
-        return replace(quotient, system=quotient.system.knowing(self.propositions))
+        smaller = self.reduced(names, stutter_invariant=stutter_invariant)
+
+        def lift(trajectory: Trajectory) -> Trajectory:
+            codes = [smaller.space.encode(state, where="state") for state in trajectory[1]]  # type: ignore[arg-type]
+            return self.lifted(codes, smaller)
+
+        return Quotient(smaller.listed, lift)
+
+    def lifted(self, codes: Sequence[int], smaller: ManipulationSystem) -> Trajectory:
+        """Return the trajectory that corresponds to one through states of a smaller model, given by their codes."""
+        state, actions = smaller.start, list[str]()
+        for wanted in codes[1:]:
+            # The successor determines the action's kind and the poses of the hand, and so its cost.
+            action, state = next(each for each in smaller.outcomes(state) if smaller.canonical(each[1]) == wanted)
+            actions.append(str(action))
+        states = [self.start]
+        for text in actions:
+            states.append(next(after for action, after in self.outcomes(states[-1]) if str(action) == text))
+        return tuple(actions), tuple(states)

@@ -26,11 +26,7 @@ def test_measurements_are_made_up_for_every_action(tmp_path: Path) -> None:
     write_measurements(path)
     system = load(path).problem().system
     names = (system.action_names[action] for action in system.actions)
-    costs = {
-        float(int(cost) * system.unit)
-        for name, cost in zip(names, system.costs, strict=True)
-        if name == "transport o0 crate"
-    }
+    costs = {float(system.cost(edge)) for edge, name in enumerate(names) if name == "transport o0 crate"}
     # From four places and two slots, to two slots: 0.2 m to 0.4 m away, from the tray 1 m, each off by up to a fifth.
     assert system.size == 19201 and len(costs) == 12
     assert all(0.8 * 3 <= cost <= 1.2 * 5 or 0.8 * 11 <= cost <= 1.2 * 11 for cost in costs)

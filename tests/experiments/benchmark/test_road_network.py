@@ -43,7 +43,7 @@ def test_its_files_hold_the_network(tmp_path: Path) -> None:
     system = network.system
     assert [int(state) for state in system.states] == list(range(1, len(roads.points) + 1))
     made = zip(roads.sources.tolist(), roads.targets.tolist(), roads.seconds.tolist(), strict=True)
-    seconds = [int(count * system.unit) for count in system.costs.tolist()]
+    seconds = [system.cost(edge) for edge in range(len(system.targets))]
     assert sorted(zip(sources_of(system).tolist(), system.targets.tolist(), seconds, strict=True)) == sorted(made)
     assert network.points is not None and network.dropped == 0
     north = (network.points[:, 1] * 1e-6 - road_network.SOUTH_WEST_DEG[1]) * road_network.DEGREE_M
@@ -99,7 +99,7 @@ def sources_of(system: TransitionSystem) -> np.ndarray:
 
 def distances(system: TransitionSystem, places: list[int], *, barred: np.ndarray) -> dict[int, np.ndarray]:
     """Return driving times from each place to every crossing, without the roads that leave a barred crossing."""
-    sources, seconds = sources_of(system), system.costs * float(system.unit)
+    sources, seconds = sources_of(system), system.costs[0].entries * float(system.costs[0].unit)
     kept = ~barred[sources]
     ends = sources[kept], system.targets[kept]
     times = dijkstra(csr_array((seconds[kept], ends), shape=(system.size, system.size)), indices=places)

@@ -33,7 +33,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     # Of measured costs, locations are merged or not.
     monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
     bounds = Prepared(searched, Options()).bounds
-    system = searched.model.quotient().system.knowing(problem.system.propositions)
+    system = searched.model.listed.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
     exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())

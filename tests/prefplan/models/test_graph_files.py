@@ -41,7 +41,7 @@ def edges_of(system: TransitionSystem) -> list[tuple[Any, ...]]:
     found = []
     for state in range(system.size):
         for edge in system.edges(state):
-            costs = (int(each.costs[edge] * each.unit) for each in system.edge_costs)
+            costs = (int(each.entries[edge] * each.unit) for each in system.costs)
             found.append((int(system.states[state]), int(system.states[system.targets[edge]]), *costs))
     return found
 
@@ -86,7 +86,7 @@ def test_a_graph_read_from_a_file_is_the_one_written_out(tmp_path: Path, write: 
     by_number = dict(enumerate(states_of(model), start=1))
     rename = (lambda state: by_number[int(state)]) if write is dimacs else str
     assert described(read.problem().system, rename) == described(listed.problem().system, str)
-    assert read.problem().system.unit == listed.problem().system.unit
+    assert read.problem().system.shared_units == listed.problem().system.shared_units
     assert points(read) == points(listed)
 
 

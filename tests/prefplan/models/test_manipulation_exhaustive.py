@@ -99,7 +99,7 @@ def assert_judged(what: ManipulationModel, begin: ManipulationState, barred: tup
         assert [table.targets[edge] for edge in edges] == [number[after] for *_, after in steps]
         for edge, (action, cost, after) in zip(edges, steps, strict=True):
             reached, costs = large.steps(state, action)
-            assert costs == tuple(int(each.costs[edge]) * each.unit for each in table.edge_costs) == exact_costs(cost)
+            assert costs == tuple(int(each.entries[edge]) * each.unit for each in table.costs) == exact_costs(cost)
             assert as_arm(what, reached) == after
             if after not in seen:
                 seen.add(after)

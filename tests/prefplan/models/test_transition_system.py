@@ -55,7 +55,8 @@ def test_arrays_have_the_documented_shapes_and_types(farm: TransitionSystem) -> 
     assert (farm.offsets.shape, farm.offsets.dtype) == ((4,), np.int64)
     assert (farm.targets.shape, farm.targets.dtype) == ((4,), np.int32)
     assert (farm.actions.shape, farm.actions.dtype) == ((4,), np.int32)
-    assert (farm.costs.tolist(), farm.costs.dtype, farm.unit) == ([2, 5, 0, 6], np.int64, Fraction(1, 2))
+    costs = farm.costs[0]
+    assert (costs.entries.tolist(), costs.entries.dtype, costs.unit) == ([2, 5, 0, 6], np.int64, Fraction(1, 2))
     assert (farm.labels.shape, farm.labels.dtype) == ((3,), np.int32)
 
 

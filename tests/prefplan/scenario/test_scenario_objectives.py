@@ -66,7 +66,7 @@ def test_terrain_may_have_the_only_cost() -> None:
     text = GRID.replace("{ time = 2, energy = 0.5 }", "2").replace("{ energy = 3, time = 1 }", "5")
     system = loads(text).model.transition_system()
     cells = list(system.states)
-    assert system.edge_costs[0].name == "cost"
+    assert system.cost_names[0] == "cost"
     assert [system.step(cells.index(cell), "E") for cell in ((0, 0), (1, 0))] == [
         (cells.index((1, 0)), 5),
         (cells.index((2, 0)), 2),

@@ -112,7 +112,7 @@ def test_limits_hold_from_the_first_line_on(grid: Problem, limit: dict[str, Any]
 
 
 def test_fronts_of_some_objectives_are_those_without_the_others(grid: Problem) -> None:
-    system = replace(grid.system, more_costs=grid.system.more_costs[:1])
+    system = replace(grid.system, costs=grid.system.costs[:2])
     two = [tuple(plan.objectives.values()) for plan in Planner(Problem(system, grid.tasks, [])).front()]
     projected = Planner(grid).front().over(["time", "energy"])
     assert [tuple(plan.objectives.values())[:2] for plan in projected] == two
