@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-
-from prefplan.errors import ModelError, choices
 
 
 @dataclass(frozen=True)
@@ -25,25 +22,6 @@ class Action:
     def __str__(self) -> str:
         """Return the action's text in plans and logs."""
         return " ".join(part for part in (self.kind, self.obj, self.location) if part)
-
-
-def kind_of(text: str) -> str:
-    """Return the kind of an action, given its text."""
-    return text.partition(" ")[0]
-
-
-def parse_action(text: str, parameters: Mapping[str, Sequence[str]]) -> Action:
-    """Return the action with a text, given which of the parameters `obj` and `location` each kind has.
-
-    Raises:
-        ModelError: the kind is unknown, or the number of names is not that of its parameters.
-    """
-    kind, *names = text.split() or [""]
-    if kind not in parameters:
-        raise ModelError(f"unknown action {kind!r} {choices(kind, parameters)}")
-    if len(names) != len(parameters[kind]):
-        raise ModelError(f"action {text!r}: is written {' '.join((kind, *parameters[kind])).upper()!r}")
-    return Action(kind, **dict(zip(parameters[kind], names, strict=True)))
 
 
 def holding(obj: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,30 +107,26 @@ def listed_by(expanded: Callable[[np.ndarray], Expanded], space: StateCodes, sta
     """
     space.require_small()
     layer = np.array([start], dtype=np.int64)
-    layers, known, found = list[np.ndarray](), layer, list[Expanded]()
+    layers, sorted_codes, edges = list[np.ndarray](), layer, list[Expanded]()
     while len(layer):
         layers.append(layer)
-        chunks = [expanded(layer[first : first + CHUNK]) for first in _chunks(len(layer))]
-        found += chunks
+        chunks = list[Expanded]()
+        for first in range(0, len(layer), CHUNK):
+            _check_limits(first)
+            chunks.append(expanded(layer[first : first + CHUNK]))
+        edges += chunks
         reached = np.concatenate([chunk[1] for chunk in chunks])
         _check_limits(len(reached))
         reached = np.unique(reached)
-        places = np.searchsorted(known, reached)
-        layer = reached[known[np.minimum(places, len(known) - 1)] != reached]
-        known = np.insert(known, np.searchsorted(known, layer), layer)
+        places = np.searchsorted(sorted_codes, reached)
+        layer = reached[sorted_codes[np.minimum(places, len(sorted_codes) - 1)] != reached]
+        sorted_codes = np.insert(sorted_codes, np.searchsorted(sorted_codes, layer), layer)
     codes = np.concatenate(layers)
     order = np.argsort(codes)
-    counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in found]) for k in range(4))
+    counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in edges]) for k in range(4))
     _check_limits(len(targets))
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return StateTable(codes, offsets, order[np.searchsorted(known, targets)].astype(np.int32), actions, prices)
-
-
-def _chunks(states: int) -> Iterator[int]:
-    """Yield where chunks of a layer begin, checking the limits before each but the first."""
-    for first in range(0, states, CHUNK):
-        _check_limits(first)
-        yield first
+    return StateTable(codes, offsets, order[np.searchsorted(sorted_codes, targets)].astype(np.int32), actions, prices)
 
 
 def _check_limits(edges: int) -> None:

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from prefplan.models.manipulation.action import Action, at, holding, parse_action
+from prefplan.errors import ModelError, choices
+from prefplan.models.manipulation.action import Action, at, holding
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.slots import free_slot
 from prefplan.models.manipulation.state import ManipulationState
@@ -169,6 +170,12 @@ def read_action(text: str, operators: Iterable[Operator] = STANDARD_OPERATORS) -
     """Return the action with a text, such as `transport blue san`; its names need not be those of a model.
 
     Raises:
-        ModelError: no operator has actions of this form.
+        ModelError: no operator is of its kind, or the number of names is not that of its parameters.
     """
-    return parse_action(text, parameters_of(operators))
+    kind, *names = text.split() or [""]
+    parameters = parameters_of(operators)
+    if kind not in parameters:
+        raise ModelError(f"unknown action {kind!r} {choices(kind, parameters)}")
+    if len(names) != len(parameters[kind]):
+        raise ModelError(f"action {text!r}: is written {' '.join((kind, *parameters[kind])).upper()!r}")
+    return Action(kind, **dict(zip(parameters[kind], names, strict=True)))

@@ -125,11 +125,6 @@ class ManipulationSystem(System):
         return replace(states, action_names=tuple(map(str, numbers)))
 
     @property
-    def size(self) -> int:
-        """Number of states, all of which are listed."""
-        return self.listed.size
-
-    @property
     def most_states(self) -> int:
         """Number of codes of states."""
         return self.space.bound

@@ -153,7 +153,7 @@ def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
         "o9",
     }
     with pytest.raises(ModelError, match="20 objects and 25 slots make more states than can be numbered"):
-        _ = model.transition_system().size
+        _ = model.transition_system().listed
     # Where a hand travels for less with a load, what is not needed may yet be worth carrying.
     dear = replace(model, costs=COSTS | {"transit": 7})
     with pytest.raises(ModelError, match="20 objects and 25 slots make more states than can be numbered"):
