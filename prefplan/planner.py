@@ -221,12 +221,7 @@ def choose_search(
 ) -> Callable[[Limits], Result]:
     """Return the compiled search that suits a problem.
 
-    Args:
-        product: what is searched.
-        options: how to search.
-        limits: what its tables must fit into.
-        bounds: inclusive, of objectives by name.
-        objective: the one whose least value is wanted; None for the front.
+    Its tables must fit the limits. Bounds are inclusive. Without an `objective`, the front is wanted.
 
     Raises:
         LimitError: a limit was reached.

@@ -137,10 +137,7 @@ def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str
     A path decides on every proposition at most once, so that prices add up along it: one visit to each branch covers
     all sets of propositions. Ties go to fewer propositions, then to the offers that come first.
 
-    Args:
-        diagram: the diagram.
-        label: the label.
-        offers: propositions, not in the label, that may be added, each with its price and the number of the offer.
+    `offers` are propositions, not in the label, that may be added, each with its price and the number of the offer.
     """
     cheapest: dict[Diagram, Price] = {diagram: (0, 0, ())}
 

@@ -89,9 +89,7 @@ def one_line(text: str) -> str:
 def split(word: str, names: Collection[str] | None) -> tuple[str, str] | None:
     """Return a word such as `GFa` as (operators, name), with an empty name for `GF`; None if it is a name itself.
 
-    Args:
-        word: the word.
-        names: the valid names; None if any name is valid.
+    Without `names`, any name is valid.
     """
     if names is not None and word in names:
         return None
@@ -104,12 +102,7 @@ def split(word: str, names: Collection[str] | None) -> tuple[str, str] | None:
 
 
 def read(text: str, *, names: Collection[str] | None, temporal: bool = True) -> Part:
-    """Return the tree of a formula.
-
-    Args:
-        text: the formula, on one line.
-        names: the valid names; None if any name is valid.
-        temporal: as in `normal_form.parse`.
+    """Return the tree of a formula on one line; without `names`, any name is valid, and `temporal` is as in `parse`.
 
     Raises:
         FormulaError: for a syntax error or an unknown name, with the column.

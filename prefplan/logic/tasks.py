@@ -132,15 +132,10 @@ Named = TypeVar("Named", Task, Rule)
 
 
 def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named], key: str) -> list[Named]:
-    """Return tasks or rules that are given themselves, or as formulas by name.
-
-    Args:
-        kind: `Task` or `Rule`.
-        given: what a user gives for them.
-        key: the name of the argument, for messages.
+    """Return tasks or rules that a user gives themselves, or as formulas by name.
 
     Raises:
-        PrefplanError: it is something else.
+        PrefplanError: it is something else; the message begins with the key.
     """
     example = f'{kind.__name__}("NAME", "{"F p" if kind is Task else "G !p"}")'
     if isinstance(given, Mapping):
@@ -161,13 +156,8 @@ def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named]
 def checked_automata(given: Sequence[Task | Rule], key: str, taken: Collection[str] = ()) -> tuple[Automaton, ...]:
     """Check the names, formulas and prices of tasks or rules, and return their automata.
 
-    Args:
-        given: the tasks or rules.
-        key: the name of the argument, for messages.
-        taken: names already in use.
-
     Raises:
-        PrefplanError: a name, formula or relaxation is invalid; the message begins with the key.
+        PrefplanError: a name is taken or invalid, or a formula or relaxation is; the message begins with the key.
     """
     automata, taken = [], {*taken}
     for i, one in enumerate(given):

@@ -68,14 +68,7 @@ def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Tree:
 def fold(
     tree: Tree, constant: Callable[[Fraction], T], variable: Callable[[Variable], T], operation: Callable[..., T]
 ) -> T:
-    """Return what an expression becomes from its leaves up.
-
-    Args:
-        tree: the expression.
-        constant: what a number becomes.
-        variable: what a variable becomes.
-        operation: what an operation becomes, given its name and what its operands became.
-    """
+    """Return what an expression becomes from its leaves up; `operation` is given a name and what operands became."""
     if isinstance(tree, Constant):
         return constant(tree.value)
     if isinstance(tree, Variable):

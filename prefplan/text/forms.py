@@ -35,13 +35,9 @@ def types_of(kind: Hashable) -> dict[str, Any]:
 def check_fields(value: Any, error: type[PrefplanError], prefix: str = "") -> None:
     """Check the fields of a dataclass that have a `Form`, by themselves or as the entries of a mapping.
 
-    Args:
-        value: the dataclass.
-        error: class of the error.
-        prefix: put in front of its message.
-
     Raises:
-        PrefplanError: a field is not of its type; the message names it and says how it is written.
+        PrefplanError: (of the class `error`) a field is not of its type; after the prefix, the message names it and
+            says how it is written.
     """
     kinds = types_of(cast(Hashable, type(value)))
     for field in fields(value):

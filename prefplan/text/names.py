@@ -73,11 +73,9 @@ class DisplayNames:
 
 
 def labels_of(kind: str, given: Iterable[tuple[str, str, str | None]]) -> dict[str, str]:
-    """Return the labels by name, after checking that each is one short line and that no two things are shown alike.
+    """Return the labels by name, after checking that each is one short line and that no two are shown alike.
 
-    Args:
-        kind: what they are, such as `task`.
-        given: for each its key as in a scenario file, its name, and its label or None.
+    Each, of a kind such as `task`, is given by its key as in a scenario file, its name, and its label or None.
 
     Raises:
         ModelError: a label is invalid; the message begins with the key.
