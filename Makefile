@@ -3,19 +3,24 @@
 # make lint   check style, types and imports
 # make paper  compute the paper's examples, case studies and table again, on one page
 # make docs   build the tutorial, the guide and the reference into build/docs
-# make setup  make the virtual environment .venv; the other targets call it first
+# make setup  make the virtual environment .venv, with all tools; the other targets make what they need of it
 
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
+TOOLS := .venv/tools
 
 .PHONY: setup demo test lint paper docs clean
 
-setup: $(READY)
+setup: $(TOOLS)
 	@echo "Ready. Try: make demo, make test, or $(BIN)/prefplan --help"
 
 $(READY): pyproject.toml .ci/setup
-	PYTHON="$(PYTHON)" .ci/setup
+	PYTHON="$(PYTHON)" .ci/setup run
+	@touch $@
+
+$(TOOLS): $(READY)
+	.ci/setup dev
 	@touch $@
 
 demo: $(READY)
@@ -23,11 +28,11 @@ demo: $(READY)
 
 # Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice. There is one more than
 # cores: tests that drive a browser or other processes wait for them.
-test: $(READY)
+test: $(TOOLS)
 	@echo "Running every test: 4 to 6 minutes on 2 cores"
 	$(BIN)/python -m pytest -n $$(expr $$(nproc) + 1) --dist worksteal
 
-lint: $(READY)
+lint: $(TOOLS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -36,7 +41,7 @@ lint: $(READY)
 paper: $(READY)
 	$(BIN)/python experiments/reproduce_paper.py
 
-docs: $(READY)
+docs: $(TOOLS)
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs build/docs
 	@echo "Open build/docs/index.html"
 
