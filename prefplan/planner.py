@@ -92,7 +92,7 @@ class Planner:
         self.problem = problem_of(problem)
         self.stats = Stats()
         self._options = options or Options()
-        self._reduction = Reduction(self.problem, generated=self._options.generated)
+        self._reduction = Reduction(self.problem)
 
     def front(
         self, *, over: Collection[str] = (), keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]
@@ -185,9 +185,11 @@ class Planner:
 
     def _search(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
         """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
-        if self._options.compiled:
-            with suppress(OverflowError):
-                return choose_search(self._reduction.product, self._options, limits, bounds, objective)(limits)
+        with suppress(OverflowError):
+            return choose_search(self._reduction.product, self._options, limits, bounds, objective)(limits)
+        return self._search_in_python(limits, bounds, objective)
+
+    def _search_in_python(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
         product = self._reduction.listed_product(self.problem)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
-from prefplan.heuristics.projections import Projections, place_of
+from prefplan.heuristics.projected_backward import ProjectedBackward
+from prefplan.heuristics.projection import ProjectionArrays, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
@@ -69,7 +69,7 @@ class Patterns(NamedTuple):
     add_up: bool
 
 
-def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
+def task_sets(backward: Backward | ProjectedBackward, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
     """Return sets of tasks for the kernels, and (P,) the number of entries of each one's table."""
     tasks, strides = np.zeros((2, len(sets), max(map(len, sets), default=1)), dtype=np.int64)
     entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
@@ -78,7 +78,7 @@ def task_sets(backward: Backward | Projected, sets: Sequence[tuple[int, ...]]) -
             tasks[p, j], strides[p, j] = i, entries[p]
             entries[p] *= backward.sizes[i]
     projection = None
-    if isinstance(backward, Projected):
+    if isinstance(backward, ProjectedBackward):
         projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
     return TaskSets(tasks, strides, projection), entries
 
@@ -115,7 +115,7 @@ def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
     return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
-def patterns(backwards: Sequence[Backward | Projected], sets: Sequence[tuple[int, ...]]) -> Patterns:
+def patterns(backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Patterns:
     """Return the tables of some sets of tasks; without any the bound is 0, even in dead ends.
 
     Args:
@@ -128,11 +128,11 @@ def patterns(backwards: Sequence[Backward | Projected], sets: Sequence[tuple[int
     table = np.empty((len(backwards), int(entries.sum())), dtype=np.int32)
     for d, backward in enumerate(backwards):
         for tasks, first, end in zip(sets, ends - entries, ends, strict=True):
-            if isinstance(backward, Projected):
+            if isinstance(backward, ProjectedBackward):
                 backward.fill_shared(table[d, first:end], tasks, sets)
             else:
                 backward.fill(table[d, first:end], tasks)
-    return Patterns(laid, ends - entries, table, isinstance(backwards[0], Projected))
+    return Patterns(laid, ends - entries, table, isinstance(backwards[0], ProjectedBackward))
 
 
 def scaled(databases: Patterns, weight: float) -> Patterns:
@@ -144,7 +144,7 @@ def scaled(databases: Patterns, weight: float) -> Patterns:
 
 @bare_kernel
 def cost_bound(
-    databases: Patterns, projections: Projections | None, node: Integer, automata: np.ndarray, d: Integer
+    databases: Patterns, projections: ProjectionArrays | None, node: Integer, automata: np.ndarray, d: Integer
 ) -> Integer:
     """Return the bound of one of the costs, at most INFINITE."""
     bound = np.int64(0)

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import Patterns, TaskSets, table_entry, task_sets
-from prefplan.heuristics.projections import Projections, place_of
+from prefplan.heuristics.projected_backward import ProjectedBackward
+from prefplan.heuristics.projection import ProjectionArrays, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OrderRate
@@ -63,7 +63,7 @@ class Block(NamedTuple):
 
 
 def blocks(
-    backwards: Sequence[Backward | Projected], preferences: Mapping[int, PreferenceObjective], known: Patterns
+    backwards: Sequence[Backward | ProjectedBackward], preferences: Mapping[int, PreferenceObjective], known: Patterns
 ) -> Blocks:
     """Return the tables of preferences, by number; none for one whose growth has no bound but 0.
 
@@ -87,7 +87,7 @@ def blocks(
 
 
 def _blocks(
-    owner: int, preference: PreferenceObjective, backward: Backward | Projected, known: Patterns
+    owner: int, preference: PreferenceObjective, backward: Backward | ProjectedBackward, known: Patterns
 ) -> Iterator[Block]:
     """Yield the blocks of a preference in which mu grows."""
     measure, n = preference.measure, preference.measure.tasks
@@ -111,7 +111,7 @@ def _blocks(
 
 
 def _growths(
-    backward: Backward | Projected, tasks: tuple[int, ...], rates: np.ndarray, cost: int, known: Patterns
+    backward: Backward | ProjectedBackward, tasks: tuple[int, ...], rates: np.ndarray, cost: int, known: Patterns
 ) -> np.ndarray:
     """Return the table of a block for its (2^k,) rates."""
     if len(tasks) > 1 or known.sets.tasks.shape[1] > 1 or not len(known.base) or known.add_up:
@@ -124,7 +124,7 @@ def _growths(
     return np.where(costs < UNREACHABLE, growth, INFINITE)
 
 
-def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
+def _split(backward: Backward | ProjectedBackward, groups: tuple[tuple[int, ...], ...]) -> list[tuple[int, ...]]:
     """Return blocks of groups that are neighbours in the desired order; groups with too large tables are in none."""
     found: list[tuple[int, ...]] = []
     for group in groups:
@@ -140,7 +140,7 @@ def _split(backward: Backward | Projected, groups: tuple[tuple[int, ...], ...]) 
 @bare_kernel
 def growth_bound(
     tables: Blocks,
-    projections: Projections | None,
+    projections: ProjectionArrays | None,
     node: Integer,
     automata: np.ndarray,
     satisfied: Integer,

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.errors import LimitError
-from prefplan.heuristics.abstraction import Projected
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import Lagrangian, lagrangian_table, sparse_layout, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks
 from prefplan.heuristics.pattern_database import Patterns, patterns, scaled, sets_of_tasks
 from prefplan.heuristics.preference_bound import Blocks, blocks
-from prefplan.heuristics.projections import Projections
+from prefplan.heuristics.projected_backward import ProjectedBackward
+from prefplan.heuristics.projection import ProjectionArrays
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
@@ -55,9 +55,6 @@ class Options:
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states whose labels change no automaton, where at most 64 others remain.
         sweep: whether to fill tables in topological order, where automata allow it.
-        generated: whether states of large manipulation models are generated as the search meets them, where they can
-            be; else they are listed before.
-        compiled: whether to search in compiled code where 64 bits will do; else in Python's integers.
     """
 
     heuristic: int | None = None
@@ -66,8 +63,6 @@ class Options:
     preference_bound: bool = True
     contraction: bool = True
     sweep: bool = True
-    generated: bool = True
-    compiled: bool = True
 
 
 class Bounds(NamedTuple):
@@ -83,7 +78,7 @@ class Bounds(NamedTuple):
 
     patterns: Patterns
     blocks: Blocks
-    projections: Projections | None = None
+    projections: ProjectionArrays | None = None
     landmarks: Landmarks | None = None
     lagrangian: Lagrangian | None = None
 
@@ -138,7 +133,7 @@ class Prepared:
         known = patterns(backwards, sets)
         bounded = {k: o for k, o in enumerate(problem.objectives) if options.preference_bound and o.measure.is_whole}
         growths = blocks(backwards, bounded, known)
-        projections = backwards[0].projections() if isinstance(backwards[0], Projected) else None
+        projections = backwards[0].arrays() if isinstance(backwards[0], ProjectedBackward) else None
         self.bounds = Bounds(known, growths, projections)
 
     def _look_back(self) -> tuple[Sequence[Backward], Sequence[tuple[int, ...]]]:
@@ -154,9 +149,9 @@ class Prepared:
         self._awaits_landmarks = self.options.landmarks and not exact
         return backwards, sets
 
-    def _project(self, product: GeneratedProduct) -> tuple[Sequence[Projected], Sequence[tuple[int, ...]]]:
+    def _project(self, product: GeneratedProduct) -> tuple[Sequence[ProjectedBackward], Sequence[tuple[int, ...]]]:
         """Return the same of a model whose states are generated."""
-        projected = Projected(product)
+        projected = ProjectedBackward(product)
         groups = projected.groups() if self.options.heuristic != 0 else []
         return [projected.with_costs(costs) for costs in self.costs], groups
 

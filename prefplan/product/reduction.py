@@ -22,10 +22,9 @@ class Reduction:
         build_seconds: time to build its product, s.
     """
 
-    def __init__(self, problem: Problem, *, generated: bool) -> None:
-        """Take a problem, and whether states of large manipulation models may be generated on demand."""
-        self.problem, self._generated = problem, generated
-        self.build_seconds = 0.0
+    def __init__(self, problem: Problem) -> None:
+        """Take a problem."""
+        self.problem, self.build_seconds = problem, 0.0
 
     @cached_property
     def quotient(self) -> Quotient:
@@ -35,10 +34,10 @@ class Reduction:
         )
 
     @cached_property
-    def _model(self) -> ManipulationSystem | None:
+    def model(self) -> ManipulationSystem | None:
         """The smaller system, unless its states are listed."""
         system = self.problem.system
-        if not isinstance(system, ManipulationSystem) or not self._generated:
+        if not isinstance(system, ManipulationSystem):
             return None
         return system.reduced(self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant)
 
@@ -52,8 +51,8 @@ class Reduction:
 
     def product_of(self, problem: Problem) -> Product:
         """Return the product of the smaller system and the tasks of a problem over the same system."""
-        if self._model is not None and GeneratedProduct.suits(problem, self._model):
-            return GeneratedProduct(problem, self._model)
+        if self.model is not None and GeneratedProduct.suits(problem, self.model):
+            return GeneratedProduct(problem, self.model)
         return self.listed_product(problem)
 
     def listed_product(self, problem: Problem) -> Product:

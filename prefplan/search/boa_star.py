@@ -20,7 +20,7 @@ from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, cost_bound, raise_bound
 from prefplan.heuristics.preference_bound import growth_bound
 from prefplan.heuristics.preprocessing import Bounds, Prepared
-from prefplan.heuristics.projections import observe
+from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
 from prefplan.product.space import Space, decode
 from prefplan.search.driver import Search, in_units

@@ -18,9 +18,10 @@ from collections.abc import Iterator, Sequence
 
 from judge.enumerate import TooManyError
 from judge.numbers import STYLES, restyled
+from judge.planners import PLANNERS
 from judge.problems import GraphProblem
 from judge.random_problems import random_problem
-from judge.verdict import OPTIONS, verdict
+from judge.verdict import verdict
 
 KINDS = (
     ("order", False),
@@ -35,8 +36,8 @@ KINDS = (
 )
 """Kinds of preference, and whether over violation costs of relaxed tasks."""
 
-ALL_OPTIONS_EVERY = 10
-"""Every tenth problem is searched with all options, the others with the default ones."""
+ALL_PLANNERS_EVERY = 10
+"""Every tenth problem is given to all planners, the others to the default one."""
 
 AGREES, DIFFERS, FAILS, TOO_LARGE = "agree", "differ", "fail", "too large for the judge"
 
@@ -56,7 +57,7 @@ def judged(numbers: Iterator[int]) -> Iterator[tuple[int, str, str, str]]:
     for number in numbers:
         name, problem = draw(number)
         try:
-            wrong = verdict(problem, OPTIONS if number % ALL_OPTIONS_EVERY == 0 else OPTIONS[:1])
+            wrong = verdict(problem, PLANNERS if number % ALL_PLANNERS_EVERY == 0 else PLANNERS[:1])
             yield number, name, DIFFERS if wrong else AGREES, wrong or ""
         except TooManyError:
             yield number, name, TOO_LARGE, ""

@@ -13,27 +13,18 @@ from typing import Any
 
 from judge.enumerate import cheapest_cost, exact_front
 from judge.numbers import to_resolution
+from judge.planners import PLANNERS, PlannerOf
 from judge.preferences import Number, exact
 from judge.problems import GraphProblem
 from judge.replay import replay
-from prefplan import Front, NoPlanError, Options, Plan, Planner
+from prefplan import Front, NoPlanError, Plan, Planner
 from prefplan.scenario.decode import from_dict
-
-#: Options of the search that a front must not depend on.
-OPTIONS = (
-    Options(),
-    Options(heuristic=0, preference_bound=False, contraction=False),
-    Options(heuristic=1, contraction=False),
-    Options(heuristic=2, preference_bound=False),
-    Options(heuristic=3, contraction=False),
-    Options(compiled=False),
-)
 
 MAX_LABELS = 100_000
 """Most labels of a problem that the judge makes."""
 
 
-def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str | None:
+def verdict(problem: GraphProblem, planners: Sequence[PlannerOf] = PLANNERS) -> str | None:
     """Return what is wrong with the planner's answers, or None.
 
     Raises:
@@ -48,8 +39,8 @@ def verdict(problem: GraphProblem, options: Sequence[Options] = OPTIONS) -> str 
     limit = exact_limit(problem)
     assert limit is not None
     expected = exact_front(problem, max_cost=limit, max_labels=MAX_LABELS)
-    for chosen in options:
-        planner = Planner(planned, options=chosen)
+    for chosen in planners:
+        planner = chosen(planned)
         front = planner.front(max_cost=limit)
         points = [(plan.cost, plan.preference) for plan in front]
         if points != [(printed(cost), printed(mu)) for cost, mu in expected]:

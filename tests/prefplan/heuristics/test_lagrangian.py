@@ -9,7 +9,8 @@ from itertools import product
 import judge
 import numpy as np
 import pytest
-from judge.verdict import OPTIONS, verdict
+from judge.planners import PLANNERS
+from judge.verdict import verdict
 
 from prefplan.heuristics import preprocessing
 from prefplan.heuristics.cost_to_go import Backward
@@ -83,5 +84,5 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
 def test_fronts_found_with_tables_lose_nothing(kind: str, tabulated: list[Weights]) -> None:
     for seed in range(24):
         problem = judge.random_problem(seed, kind=kind, tasks=3, decimals=seed % 3 == 0)
-        assert verdict(problem, OPTIONS[:1]) is None, seed
+        assert verdict(problem, PLANNERS[:1]) is None, seed
     assert len(tabulated) > 6

@@ -10,11 +10,11 @@ import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
-from prefplan.heuristics import abstraction
+from prefplan.heuristics import projected_backward
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import cost_bound
 from prefplan.heuristics.preprocessing import Prepared
-from prefplan.heuristics.projections import observe
+from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
@@ -31,7 +31,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
         assert any(task.relax for task in problem.tasks)
         return
     # Of measured costs, locations are merged or not.
-    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
+    monkeypatch.setattr(projected_backward, "APART_ENTRIES", seed % 2 * projected_backward.APART_ENTRIES)
     bounds = Prepared(searched, Options()).bounds
     system = searched.model.listed.knowing(problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from judge.planners import ListedPlanner
 from random_manipulation import random_measured, random_model, random_problem, random_several
 from small_models import COSTS, spot
 
@@ -16,16 +17,14 @@ from prefplan import (
     ModelError,
     NamedPreference,
     Object,
-    Options,
     Order,
     Planner,
     Problem,
     Task,
     best_plan,
-    cheapest_plan,
     pareto_front,
 )
-from prefplan.heuristics import abstraction
+from prefplan.heuristics import projected_backward
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.symmetry import most_states
@@ -39,14 +38,14 @@ def test_random_fronts_are_those_of_the_whole_model(seed: int) -> None:
     assert_bounded(random_model(random.Random(seed)))
     whole = pareto_front(random_problem(random.Random(seed)))
     again = random_problem(random.Random(seed), large=True)
-    for options in (Options(generated=True), Options(generated=False)):
-        front = pareto_front(again, options=options)
+    for planner in (Planner, ListedPlanner):
+        front = planner(again).front()
         assert [(p.cost, p.preference) for p in front] == [(p.cost, p.preference) for p in whole]
         assert front.reason == whole.reason
         # Plans are checked action by action in the whole model when they are lifted to it.
         assert [len(plan.states) - 1 for plan in front] == [len(plan.actions) for plan in front]
         if whole:
-            cheapest = cheapest_plan(again, options=options)
+            cheapest = planner(again).cheapest()
             assert (cheapest.cost, cheapest.preference) == (whole[0].cost, whole[0].preference)
 
 
@@ -60,7 +59,7 @@ def assert_bounded(model: ManipulationModel) -> None:
 def test_random_fronts_of_several_objectives_are_those_of_the_whole_model(seed: int) -> None:
     whole = pareto_front(random_several(random.Random(seed)))
     problem = random_several(random.Random(seed), large=True)
-    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
+    front = (Planner if seed % 4 else ListedPlanner)(problem).front()
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
     for name in front.objectives:
@@ -78,8 +77,8 @@ def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
     whole = pareto_front(draw(random.Random(seed), measured=True))
     problem = draw(random.Random(seed), measured=True, large=True)
     # Places are merged in the bounds, or not.
-    monkeypatch.setattr(abstraction, "APART_ENTRIES", seed % 2 * abstraction.APART_ENTRIES)
-    front = pareto_front(problem, options=Options(generated=seed % 4 > 0))
+    monkeypatch.setattr(projected_backward, "APART_ENTRIES", seed % 2 * projected_backward.APART_ENTRIES)
+    front = (Planner if seed % 4 else ListedPlanner)(problem).front()
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
 
@@ -94,13 +93,13 @@ def test_an_action_of_a_large_model_that_was_not_measured_is_named_when_it_is_me
     for gap, known in ((("transport", "s0", "bin[0]"), False), (("transport", "home", "s0"), True)):
         entries = {pair: cost for pair, cost in complete.entries.items() if pair != gap}
         system = replace(model, costs=MeasuredCosts("time", entries)).transition_system()
-        for options in (Options(generated=True), Options(generated=False)):
+        for planner in (Planner, ListedPlanner):
             problem = Problem(system, [Task("one", "F o0_bin")], Order())
             if known:
-                assert pareto_front(problem, options=options)
+                assert planner(problem).front()
                 continue
             with pytest.raises(ModelError, match="'transport o0 bin' with the hand at 's0' was not measured"):
-                pareto_front(problem, options=options)
+                planner(problem).front()
 
 
 def test_several_objectives_of_a_model_that_no_machine_can_list() -> None:
@@ -122,7 +121,7 @@ def test_what_need_not_be_moved_costs_nothing() -> None:
         objects = [Object(f"o{k}", f"s{k}") for k in range(4 + bystanders)]
         model = ManipulationModel("home", COSTS, tuple(places), tuple(objects), listed_states=0)
         tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_bin & o3_bin)")]
-        planner = Planner(Problem(model.transition_system(), tasks, Order()), options=Options(generated=False))
+        planner = ListedPlanner(Problem(model.transition_system(), tasks, Order()))
         assert [(plan.cost, plan.preference) for plan in planner.front()] == [(40, 0)]
         return planner._reduction.quotient.system.size
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import networkx as nx
 import pytest
+from judge.planners import ReferencePlanner
 
 from prefplan import (
     Deadline,
@@ -18,7 +19,6 @@ from prefplan import (
     Function,
     Max,
     NoPlanError,
-    Options,
     Order,
     PreferenceError,
     Problem,
@@ -42,7 +42,7 @@ def agreed(problem: Problem, **bounds: Any) -> list[tuple[Any, Any]]:
     """Return the points of a front, which Python's integers must find, too."""
     front = pareto_front(problem, **bounds)
     assert front.complete
-    assert points(front) == points(pareto_front(problem, options=Options(compiled=False), **bounds))
+    assert points(front) == points(ReferencePlanner(problem).front(**bounds))
     return points(front)
 
 

@@ -13,9 +13,10 @@ import pytest
 from judge.enumerate import explored
 from judge.examples import TRAPS
 from judge.fuzz import AGREES, draw, judged
-from judge.verdict import OPTIONS, misjudged, verdict
+from judge.planners import PLANNERS
+from judge.verdict import misjudged, verdict
 
-from prefplan import Planner, pareto_front
+from prefplan import pareto_front
 from prefplan.scenario.decode import from_dict
 
 BLOCKS = [range(50), range(50, 100), (125, 250, 277, 309, 336, 620, 678, 775, 823, 843, 981, 999)]
@@ -40,7 +41,7 @@ def test_fronts_bounds_and_plans_are_those_of_the_judges(numbers: Sequence[int])
 @pytest.mark.parametrize("kind", ["order", "weighted-sum", "deadline"])
 def test_fronts_of_errands_are_those_of_the_judges(kind: str) -> None:
     """Long plans, and many trade-offs."""
-    outcomes = {seed: verdict(judge.random_errands(seed, kind), OPTIONS[:1]) for seed in ERRANDS}
+    outcomes = {seed: verdict(judge.random_errands(seed, kind), PLANNERS[:1]) for seed in ERRANDS}
     assert {seed: wrong for seed, wrong in outcomes.items() if wrong} == {}
 
 
@@ -107,7 +108,7 @@ def test_points_that_pruning_by_another_key_would_lose_are_found(name: str) -> N
     assert judge.exact_front(problem, max_cost=100) == points
     planned = from_dict(problem.scenario()).problem()
     assert planned.measure.contract == contract
-    for options in OPTIONS:
-        front = Planner(planned, options=options).front()
+    for planner in PLANNERS:
+        front = planner(planned).front()
         assert [(plan.cost, plan.preference) for plan in front] == points
         assert not [wrong for plan in front if (wrong := misjudged(problem, plan))]

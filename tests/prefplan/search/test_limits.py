@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from judge.planners import ListedPlanner
 
 from prefplan import (
     Front,
@@ -216,11 +217,10 @@ def test_limits_hold_while_a_model_is_built(limit: dict[str, float], ended: str)
     model = ManipulationModel("home", costs, spots, tuple(Object(f"o{k}", f"s{k}") for k in range(8)))
     tasks = [Task(f"t{k}", " | ".join(f"F (o{k}_s{x} & X o{k}_s8)" for x in range(9))) for k in range(8)]
     problem = Problem(model.transition_system(), tasks, Order())
-    listed = Options(generated=False)
-    front = pareto_front(problem, options=listed, **limit)  # type: ignore[arg-type]
+    front = ListedPlanner(problem).front(**limit)  # type: ignore[arg-type]
     assert (front.ended, front.plans, front.complete_below) == (ended, (), 0)
     with pytest.raises(UnfinishedError, match=f"stopped by the {ended} limit"):
-        cheapest_plan(problem, options=listed, **limit)  # type: ignore[arg-type]
+        ListedPlanner(problem).cheapest(**limit)  # type: ignore[arg-type]
 
 
 def test_a_kernel_is_stopped_by_the_limits() -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
 from judge.enumerate import TooManyError
+from judge.planners import PlannerOf, ReferencePlanner
 from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several, replayed, several_front
 from judge.verdict import printed, relaxations
 
@@ -21,15 +23,15 @@ from prefplan.search.multi_objective.objective_search import ObjectiveSearch
 BLOCKS = [range(16), range(21, 36), range(36, 50), (17, 18, 19, 61, 65, 100, 111, 116, 120, 191, 192, 212, 237, 3872)]
 """Seeds of problems, which reach every step from line to line, kernels included, that the first 250 do."""
 
-OPTIONS = (
-    Options(),
-    Options(heuristic=0, preference_bound=False, contraction=False),
-    Options(heuristic=2, contraction=False),
-    Options(compiled=False),
+PLANNERS: tuple[PlannerOf, ...] = (
+    Planner,
+    partial(Planner, options=Options(heuristic=0, preference_bound=False, contraction=False)),
+    partial(Planner, options=Options(heuristic=2, contraction=False)),
+    ReferencePlanner,
 )
 
 
-def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
+def wrong(problem: SeveralProblem, planners: tuple[PlannerOf, ...]) -> str | None:
     """Return what is wrong with the planner's answers, or None."""
     bounds = bounds_of(problem)
     planned = from_dict(problem.scenario(), name="problem").problem()
@@ -41,8 +43,8 @@ def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
     except TooManyError:
         return None
     points = [tuple(map(printed, point)) for point in expected]
-    for chosen in options:
-        planner = Planner(planned, options=chosen)
+    for chosen in planners:
+        planner = chosen(planned)
         front = planner.front(at_most=bounds)
         if [tuple(plan.objectives.values()) for plan in front] != points:
             return f"{chosen}: {[plan.objectives for plan in front]}, expected {points}"
@@ -63,7 +65,7 @@ def wrong(problem: SeveralProblem, options: tuple[Options, ...]) -> str | None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seeds", BLOCKS, ids=lambda seeds: str(seeds[0]))
 def test_fronts_are_those_of_the_judge(seeds: Sequence[int]) -> None:
-    found = {seed: wrong(random_several(seed), OPTIONS[:1] if seed % 4 else OPTIONS) for seed in seeds}
+    found = {seed: wrong(random_several(seed), PLANNERS[:1] if seed % 4 else PLANNERS) for seed in seeds}
     assert {seed: what for seed, what in found.items() if what} == {}
 
 

@@ -11,10 +11,11 @@ import judge
 import numpy as np
 import pytest
 from judge.fuzz import draw
+from judge.planners import ReferencePlanner
 from judge.several import bounds_of, random_several
 from judge.verdict import exact_limit
 
-from prefplan import Expression, Function, Options, Planner, Preference, Problem
+from prefplan import Expression, Function, Planner, Preference, Problem
 from prefplan.scenario.decode import from_dict
 
 KINDS = ("one preference", "several objectives", "rules", "own expression", "Python function")
@@ -102,8 +103,8 @@ def fronts(number: int) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
     """Return the objectives of the front of a number's problem, as found by compiled search and by the reference."""
     problem, bounds = DRAWN[KINDS[number % len(KINDS)]](number // len(KINDS))
     both = []
-    for options in (Options(), Options(compiled=False)):
-        front = Planner(problem, options=options).front(at_most=bounds)
+    for planner in (Planner, ReferencePlanner):
+        front = planner(problem).front(at_most=bounds)
         assert front.complete, number
         both.append([tuple(plan.objectives.values()) for plan in front])
     return both[0], both[1]

@@ -1,0 +1,215 @@
+"""The projection of a manipulation model for a set of tasks: a smaller model, and the map from states to its nodes.
+
+For a set K of tasks, the projection keeps the objects that occur in K's propositions. Objects left out never block an
+action: preconditions on them, and supports, are dropped, and slots are not told apart. All locations of capacity one
+that K does not mention may be merged. Every step of the model maps to a step of the projection or to none: an action on
+an object left out moves at most the hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.manipulation.action_costs import cost_tables
+from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.successors import canonical, unpack
+from prefplan.models.manipulation.symmetry import Symmetry
+from prefplan.models.transition_system import TransitionSystem
+
+KINDS = ("transit", "grasp", "transport", "release")
+"""The kinds of actions, by number."""
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The projection for a set of tasks.
+
+    Attributes:
+        number: of the projection.
+        tasks: the set.
+        space: how its states are encoded.
+        merged: names of its locations that are merged.
+        listing: its states.
+        system: its transition system, without costs.
+        places: by location of the model, the number here; -1 for merged ones.
+        hands: (H,) by pose of the hand in the model, the number here; -1 over merged locations.
+    """
+
+    number: int
+    tasks: tuple[int, ...]
+    space: StateCodes
+    merged: list[str]
+    listing: StateTable
+    system: TransitionSystem
+    places: list[int]
+    hands: list[int]
+
+    @classmethod
+    def of(
+        cls,
+        number: int,
+        tasks: tuple[int, ...],
+        whole: StateCodes,
+        view: Symmetry,
+        kept: Sequence[str],
+        start: ManipulationState,
+        names: frozenset[str],
+    ) -> Projection:
+        """List the states of a projection.
+
+        Args:
+            number: of the projection.
+            tasks: the set.
+            whole: how the model's states are encoded.
+            view: the model without supports and slots, and which of its locations are merged.
+            kept: the objects that are kept.
+            start: the model's initial state.
+            names: the propositions of the tasks.
+        """
+        small, begin = _without(view, kept, start)
+        seen = Symmetry(small, names, frozenset(), places_alike=bool(view.neutral))
+        space = StateCodes(small, begin, seen.sees_mark)
+        moves = moves_of(space, seen.neutral, seen.unseen)
+        states = listed(space, moves, int(canonical(moves, space.encode(begin, where="start"))))
+        system = table(space, states, cost_tables(small, KINDS, space.hands), names)
+        places = [-1 if name in view.neutral else space.locations.index(name) for name in whole.locations]
+        hands = [
+            space.hands.index(hand) if x == len(places) else places[x]
+            for hand, x in zip(whole.hands, whole.over, strict=True)
+        ]
+        return cls(number, tasks, space, seen.neutral, states, system, places, hands)
+
+
+def _without(
+    view: Symmetry, kept: Sequence[str], start: ManipulationState
+) -> tuple[ManipulationModel, ManipulationState]:
+    """Return a model with only some objects, and only as many merged locations as these need."""
+    needed = view.neutral[: len(kept) + 1]
+    locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
+    free: Iterator[str] = iter(needed)
+    places, hand = {}, start.hand
+    for obj in kept:
+        place = start.place.get(obj)
+        if place is not None:
+            places[obj] = next(free) if place in view.neutral else place
+            hand = places[obj] if place == start.hand and place in view.neutral else hand
+    if hand in view.neutral and hand not in places.values():
+        hand = next(free)
+    objects = tuple(
+        replace(obj, start=places.get(obj.name, locations[0].name)) for obj in view.model.objects if obj.name in kept
+    )
+    begin = ManipulationState(hand, start.held if start.held in kept else None, tuple(places.items()))
+    small = replace(view.model, locations=locations, objects=objects, begin=begin)
+    marks = frozenset((obj, mark) for obj, mark in start.marks if obj in kept and mark in small.marks)
+    begin = replace(begin, marks=marks)
+    return replace(small, begin=begin), begin
+
+
+class ProjectionArrays(NamedTuple):
+    """M projections of a model of S slots, H poses of the hand, O objects and D digits.
+
+    Attributes:
+        weights: (M, D) int64, weight of each digit in a projection's states, 0 if it is not seen, negative for marks.
+        slots: (M, S + 1) int64, location in the projection, -1 for merged ones.
+        hands: (M, H) int64, pose in the projection, -1 over merged locations.
+        places: (M, n) int64, the locations of the projection that stand for merged ones.
+        above: (S + 1,) int64, pose of the hand over each slot.
+        radices: (D,) int64, number of values of each digit, and seen: (D,) int64, scratch: digits of a state.
+        first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
+    """
+
+    weights: np.ndarray
+    slots: np.ndarray
+    hands: np.ndarray
+    places: np.ndarray
+    above: np.ndarray
+    radices: np.ndarray
+    seen: np.ndarray
+    first: np.ndarray
+    numbers: np.ndarray
+
+
+def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> ProjectionArrays:
+    """Return projections of a model as arrays, given how the model's states are encoded."""
+    weights = np.zeros((len(projections), len(whole.radices)), dtype=np.int64)
+    places = np.zeros((len(projections), max(len(one.merged) for one in projections) + 1), dtype=np.int64)
+    numbers = []
+    for m, one in enumerate(projections):
+        space = one.space
+        for o, obj in enumerate(space.objects):
+            weights[m, 1 + whole.objects.index(obj)] = space.weights[1 + o]
+        for pair, d in space.mark_digits.items():
+            weights[m, whole.mark_digits[pair]] = -space.weights[d]
+        places[m, : len(one.merged)] = [space.locations.index(name) for name in one.merged]
+        numbers.append(np.zeros(space.bound, dtype=np.int32))
+        numbers[m][one.listing.codes] = np.arange(one.system.size)
+    slots = np.array([[*one.places, one.space.held] for one in projections])[:, whole.location]
+    first = np.cumsum([0, *map(len, numbers)])[:-1].astype(np.int64)
+    radices = np.array(whole.radices, dtype=np.int64)
+    return ProjectionArrays(
+        weights=weights,
+        slots=slots,
+        hands=np.array([one.hands for one in projections]),
+        places=places,
+        above=whole.above.astype(np.int64),
+        radices=radices,
+        seen=np.zeros_like(radices),
+        first=first,
+        numbers=np.concatenate(numbers),
+    )
+
+
+@bare_kernel
+def observe(projections: ProjectionArrays | None, node: Integer) -> None:
+    """Write the digits of a state whose bounds are looked up; nothing to do where states are listed."""
+    if projections is not None:
+        unpack(projections.radices, node, projections.seen)
+
+
+@bare_kernel
+def place_of(projections: ProjectionArrays | None, projection: Any, p: Integer, node: Integer) -> Integer:
+    """Return the node that table p has for the observed state: that of its projection; the state's, if there is none.
+
+    Args:
+        projections: of the model, None where states are listed.
+        projection: (P,) the projection of each table, None where states are listed.
+        p: number of the table.
+        node: the state.
+    """
+    if projections is None:
+        return node
+    return _projected(projections, projection[p], projections.seen)
+
+
+@bare_kernel
+def _projected(projections: ProjectionArrays, m: Integer, digits: np.ndarray) -> Integer:
+    """Return the node of a projection for the digits of a state."""
+    hand, held = digits[0], projections.slots.shape[1] - 1
+    state, moved, rank = np.int64(0), projections.hands[m, hand], 0
+    for d in range(1, digits.shape[0]):
+        weight = projections.weights[m, d]
+        if weight == 0:
+            continue
+        value = digits[d]
+        if weight < 0:
+            # A mark: it has no location.
+            state -= weight * value
+            continue
+        slot = projections.slots[m, value]
+        if slot < 0:
+            slot = projections.places[m, rank]
+            rank += 1
+            if value < held and projections.above[value] == hand:
+                moved = slot
+        state += weight * slot
+    if moved < 0:
+        moved = projections.places[m, rank]
+    return np.int64(projections.numbers[projections.first[m] + state + moved])
