@@ -2,7 +2,7 @@
 
 from prefplan.errors import FormulaError, ModelError, PreferenceError, PrefplanError, ScenarioError
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
-from prefplan.heuristics.preprocessing import Options
+from prefplan.heuristics.prepare import Options
 from prefplan.ledger import Entry, Ledger
 from prefplan.logic.dfa import Automaton, automaton
 from prefplan.logic.formula import Formula

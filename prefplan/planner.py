@@ -14,7 +14,7 @@ from typing import Unpack
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
-from prefplan.heuristics.preprocessing import Options, Prepared, bytes_to_prepare
+from prefplan.heuristics.prepare import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
 from prefplan.plan import Plan, Plans
 from prefplan.product.product_automaton import Product

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.logic.tasks import Task
 from prefplan.models.kernels import COMPILED
 from prefplan.models.manipulation.description import Location, Object
@@ -43,7 +43,7 @@ def warm_up() -> None:
     pareto_front(Problem(_arm(), [Task("x", "F b_there")], Order()))
     prepared = Prepared(Product(Problem(system, tasks, Order())), Options())
     rehash(BiObjectiveSearch(prepared).states, 0)
-    prepared.weigh()
+    prepared.raise_bounds(cost_only=False)
 
 
 def _arm() -> ManipulationModel:

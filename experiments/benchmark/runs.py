@@ -16,7 +16,7 @@ from typing import Any
 from experiments.benchmark.instances import RANDOM, Points, instance, known, points
 from prefplan import Options, Planner, Problem
 from prefplan.front import UnfinishedError
-from prefplan.heuristics.preprocessing import Prepared
+from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search.boa_star import BiObjectiveSearch

@@ -95,11 +95,12 @@ def weights_for(rates: np.ndarray, cost: int) -> Weights | None:
     return Weights(close.numerator, close.denominator, total // LARGEST + 1) if total < INFINITE else None
 
 
-def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
+def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
     """Return the table for a pair of weights.
 
     Args:
         stages: the product.
+        layout: of the table.
         rates: as for `weights_for`.
         shift: number of low bits of costs to leave out.
         weights: of cost and of mu.
@@ -107,7 +108,7 @@ def lagrangian_table(stages: Stages, rates: np.ndarray, shift: int, weights: Wei
     Raises:
         LimitError: a limit was reached.
     """
-    layout, factors = sparse_layout(stages), weights.cost + weights.mu * rates
+    factors = weights.cost + weights.mu * rates
     check_limits(2 * layout.entries)
     table = np.empty(layout.entries, dtype=np.uint16)
     tasks = range(len(stages.sizes))

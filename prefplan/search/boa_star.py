@@ -19,7 +19,7 @@ import numpy as np
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.pattern_database import COST_BOUND, LIKELY, LOOKED, cost_bound, raise_bound
 from prefplan.heuristics.preference_bound import growth_bound
-from prefplan.heuristics.preprocessing import Bounds, Prepared
+from prefplan.heuristics.prepare import Bounds, Prepared
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
 from prefplan.product.space import Space, decode
@@ -231,11 +231,9 @@ class BiObjectiveSearch(Search):
     def _run(self, pops: int) -> int:
         wait = self.prepared.bounds_wait(cost_only=self._cost_only) - self.counters[AT.EXPANDED]
         if wait <= 0:
+            self.prepared.raise_bounds(cost_only=self._cost_only)
             if self._cost_only:
-                self.prepared.deepen()
                 self.reset()
-            else:
-                self.prepared.weigh()
         elif wait < pops:
             pops = math.ceil(wait)
         prepared = self.prepared

@@ -13,7 +13,7 @@ import numpy as np
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
-from prefplan.heuristics.preprocessing import Prepared
+from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED
 from prefplan.product.generated_product import GeneratedProduct

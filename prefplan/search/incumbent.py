@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
-from prefplan.heuristics.preprocessing import Prepared
+from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.result import Goal, Result, ended_by

@@ -11,7 +11,7 @@ import numpy as np
 
 from prefplan.errors import LimitError
 from prefplan.front import Reason
-from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum

@@ -24,7 +24,7 @@ import numpy as np
 
 from prefplan.heuristics.pattern_database import cost_bound
 from prefplan.heuristics.preference_bound import growth_bound
-from prefplan.heuristics.preprocessing import Bounds
+from prefplan.heuristics.prepare import Bounds
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, Integer, bare_kernel
 from prefplan.product.space import Space, decode

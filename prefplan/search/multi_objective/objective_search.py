@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.front import Stats
-from prefplan.heuristics.preprocessing import Options, Prepared
+from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED
 from prefplan.product.product_automaton import Product

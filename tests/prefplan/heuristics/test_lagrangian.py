@@ -12,9 +12,16 @@ import pytest
 from judge.planners import PLANNERS
 from judge.verdict import verdict
 
-from prefplan.heuristics import preprocessing
+from prefplan.heuristics import prepare
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.lagrangian import LARGEST, Weights, lagrangian_bound, lagrangian_table, weights_for
+from prefplan.heuristics.lagrangian import (
+    LARGEST,
+    Weights,
+    lagrangian_bound,
+    lagrangian_table,
+    sparse_layout,
+    weights_for,
+)
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
@@ -33,7 +40,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
         back, weights = Backward(whole, graph), Weights(rng.randint(1, 5), rng.randint(1, 5), unit)
         if back.stages is None:
             continue
-        tables = lagrangian_table(back.stages, whole.rates, whole.shift, weights)
+        tables = lagrangian_table(back.stages, sparse_layout(back.stages), whole.rates, whole.shift, weights)
         tasks, factors = np.arange(len(whole.sizes)), weights.cost + weights.mu * whole.rates
         least = Backward(whole, graph, sweep=False).cost_to_go(tasks.tolist(), factors, shift=whole.shift)
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
@@ -75,8 +82,8 @@ def tabulated(monkeypatch: pytest.MonkeyPatch) -> list[Weights]:
         found.append(Weights(rng.randint(1, 5), rng.randint(1, 5), rng.randint(1, 2)))
         return found[-1]
 
-    monkeypatch.setattr(preprocessing, "weights_for", drawn)
-    monkeypatch.setattr(preprocessing, "COMBINATIONS_EACH", math.inf)
+    monkeypatch.setattr(prepare, "weights_for", drawn)
+    monkeypatch.setattr(prepare, "COMBINATIONS_EACH", math.inf)
     return found
 
 

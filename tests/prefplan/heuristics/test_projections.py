@@ -13,7 +13,7 @@ from prefplan import Options, Planner
 from prefplan.heuristics import projected_backward
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import cost_bound
-from prefplan.heuristics.preprocessing import Prepared
+from prefplan.heuristics.prepare import Prepared
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import whole_graph

@@ -11,7 +11,7 @@ from judge.enumerate import cheapest_cost, exact_front
 from judge.verdict import misjudged
 
 from prefplan import GridModel, Options, Order, Problem, Task, cheapest_plan
-from prefplan.heuristics import pattern_database, preprocessing
+from prefplan.heuristics import pattern_database, prepare
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.pattern_database import joined_groups, sets_of_tasks
 from prefplan.product.contraction import contract
@@ -57,15 +57,15 @@ def test_tables_deepened_in_mid_search_lose_nothing(
     monkeypatch: pytest.MonkeyPatch, first: list[tuple[int, ...]], deeper: list[tuple[int, ...]]
 ) -> None:
     deepened: list[int] = []
-    deepen = preprocessing.Prepared.deepen
+    raise_bounds = prepare.Prepared.raise_bounds
 
-    def noted(self: preprocessing.Prepared) -> None:
-        deepen(self)
+    def noted(self: prepare.Prepared, *, cost_only: bool) -> None:
+        raise_bounds(self, cost_only=cost_only)
         deepened.append(self.bounds.patterns.sets.tasks.shape[1])
 
-    monkeypatch.setattr(preprocessing.Prepared, "deepen", noted)
-    monkeypatch.setattr(preprocessing, "ENTRIES_EACH", math.inf)
-    monkeypatch.setattr(preprocessing, "sets_of_tasks", lambda *given, deep=False: deeper if deep else first)
+    monkeypatch.setattr(prepare.Prepared, "raise_bounds", noted)
+    monkeypatch.setattr(prepare, "ENTRIES_EACH", math.inf)
+    monkeypatch.setattr(prepare, "sets_of_tasks", lambda *given, deep=False: deeper if deep else first)
     for seed in range(60):
         problem = judge.random_problem(seed, tasks=3)
         least = cheapest_cost(problem)

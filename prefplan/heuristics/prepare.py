@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from prefplan.heuristics.pattern_database import Patterns, patterns, scaled, set
 from prefplan.heuristics.preference_bound import Blocks, blocks
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays
+from prefplan.heuristics.sweep import Stages
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
 from prefplan.product.generated_product import GeneratedProduct, unit_costs
@@ -89,6 +90,13 @@ def bytes_to_prepare(product: Product) -> float:
     return 48 * len(product.targets) + 4 * len(product.classes) * int(product.sizes.sum()) + 2 * 60 * largest
 
 
+class Later(NamedTuple):
+    """Bounds that pay once a search is long: after how many expansions, and what returns all bounds with these."""
+
+    expanded: float
+    bounds: Callable[[], Bounds]
+
+
 class Prepared:
     """What all searches of a product share.
 
@@ -100,11 +108,6 @@ class Prepared:
             actions in its low bits.
         bounds: of the cost-to-go and of mu's growth.
     """
-
-    _backward: Backward | None = None
-    _weighed = False
-    _awaits_landmarks = False
-    _deeper: Sequence[tuple[int, ...]] = ()
 
     def __init__(self, product: Product, options: Options, *, max_bytes: float = math.inf) -> None:
         """Contract the graph and build the bounds.
@@ -129,6 +132,7 @@ class Prepared:
         self.costs = [self.graph.costs, *more_costs(product)]
         require_64_bits(product, self.graph, self.costs)
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
+        self._later: dict[bool, list[Later]] = {True: [], False: []}
         backwards, sets = self._project(product) if isinstance(product, GeneratedProduct) else self._look_back()
         known = patterns(backwards, sets)
         bounded = {k: o for k, o in enumerate(problem.objectives) if options.preference_bound and o.measure.is_whole}
@@ -140,14 +144,23 @@ class Prepared:
         """Return what fills tables of each cost of a product over a graph, and the sets of tasks to fill them for."""
         graphs = [self.graph, *(replace(self.graph, costs=costs, shift=0) for costs in self.costs[1:])]
         backwards = [Backward(self.product, graph, sweep=self.options.sweep) for graph in graphs]
-        self._backward = backwards[0]
         sets = sets_of_tasks(backwards[0], self.options.heuristic, self._max_entries)
-        deeper = sets_of_tasks(backwards[0], self.options.heuristic, self._max_entries, deep=True)
-        self._deeper = deeper if deeper != sets else ()
-        # Costs-to-go of all tasks together are exact.
-        exact = any(len(members) == len(self.product.sizes) for members in sets)
-        self._awaits_landmarks = self.options.landmarks and not exact
+        self._plan_ahead(backwards[0], sets)
         return backwards, sets
+
+    def _plan_ahead(self, backward: Backward, sets: Sequence[tuple[int, ...]]) -> None:
+        """Set which bounds are made later, by `cost_only` as in `bounds_wait`; tables are of these sets before."""
+        # Costs-to-go of all tasks together are exact.
+        if self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets):
+            self._later[True].append(Later(LANDMARK_EXPANSIONS, self._with_landmarks))
+        deeper = sets_of_tasks(backward, self.options.heuristic, self._max_entries, deep=True)
+        if deeper != sets:
+            expanded = sum(map(backward.entries_of, deeper)) / ENTRIES_EACH
+            self._later[True].append(Later(expanded, partial(self._with_tables, backward, deeper)))
+        grows = self.product.problem.measure.bi_objective and self.product.rates.any()
+        if self.options.lagrangian and grows and backward.stages is not None and self.product.starts:
+            expanded = math.prod(self.product.sizes.tolist()) / COMBINATIONS_EACH
+            self._later[False].append(Later(expanded, partial(self._with_lagrangian, backward.stages)))
 
     def _project(self, product: GeneratedProduct) -> tuple[Sequence[ProjectedBackward], Sequence[tuple[int, ...]]]:
         """Return the same of a model whose states are generated."""
@@ -162,7 +175,7 @@ class Prepared:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
         guided = copy(self)
-        guided._deeper, guided._awaits_landmarks = (), False
+        guided._later = {True: [], False: []}
         guided.bounds = self.bounds._replace(patterns=scaled(self.bounds.patterns, weight))
         return guided
 
@@ -170,52 +183,32 @@ class Prepared:
         """Return after how many expansions further bounds are worth making; infinite if there are to be none.
 
         Args:
-            cost_only: for a search for the cheapest plan (`deepen`), else for one for a front (`weigh`).
+            cost_only: for a search for the cheapest plan, else for one for a front.
         """
-        if not cost_only:
-            return math.inf if self._weighed else self._weighing
-        if self._awaits_landmarks:
-            return LANDMARK_EXPANSIONS
-        if self._backward is None or not self._deeper:
-            return math.inf
-        return sum(map(self._backward.entries_of, self._deeper)) / ENTRIES_EACH
+        return self._later[cost_only][0].expanded if self._later[cost_only] else math.inf
 
-    @cached_property
-    def _weighing(self) -> float:
-        stages = self._backward.stages if self._backward else None
-        wanted = self.options.lagrangian and self.product.problem.measure.bi_objective and self.product.rates.any()
-        if stages is None or not wanted or not self.product.starts:
-            return math.inf
-        combinations = math.prod(self.product.sizes.tolist())
-        most = self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES
-        if combinations > most or sparse_layout(stages).entries > most:
-            return math.inf
-        return combinations / COMBINATIONS_EACH
+    def raise_bounds(self, *, cost_only: bool) -> None:
+        """Make the further bounds."""
+        self.bounds = self._later[cost_only].pop(0).bounds()
 
-    def deepen(self) -> None:
-        """Bound the cost-to-go by landmarks, too; the next time, by tables of larger sets."""
-        if self._awaits_landmarks:
-            self._awaits_landmarks = False
-            self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
-            return
-        assert self._backward is not None
-        self.bounds = self.bounds._replace(patterns=patterns([self._backward], self._deeper))
-        self._deeper = ()
+    def _with_landmarks(self) -> Bounds:
+        return self.bounds._replace(landmarks=landmarks(self.product, self.graph))
 
-    def weigh(self) -> None:
-        """Fill the Lagrangian table, unless memory does not suffice: the search may fit into it without."""
-        assert self._backward is not None and self._backward.stages is not None
-        self._weighed = True
-        weights = weights_for(self.product.rates, self._likely_cost)
-        if weights is None:
-            return
+    def _with_tables(self, backward: Backward, sets: Sequence[tuple[int, ...]]) -> Bounds:
+        return self.bounds._replace(patterns=patterns([backward], sets))
+
+    def _with_lagrangian(self, stages: Stages) -> Bounds:
+        """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
+        weights, layout = weights_for(self.product.rates, self._likely_cost), sparse_layout(stages)
+        if weights is None or layout.entries > self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES:
+            return self.bounds
         try:
-            table = lagrangian_table(self._backward.stages, self.product.rates, self.graph.shift, weights)
+            table = lagrangian_table(stages, layout, self.product.rates, self.graph.shift, weights)
         except LimitError as error:
             if error.ended != "memory":
                 raise
-        else:
-            self.bounds = self.bounds._replace(lagrangian=table)
+            return self.bounds
+        return self.bounds._replace(lagrangian=table)
 
     @property
     def _likely_cost(self) -> int:
