@@ -46,7 +46,7 @@ class Projection:
     number: int
     tasks: tuple[int, ...]
     space: StateCodes
-    merged: list[str]
+    merged: tuple[str, ...]
     listing: StateTable
     system: TransitionSystem
     places: list[int]
