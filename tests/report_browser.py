@@ -87,8 +87,9 @@ class Page:
         self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
 
     def points(self, number: int) -> list[WebElement]:
-        self.wait(lambda: len(self.all("#chart path[data-plan]")) == number)
-        return self.all("#chart path[data-plan]")
+        """Return the points of the chart, in the order of the plans."""
+        self.wait(lambda: len(self.all("#chart .point")) == number)
+        return [self.one(f"#chart .point[data-plan='{i}']") for i in range(number)]
 
     def press(self, *keys: str) -> None:
         ActionChains(self.browser).send_keys(*keys).perform()

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import io
-import re
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,6 +20,12 @@ ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"Creatio
 
 POINTS_PER_INCH = 72
 """Points in an inch: sizes of letters and lines are in points."""
+
+SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
+"""The namespace of the elements of SVG, and the attribute with the source of an image."""
+
+ET.register_namespace("", SVG[1:-1])
+ET.register_namespace("xlink", LINK[1:-5])
 
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
 
@@ -64,12 +69,21 @@ def write_figure(figure: Figure, path: Path) -> None:
     write_bytes(path, content.getvalue())
 
 
-def inline_svg(figure: Figure, *, kind: str, title: str) -> str:
-    """Return a figure as inline SVG of the class `kind`; the `gid` of each part becomes its classes."""
-    content = io.StringIO()
+def parsed_svg(figure: Figure) -> ET.Element:
+    """Return a figure as SVG for a page; the `gid` of each part becomes its classes."""
+    content = io.BytesIO()
     figure.set_facecolor("none")
     figure.savefig(content, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    # On a page with several figures ids would not be unique.
-    drawn = re.sub(r' id="([^"]*)"', r' class="\1"', content.getvalue())
-    drawn = re.sub(r'="([\d.]+)pt"', r'="\1"', drawn[drawn.index("<svg") :], count=2)
-    return drawn.replace("<svg ", f'<svg class="{kind}" role="img" aria-label={quoteattr(title)} ', 1)
+    root = ET.fromstring(content.getvalue())
+    for part in root.iter():
+        # On a page with several figures ids would not be unique.
+        if "id" in part.attrib:
+            part.set("class", part.attrib.pop("id"))
+    return root
+
+
+def inline_svg(root: ET.Element, *, kind: str, title: str) -> str:
+    """Return a parsed SVG as text for a page, of the class `kind`; the title is for screen readers."""
+    sizes = {key: root.attrib[key].removesuffix("pt") for key in ("width", "height")}
+    root.attrib.update(sizes | {"class": kind, "role": "img", "aria-label": title})
+    return ET.tostring(root, encoding="unicode")

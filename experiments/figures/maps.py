@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from experiments.figures.figures import drawing, inline_svg, write_figure
+from experiments.cli.files import write_bytes
+from experiments.figures.figures import LINK, SVG, drawing, inline_svg, parsed_svg, write_figure
 from experiments.figures.grid_map import GridMap
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
@@ -34,20 +38,34 @@ def map_of(scenario: Scenario) -> PlanMap | None:
     return None
 
 
-def svg(plan_map: PlanMap, plan: Plan) -> str:
+def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
     """Return a map with the path of a plan as inline SVG, without margins.
+
+    Pixels are written as files to a folder beside the page, if one is given: maps with the same background share one.
 
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `roads` and `place`.
     """
     with _drawn(plan_map, plan, SIDE_IN) as figure:
-        return inline_svg(figure, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
+        root = parsed_svg(figure)
+    if folder is not None:
+        _move_pixels(root, folder)
+    return inline_svg(root, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
 
 
 def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE_IN) -> None:
     """Write a map with the path of a plan; its longer side has a length `side`, inches."""
     with _drawn(plan_map, plan, side) as figure:
         write_figure(figure, path)
+
+
+def _move_pixels(root: ET.Element, folder: Path) -> None:
+    for image in root.iter(f"{SVG}image"):
+        pixels = base64.b64decode(image.attrib[LINK].partition(",")[2])
+        file = folder / f"{hashlib.sha256(pixels).hexdigest()[:12]}.png"
+        if not file.exists():
+            write_bytes(file, pixels)
+        image.set(LINK, f"{folder.name}/{file.name}")
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.pictures import graph_data
 from experiments.report.preference_words import shares
-from experiments.report.wishes import wishes
+from experiments.report.wishes import axes, words
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
@@ -56,7 +56,8 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "scenario": scenario.name,
         "cost_unit": cost_unit(scenario),
         "objectives": None if problem.is_bi_objective else list(problem.objective_names),
-        "wishes": None if problem.is_bi_objective or len(front) < 2 else wishes(front),
+        "words": None if problem.is_bi_objective or len(front) < 2 else words(front),
+        **axes(front),
         "upwards": len(problem.cost_names) if problem.preferences else 1,
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [

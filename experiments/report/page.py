@@ -1,14 +1,12 @@
-"""The report's folder: the page, its scripts and style, and the chart library."""
+"""The report's folder: the page, its scripts and style."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import vl_convert
 
 from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
@@ -26,18 +24,15 @@ if TYPE_CHECKING:
 PARTS = "page"
 """Folder of the page's parts, in this package and in the report."""
 
-VEGA = "vega.js"
-"""The chart library's file: Vega and Vega-Lite, BSD-3-Clause, University of Washington Interactive Data Lab."""
-
 INDEX = "index.html"
 
 SCRIPTS = (
     "clock.js",
     "scroll_box.js",
-    "chart.js",
     "timeline.js",
     "map.js",
     "graph.js",
+    "chart.js",
     "parallel.js",
     "wishes.js",
     "automata.js",
@@ -68,7 +63,6 @@ def write_page(
     for part in files(__package__).joinpath(PARTS).iterdir():
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
-    write_bytes(folder / PARTS / VEGA, _library())
     has_scene = False
     if recordings:
         # Imported late: it loads MuJoCo, which the page of a grid does not need.
@@ -84,13 +78,6 @@ def write_page(
     text = _render(scenario, front, data, notices, folder / PARTS)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX
-
-
-@cache
-def _library() -> bytes:
-    """Return the chart library as a script whose names do not clash with the page's."""
-    bundle = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
-    return f"(() => {{\n{bundle}\n}})();\n".encode()
 
 
 def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...], parts: Path) -> str:

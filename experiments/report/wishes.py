@@ -1,4 +1,4 @@
-"""Wishes on a page with three or more objectives: upper limits of some, and what these cost in the others."""
+"""The objectives on a page: the values that occur, and the sentences about wishes, which are upper limits of some."""
 
 from __future__ import annotations
 
@@ -30,19 +30,22 @@ FOUND = {
 """Weaker sentences for a front that is not known completely."""
 
 
-def wishes(front: Front) -> dict[str, Any]:
-    """Return the page's data on wishes, JSON-ready.
+def words(front: Front) -> dict[str, str]:
+    """Return the sentences that are true of wishes on a front."""
+    return WORDS if front.complete else WORDS | FOUND
 
-    Values are compared by their ranks among those that occur, since JavaScript's floats could not tell all apart.
+
+def axes(front: Front) -> dict[str, Any]:
+    """Return the values of each objective that occur, rising, and of each plan the ranks of its values; JSON-ready.
+
+    Values are compared by their ranks, since JavaScript's floats could not tell all apart.
     """
-    exact = front.complete
     values = {name: sorted({plan.objectives[name] for plan in front}) for name in front.objectives}
-    places = {name: {value: place for place, value in enumerate(found)} for name, found in values.items()}
+    ranks = {name: {value: rank for rank, value in enumerate(found)} for name, found in values.items()}
     return {
-        "words": WORDS if exact else WORDS | FOUND,
         "axes": [
             {"name": name, "values": found, "texts": [number(value) for value in found]}
             for name, found in values.items()
         ],
-        "places": [[places[name][value] for name, value in plan.objectives.items()] for plan in front],
+        "ranks": [[ranks[name][value] for name, value in plan.objectives.items()] for plan in front],
     }

@@ -7,15 +7,15 @@ from pathlib import Path
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.guards import AutomatonSizeError, labels
-from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.logic.dfa import Automaton
 
 MOST_STATES = 40
 """Greatest number of states of an automaton that is drawn: larger ones are illegible."""
 
 
-def diagram(automaton: Automaton) -> NodeLinkDiagram:
-    """Return a laid out automaton; state i is node `q<i>`.
+def diagram(automaton: Automaton) -> Diagram:
+    """Return an automaton as a diagram; state i is node `q<i>`.
 
     Raises:
         AutomatonSizeError: it has too many states or propositions.
@@ -32,7 +32,7 @@ def diagram(automaton: Automaton) -> NodeLinkDiagram:
         for target, text in labels(automaton, state).items()
         if not (state == target and state in (automaton.accepting, automaton.dead))
     ]
-    return node_link.arrange(nodes, edges)
+    return Diagram(nodes, edges)
 
 
 def svg(automaton: Automaton) -> str:
@@ -42,6 +42,7 @@ def svg(automaton: Automaton) -> str:
 
     Raises:
         AutomatonSizeError: it has too many states or propositions.
+        GraphvizError: Graphviz is not installed.
     """
     return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}")
 

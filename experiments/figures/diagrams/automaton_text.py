@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 
@@ -12,6 +13,9 @@ from rich.text import Text
 from experiments.figures.diagrams.guards import cover, product, targets
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.normal_form import parse
+
+TEXT_COLUMNS = 72
+"""Width of a table as text, letters: what fits beside another one on a page."""
 
 
 def show_table(console: Console, automaton: Automaton) -> None:
@@ -31,6 +35,14 @@ def show_table(console: Console, automaton: Automaton) -> None:
                 name = ""
         table.add_section()
     console.print(table)
+
+
+def table_text(automaton: Automaton) -> str:
+    """Return that table as text."""
+    console = Console(file=io.StringIO(), width=TEXT_COLUMNS, no_color=True)
+    with console.capture() as capture:
+        show_table(console, automaton)
+    return capture.get()
 
 
 def hoa(automaton: Automaton) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.figures.diagrams import node_link
-from experiments.figures.diagrams.node_link import Edge, Node
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
 from prefplan.front import Front
 from prefplan.models.system import System
@@ -79,7 +79,7 @@ def route(system: System, plan: Plan) -> Route:
 
 def svg(route: Route, *, title: str) -> str:
     """Return a route as inline SVG; node i has the class `s<i>`, and an edge of the plan `taken`."""
-    return node_link.svg(node_link.arrange(route.nodes, route.edges, widest=WIDEST_PT), title=title)
+    return node_link.svg(Diagram(route.nodes, route.edges), title=title, widest=WIDEST_PT)
 
 
 def draw(system: System, front: Front, path: Path) -> None:
@@ -92,7 +92,7 @@ def draw(system: System, front: Front, path: Path) -> None:
     for i, plan in enumerate(front):
         found = route(system, plan)
         title = f"{i}: {worth(plan, penalty='μ =')}"
-        diagrams[f"{title}. {found.note}" if found.note else title] = node_link.arrange(found.nodes, found.edges)
+        diagrams[f"{title}. {found.note}" if found.note else title] = Diagram(found.nodes, found.edges)
     node_link.draw(diagrams, path)
 
 

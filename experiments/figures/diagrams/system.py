@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import Any
 
-from experiments.figures.diagrams import node_link
-from experiments.figures.diagrams.node_link import Edge, Node, NodeLinkDiagram
+from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
 from prefplan.models.system import System
 from prefplan.text.layout import number
@@ -22,8 +21,8 @@ class SystemSizeError(PrefplanError):
     """A transition system has more states than a picture can show."""
 
 
-def diagram(system: System) -> NodeLinkDiagram:
-    """Return a laid out transition system, without unreachable states; the start is node `s0`.
+def diagram(system: System) -> Diagram:
+    """Return a transition system as a diagram, without unreachable states; the start is node `s0`.
 
     Raises:
         SystemSizeError: it has too many states.
@@ -45,7 +44,7 @@ def diagram(system: System) -> NodeLinkDiagram:
             cost = number(system.cost(edge))
             actions[int(system.targets[edge])].append(f"{action} {cost}")
         edges += [Edge(number_of[state], number_of[target], " | ".join(names)) for target, names in actions.items()]
-    return node_link.arrange(nodes, edges)
+    return Diagram(nodes, edges)
 
 
 def reachable(system: System) -> list[int] | None:

@@ -1,39 +1,9 @@
 "use strict";
-// The Pareto front as a chart: a step line, and points that can be chosen by mouse, touch and keyboard.
+// Charts of the plans: axes with the values that occur, and a mark for each plan, chosen by mouse, touch and keyboard.
 
 const LETTER = 8; // width of a digit, pixels
-const BESIDE_CHART = 80; // width of the axis beside it, pixels
-const LABELLED = 14; // most points that show their numbers
-
-function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-}
-
-// Select the ascending values whose labels, `size` pixels long, fit on an axis of `length` pixels; the ends come first.
-function labelledOf(values, size, length) {
-  const ends = [values[0], values[values.length - 1]], least = (size * (ends[1] - ends[0])) / length;
-  const kept = [];
-  for (const value of [...ends, ...values]) {
-    if (kept.every((other) => Math.abs(value - other) >= least && value !== other)) kept.push(value);
-  }
-  return kept;
-}
-
-// Ticks stand only at values that occur; labels are exact, and left out where they would overlap.
-function axisOf(values, title, style, size, length) {
-  const distinct = [...new Set(values)].sort((a, b) => a - b);
-  const low = distinct[0], high = distinct[distinct.length - 1], margin = 0.07 * (high - low) || 1;
-  const labels = JSON.stringify(labelledOf(distinct, size, length / 1.14));
-  return {
-    type: "quantitative", title,
-    scale: { zero: false, nice: false, domain: [low - margin, high + margin] },
-    axis: {
-      ...style, values: distinct, labelOverlap: "greedy", labelSeparation: 4,
-      labelExpr: `indexof(${labels}, datum.value) < 0 ? '' : '' + round(datum.value * 1e6) / 1e6`,
-      labelBound: false, grid: distinct.length <= LABELLED,
-    },
-  };
-}
+const LABEL_HEIGHT = 14; // pixels
+const NUMBERED = 14; // most points that show their numbers
 
 // What a plan is worth, in words.
 function worthOf(plan) {
@@ -41,132 +11,172 @@ function worthOf(plan) {
   return plan.worth.map(([name, value]) => `${name} ${show(value)}`).join(", ");
 }
 
-// The points that no other beats in the two objectives shown, by ascending values of the first.
-function borderOf(values) {
-  let least = Infinity;
-  const rising = [...values].sort((a, b) => a.cost - b.cost || a.preference - b.preference);
-  return rising.filter((value) => value.preference < least && ((least = value.preference), true));
+function widest(texts) {
+  return LETTER * Math.max(...texts.map((text) => text.length));
 }
 
-// `objectives`: the names of the two that are shown, or null for cost and penalty.
-function frontSpec(plans, unit, objectives, width, height) {
-  const ink = colour("--ink"), soft = colour("--soft"), line = colour("--line");
-  const first = colour("--first"), second = colour("--second"), paper = colour("--paper");
-  const many = plans.length > LABELLED;
-  const of = (plan, k) => plan.worth.find(([name]) => name === objectives[k])[1];
-  const values = plans.map((plan) => ({
-    index: plan.index,
-    cost: objectives ? of(plan, 0) : plan.cost,
-    preference: objectives ? of(plan, 1) : plan.preference,
-    words: `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`,
-  }));
-  const style = { labelColor: soft, titleColor: ink, gridColor: line, domainColor: soft, tickColor: soft };
-  const costs = values.map((value) => value.cost), preferences = values.map((value) => value.preference);
-  const titles = objectives ? [`${objectives[0]} →`, `← ${objectives[1]} (lower is better)`]
-    : [`Total cost${unit ? ` (${unit})` : ""} →`, "← Penalty (lower is better)"];
-  const longest = Math.max(...costs.map((cost) => show(cost).length));
-  const x = { field: "cost", ...axisOf(costs, titles[0], style, 8 + LETTER * longest, width) };
-  const y = { field: "preference", ...axisOf(preferences, titles[1], style, LETTER * 2, height) };
-  const tests = [
-    { test: "datum.index === chosen", value: first },
-    { test: "datum.index === other", value: second },
-  ];
-  return {
-    width: "container", height, background: "transparent", data: { values },
-    description: `The Pareto front: ${plans.length} plans, ${objectives ? objectives.join(" against ") : "cost against penalty"}.`,
-    params: [{ name: "chosen", value: -1 }, { name: "other", value: -1 }, { name: "beyond", value: [] }],
-    config: { view: { stroke: null }, font: getComputedStyle(document.body).fontFamily, axis: { labelFontSize: 12, titleFontSize: 13, titleFontWeight: 600 } },
-    layer: [
-      { data: { values: borderOf(values) }, mark: { type: "line", interpolate: "step-after", color: soft, strokeWidth: 1.5, aria: false }, encoding: { x, y } },
-      {
-        mark: { type: "point", filled: true, cursor: "pointer", strokeWidth: 2 },
-        encoding: {
-          x, y,
-          shape: { condition: { test: "datum.index === other", value: "square" }, value: "circle" },
-          size: { condition: { test: "datum.index === chosen || datum.index === other", value: 320 }, value: many ? 90 : 190 },
-          color: { condition: tests, value: paper },
-          stroke: { condition: tests, value: ink },
-          opacity: { condition: { test: "indexof(beyond, datum.index) >= 0", value: 0.2 }, value: 1 },
-          description: { field: "words" },
-          tooltip: { field: "words" },
-        },
-      },
-      {
-        mark: { type: "text", dy: -18, dx: 8, fontSize: 13, fontWeight: 600, color: ink, aria: false, clip: false },
-        encoding: {
-          x, y, text: { field: "index" },
-          opacity: { condition: { test: `${!many} || datum.index === chosen || datum.index === other`, value: 1 }, value: 0 },
-        },
-      },
-    ],
-  };
+// The places of rising values between two ends of an axis.
+function placesOf(values, from, to) {
+  const low = values[0], range = values[values.length - 1] - low;
+  return values.map((value) => from + (range ? (value - low) / range : 0.5) * (to - from));
 }
 
-class FrontChart {
-  // `unit`: what costs were measured in, or null.
-  constructor(place, plans, unit, choose) {
-    this.place = place;
-    this.unit = unit;
-    this.plans = plans;
-    this.choose = choose;
-    this.chosen = [-1, -1];
-    this.beyond = [];
-    this.view = null;
-    this.axes = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
-    for (const axis of this.axes) axis.onchange = () => { this.queue = this.queue.then(() => this.draw()); };
-    this.queue = this.draw();
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.queue = this.queue.then(() => this.draw()); });
+// The indices of the places whose labels, `size` pixels long, do not overlap; the ends come first.
+function labelled(places, size) {
+  const kept = [];
+  for (const i of [0, places.length - 1, ...places.keys()]) {
+    if (kept.every((other) => Math.abs(places[i] - places[other]) >= size)) kept.push(i);
+  }
+  return kept;
+}
+
+class PlanChart {
+  // `axes`: of each objective its name, the values that occur, rising, and their texts; `ranks`: of each plan the
+  // ranks of its values among those; `kind`: class of the chart; `name`: for those who cannot see it.
+  constructor(place, { plans, axes, ranks }, kind, name, choose) {
+    Object.assign(this, { place, plans, axes, ranks, chosen: [-1, -1], beyond: new Set() });
+    this.scenery = draw("g", { class: "axes", "aria-hidden": "true" });
+    this.marks = plans.map((plan) => this.mark(plan, choose));
+    this.group = draw("g", {}, ...this.marks);
+    this.labels = draw("g", { class: "labels", "aria-hidden": "true" });
+    this.svg = draw("svg", { class: `plot ${kind}`, role: "group", "aria-label": `${name}; arrow keys go from one to the next` }, this.scenery, this.group, this.labels);
+    place.append(scrollBox(name, "", this.svg));
+    new ResizeObserver(() => this.draw()).observe(place);
   }
 
-  async draw() {
-    if (this.view) this.view.finalize();
-    const spec = frontSpec(this.plans, this.unit, this.axes.length ? this.axes.map((axis) => axis.value) : null, this.place.clientWidth - BESIDE_CHART, matchMedia("(max-width: 600px)").matches ? 240 : 320);
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    const { view } = await vegaEmbed(this.place, spec, { actions: false, renderer: "svg", tooltip: { theme: dark ? "dark" : "light" } });
-    this.view = view;
-    view.addEventListener("click", (event, item) => this.take(event, item && item.datum));
-    view.addResizeListener(() => setTimeout(() => this.prepare(), 0));
-    await this.mark();
+  mark(plan, choose) {
+    const mark = draw("g", { role: "button", tabindex: plan.index ? -1 : 0, "data-plan": plan.index }, draw("title"), ...this.shape(plan));
+    mark.firstChild.textContent = `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`;
+    mark.onclick = (event) => choose(plan.index, event.shiftKey);
+    mark.onfocus = () => { for (const other of this.marks) other.setAttribute("tabindex", other === mark ? 0 : -1); };
+    mark.onkeydown = (event) => {
+      const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+      const goes = event.key === "Enter" || event.key === " ";
+      if (!by && !goes) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (goes) choose(plan.index, event.shiftKey);
+      else this.marks[(plan.index + by + this.marks.length) % this.marks.length].focus();
+    };
+    return mark;
   }
 
-  take(event, datum) {
-    if (datum && datum.index !== undefined) this.choose(datum.index, event.shiftKey);
+  // Empty the chart but for its marks.
+  clear(width, height) {
+    this.svg.setAttribute("width", width);
+    this.svg.setAttribute("height", height);
+    this.scenery.replaceChildren();
+    this.labels.replaceChildren();
   }
 
-  // Vega draws the points; make buttons of them.
-  prepare() {
-    const svg = this.place.querySelector("svg");
-    svg.setAttribute("role", "group");
-    for (const point of svg.querySelectorAll("path[aria-roledescription]")) {
-      const datum = point.__data__ && point.__data__.datum;
-      if (!datum || datum.words === undefined) continue;
-      point.setAttribute("tabindex", "0");
-      point.setAttribute("role", "button");
-      point.dataset.plan = datum.index;
-      point.setAttribute("aria-pressed", String(this.chosen.includes(datum.index)));
-      if (point.onkeydown) continue;
-      point.onkeydown = (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        event.stopPropagation();
-        this.take(event, point.__data__.datum);
-      };
-    }
+  // Draw a vertical axis, its labels on one side (-1: left, 1: right).
+  upright({ texts }, places, x, bottom, top, side) {
+    const with_label = labelled(places, LABEL_HEIGHT);
+    this.scenery.append(draw("path", { d: `M${x} ${bottom}V${top}` }));
+    places.forEach((y, i) => {
+      this.scenery.append(draw("path", { class: "tick", d: `M${x - 4} ${y}h8` }));
+      if (with_label.includes(i)) this.label(texts[i], x + 8 * side, y, side < 0 ? "end" : "start");
+    });
   }
 
-  async mark() {
-    await this.view.signal("chosen", this.chosen[0]).signal("other", this.chosen[1]).signal("beyond", this.beyond).runAsync();
-    this.prepare();
+  label(text, x, y, anchor) {
+    const label = draw("text", { x, y, dy: "0.35em", "text-anchor": anchor });
+    label.textContent = text;
+    this.labels.append(label);
   }
 
   show(chosen, other) {
     this.chosen = [chosen, other === null ? -1 : other];
-    this.queue = this.queue.then(() => this.mark());
+    this.update();
   }
 
-  // Grey out the plans that exceed a wish.
-  wish(beyond) {
-    this.beyond = [...beyond];
-    this.queue = this.queue.then(() => this.mark());
+  // `beyond`: the plans that exceed a wish.
+  wish(bounds, beyond) {
+    Object.assign(this, { bounds, beyond });
+    this.update();
+  }
+
+  update() {
+    this.marks.forEach((mark, index) => {
+      const role = this.chosen.indexOf(index), beyond = this.beyond.has(index);
+      mark.setAttribute("class", [this.kind, ["first", "second"][role], beyond && "beyond"].filter(Boolean).join(" "));
+      mark.setAttribute("aria-pressed", String(role >= 0));
+      mark.setAttribute("aria-label", `${mark.firstChild.textContent}${beyond ? ", exceeds a wish" : ""}`);
+    });
+    this.stack();
+  }
+
+  // Chosen marks lie above others, and plans beyond a wish below. A mark that is moved would lose the focus.
+  stack() {
+    const rank = (mark) => ["beyond", "", "second", "first"].findLastIndex((kind) => (kind ? mark.classList.contains(kind) : !mark.classList.contains("beyond")));
+    let held = this.marks.includes(document.activeElement) ? document.activeElement : null;
+    for (const mark of [...this.marks].sort((a, b) => rank(a) - rank(b))) {
+      if (mark === held) held = null;
+      else this.group.insertBefore(mark, held);
+    }
+  }
+}
+
+// Two objectives: a point for each plan, and a line through those that no other beats in these two.
+class FrontChart extends PlanChart {
+  kind = "point";
+
+  // `titles`: of the axes if there is no choice, or null.
+  constructor(place, data, titles, choose) {
+    super(place, data, data.plans.length > NUMBERED ? "many" : "few", "The Pareto front", choose);
+    this.titles = titles;
+    this.selects = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
+    for (const select of this.selects) select.onchange = () => this.draw();
+  }
+
+  shape(plan) {
+    const number = draw("text", { class: "number", x: 8, y: -14 });
+    number.textContent = String(plan.index);
+    return [draw("circle", { class: "hit", r: 12 }), draw("rect", { class: "stroke", x: -7.5, y: -7.5, width: 15, height: 15 }), number];
+  }
+
+  draw() {
+    const [across, up] = this.selects.length ? this.selects.map((select) => select.selectedIndex) : [0, 1];
+    const width = this.place.clientWidth, height = innerWidth <= 600 ? 240 : 320, [a, b] = [this.axes[across], this.axes[up]];
+    const left = 34 + widest(b.texts), right = width - 12 - widest(a.texts) / 2, top = 12, bottom = height - 44;
+    const xs = placesOf(a.values, left + 0.06 * (right - left), right - 0.06 * (right - left));
+    const ys = placesOf(b.values, bottom - 0.06 * (bottom - top), top + 0.1 * (bottom - top));
+    this.clear(width, height);
+    if (a.values.length <= NUMBERED) for (const x of xs) this.scenery.append(draw("path", { class: "grid", d: `M${x} ${bottom}V${top}` }));
+    if (b.values.length <= NUMBERED) for (const y of ys) this.scenery.append(draw("path", { class: "grid", d: `M${left} ${y}H${right}` }));
+    this.upright(b, ys, left, bottom, top, -1);
+    this.level(a, xs, bottom, left, right);
+    this.title(`${this.titles ? this.titles[0] : a.name} →`, { x: (left + right) / 2, y: height - 6 });
+    this.title(`← ${this.titles ? this.titles[1] : b.name} (lower is better)`, { transform: `translate(14 ${height / 2}) rotate(-90)` });
+    const points = this.ranks.map((rank) => [xs[rank[across]], ys[rank[up]]]);
+    this.scenery.append(draw("path", { class: "border", d: this.border(points) }));
+    this.marks.forEach((mark, i) => mark.setAttribute("transform", `translate(${points[i].join(" ")})`));
+    this.update();
+  }
+
+  level({ texts }, places, y, left, right) {
+    const with_label = labelled(places, 8 + widest(texts));
+    this.scenery.append(draw("path", { d: `M${left} ${y}H${right}` }));
+    places.forEach((x, i) => {
+      this.scenery.append(draw("path", { class: "tick", d: `M${x} ${y - 4}v8` }));
+      if (with_label.includes(i)) this.label(texts[i], x, y + 14, "middle");
+    });
+  }
+
+  title(text, where) {
+    const title = draw("text", { class: "axis-name", "text-anchor": "middle", ...where });
+    title.textContent = text;
+    this.scenery.append(title);
+  }
+
+  // Steps from left to right; pixels count downwards, so that lower is greater.
+  border(points) {
+    let lowest = -Infinity, path = "";
+    for (const [x, y] of [...points].sort((one, two) => one[0] - two[0] || two[1] - one[1])) {
+      if (y <= lowest) continue;
+      path += path ? `H${x}V${y}` : `M${x} ${y}`;
+      lowest = y;
+    }
+    return path;
   }
 }

@@ -1,9 +1,10 @@
 "use strict";
 // A grid plan on its map: its path (drawn by prefplan), the part already taken, and the robot.
 
-function draw(tag, attributes = {}) {
+function draw(tag, attributes = {}, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
   return element;
 }
 

@@ -10,8 +10,9 @@
   const pictures = new Pictures(byId("pictures"), data, { choose: showPictures, update, inScene: wanted.has("3d") });
   let chosen = 0, other = null, panels = [];
   const choose = (index, compare) => (compare ? select(chosen, index) : select(index, other));
-  const chart = new FrontChart(byId("chart"), plans, data.cost_unit, choose);
-  const parallel = data.wishes && new ParallelCoordinates(byId("parallel"), data.wishes, plans, choose);
+  const titles = data.objectives ? null : [`Total cost${data.cost_unit ? ` (${data.cost_unit})` : ""}`, "Penalty"];
+  const charts = [new FrontChart(byId("chart"), data, titles, choose)];
+  if (data.words) charts.push(new ParallelCoordinates(byId("parallel"), data, choose));
 
   function select(plan, against) {
     chosen = plan;
@@ -39,13 +40,11 @@
       row.querySelector(".compare").setAttribute("aria-pressed", String(index === other));
       row.querySelector(".compare").disabled = index === chosen;
     }
-    chart.show(chosen, other);
-    if (parallel) parallel.show(chosen, other);
+    for (const chart of charts) chart.show(chosen, other);
   }
 
   function wish(bounds, beyond) {
-    chart.wish(beyond);
-    parallel.wish(bounds, beyond);
+    for (const chart of charts) chart.wish(bounds, beyond);
     for (const row of byId("points").querySelectorAll("tbody tr")) row.classList.toggle("beyond", beyond.has(Number(row.dataset.plan)));
   }
 
@@ -129,7 +128,7 @@
   const known = (name) => (plans[Number(wanted.get(name))] && wanted.has(name) ? Number(wanted.get(name)) : null);
   const best = plans.length > 1 ? plans.length - 1 : null;
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : best);
-  if (parallel) new Wishes(byId("wishes"), data.wishes, wish);
+  if (data.words) new Wishes(byId("wishes"), data, wish);
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   if (wanted.has("plan") || still) return;
   if (panels.some((panel) => panel.video || panel.map)) clock.play();

@@ -7,8 +7,8 @@ function fill(words, values) {
 
 class Wishes {
   // `listener` gets the rank of the largest value allowed on each axis, and the plans that exceed one.
-  constructor(place, { words, axes, places }, listener) {
-    Object.assign(this, { words, axes, places, listener });
+  constructor(place, { words, axes, ranks }, listener) {
+    Object.assign(this, { words, axes, ranks, listener });
     this.rows = axes.map((axis, k) => this.row(axis, k));
     this.said = make("p", { id: "wished", role: "status" });
     this.left = make("p", { class: "small" });
@@ -34,17 +34,17 @@ class Wishes {
     return Math.min(...plans.map((plan) => plan[k]));
   }
 
-  within(bounds, plans = this.places) {
+  within(bounds, plans = this.ranks) {
     return plans.filter((plan) => plan.every((at, k) => at <= bounds[k]));
   }
 
   sentence(bounds) {
-    const { axes, words, places } = this, left = this.within(bounds);
+    const { axes, words, ranks } = this, left = this.within(bounds);
     const wished = axes.map((_, k) => k).filter((k) => bounds[k] < axes[k].values.length - 1);
     if (!wished.length) return words.none;
     const wishes = wished.map((k) => fill(words.wish, { name: axes[k].name, value: axes[k].texts[bounds[k]] })).join(", ");
     if (!left.length) return this.conflict(bounds, wished, wishes);
-    const rises = axes.map((_, k) => [k, this.least(k, places), this.least(k, left)]).filter(([, least, rest]) => rest > least)
+    const rises = axes.map((_, k) => [k, this.least(k, ranks), this.least(k, left)]).filter(([, least, rest]) => rest > least)
       .map(([k, least, rest]) => fill(words.rise, { name: axes[k].name, least: axes[k].texts[least], rest: axes[k].texts[rest] }));
     return rises.length ? fill(words.cost, { wishes, rises: rises.join(", ") }) : fill(words.free, { wishes });
   }
@@ -64,10 +64,10 @@ class Wishes {
       shown.textContent = free ? `any (${[...new Set([texts[0], texts[bounds[k]]])].join(" to ")})` : `at most ${texts[bounds[k]]}`;
       slider.setAttribute("aria-valuetext", shown.textContent);
     });
-    const left = new Set(this.within(bounds)), all = this.places.length;
+    const left = new Set(this.within(bounds)), all = this.ranks.length;
     this.said.textContent = this.sentence(bounds);
     this.left.textContent = fill(this.words.left, { left: left.size, all });
     this.drop.disabled = bounds.every((bound, k) => bound === this.axes[k].values.length - 1);
-    this.listener(bounds, new Set([...this.places.keys()].filter((i) => !left.has(this.places[i]))));
+    this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !left.has(this.ranks[i]))));
   }
 }

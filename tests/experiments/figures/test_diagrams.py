@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import os
 import random
+import re
+import shutil
 import xml.etree.ElementTree as ET
 from itertools import combinations
+from pathlib import Path
 
 import judge
 import numpy as np
 import pytest
 from judge.semantics import powerset
+from report_pages import ERRANDS
 
 from experiments.figures.diagrams import automaton as picture
+from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
-from experiments.figures.diagrams.layered import Box, place
-from experiments.figures.diagrams.node_link import ADVANCE_PT
+from experiments.figures.diagrams.node_link import WIDEST, Diagram, Edge, GraphvizError, Node
+from experiments.figures.figures import SVG
+from experiments.report import pictures
 from prefplan.logic.dfa import automaton
 from prefplan.logic.mtbdd import leaves
+from prefplan.scenario.decode import loads
 
 FORMULAS = [
     "true",
@@ -68,56 +76,72 @@ def test_a_page_finds_every_state_and_edge_by_class(formula: str) -> None:
         for target in leaves(dfa.transitions[state])
         if not (state == target and state in kinds)
     }
-    assert {name for name in found if name.split(" ")[0] in ("node", "edge")} == nodes | edges
+    assert {name for name in found if name.split(" ")[0] in ("node", "edge")} == nodes | edges | {"edge start"}
     assert root.get("role") == "img" and dfa.text in (root.get("aria-label") or "")
     assert not any(element.get("id") for element in root.iter())
 
 
+def extent(node: ET.Element) -> np.ndarray:
+    """Return the (4,) rectangle of a circular node."""
+    outer = node.findall(f"{SVG}ellipse")[-1]
+    middle, half = (np.array([float(outer.get(key, "")) for key in keys]) for keys in (("cx", "cy"), ("rx", "ry")))
+    return np.concatenate([middle - half, middle + half])
+
+
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_nodes_lie_apart_and_inside_the_picture(formula: str) -> None:
-    drawn = picture.diagram(automaton(formula))
-    halves = drawn.sizes / 2
-    assert (drawn.middles - halves >= 0).all()
-    assert (drawn.middles + halves <= drawn.size).all()
-    for i, j in combinations(range(len(drawn.nodes)), 2):
-        assert (abs(drawn.middles[i] - drawn.middles[j]) >= halves[i] + halves[j]).any()
-    for arrow in drawn.arrows:
-        assert np.isfinite(arrow.curve).all()
-
-
-def test_labels_lie_apart_from_each_other_and_from_nodes() -> None:
-    rng = random.Random(1)
-    count = 9
-    edges = [(rng.randrange(i), i) for i in range(1, count)]
-    edges += [
-        (a, b) for a in range(count) for b in range(count) if a != b and (a, b) not in edges and rng.random() < 0.2
-    ]
-    node, label = Box(30, 15, 15), Box(60, 16, 4)
-    layout = place([node] * count, edges, [label] * len(edges), gap=(20, 10))
-    places = [*((x, y, node) for x, y in layout.nodes), *((x, y, label) for x, y in layout.labels)]
-    for (x, y, a), (u, v, b) in combinations(places, 2):
-        beside = abs(x - u) >= (a.width + b.width) / 2 - 1e-9
-        upper, lower = ((y, a), (v, b)) if y < v else ((v, b), (y, a))
-        assert beside or lower[0] - lower[1].above >= upper[0] + upper[1].below - 1e-9
-    assert len(layout.labels) == len(edges)
-    forward = [layout.nodes[a][0] < layout.nodes[b][0] for a, b in edges]
-    for (a, b), route, ahead in zip(edges, layout.routes, forward, strict=True):
-        assert layout.nodes[a][0] != layout.nodes[b][0]
-        assert (np.diff(route[:, 0]) >= 0).all() if ahead else (np.diff(route[:, 0]) <= 0).all()
+    root = ET.fromstring(picture.svg(automaton(formula)))
+    shift = np.array(re.findall(r"translate\((.*?) (.*?)\)", root[0].get("transform", ""))[0], dtype=float)
+    boxes = [extent(part) + [*shift, *shift] for part in root.iter() if part.get("class", "").startswith("node ")]
+    for box in boxes:
+        assert (box[:2] >= 0).all() and (box[2:] <= [float(root.get(side, "")) for side in ("width", "height")]).all()
+    for one, other in combinations(boxes, 2):
+        assert (one[2:] <= other[:2]).any() or (other[2:] <= one[:2]).any()
 
 
 def test_every_letter_of_a_long_label_is_in_the_picture() -> None:
-    formula = "F (stove & F (table & F door)) & (!cellar U (gate & (attic | hall) | F attic))"
-    dfa = automaton(formula)
-    drawn = picture.diagram(dfa)
-    numbers = {arrow.lines[0] for arrow in drawn.arrows if arrow.lines[0].startswith("(")}
-    assert numbers and {line.split(" ")[0] for line in drawn.notes if line.startswith("(")} == numbers
-    said = " ".join([*drawn.notes, *(" ".join(arrow.lines) for arrow in drawn.arrows)])
-    assert "..." not in said
-    squeezed = "".join(said.split())
+    dfa = automaton("F (stove & F (table & F door)) & (!cellar U (gate & (attic | hall) | F attic))")
+    root = ET.fromstring(picture.svg(dfa))
     for state in range(dfa.size):
         for target, text in labels(dfa, state).items():
-            assert "".join(text.split()) in squeezed or (target == state and state in (dfa.accepting, dfa.dead))
-    assert max(len(line) for line in drawn.notes) * ADVANCE_PT <= drawn.size[0]
-    notes = [element for element in ET.fromstring(picture.svg(dfa)).iter() if element.get("class") == "note"]
-    assert len(notes) == len(drawn.notes)
+            if target == state and state in (dfa.accepting, dfa.dead):
+                continue
+            (edge,) = (part for part in root.iter() if part.get("class") == f"edge q{state}-q{target}")
+            lines = ["".join(line.itertext()) for line in edge.findall(f"{SVG}text")]
+            assert " ".join(lines) == text and max(map(len, lines)) <= WIDEST
+
+
+def test_text_stays_as_it_is_written() -> None:
+    for text in ('"b" \\n c', "<b>", "&amp; &lt;", "naïve", "\\"):
+        diagram = Diagram([Node("s0", (text, "second line")), Node("s1", ("1",))], [Edge(0, 1, text)])
+        root = ET.fromstring(node_link.svg(diagram, title=text))
+        assert {"".join(part.itertext()) for part in root.iter(f"{SVG}text")} == {text, "second line", "1"}
+        assert root.get("aria-label") == text
+
+
+@pytest.fixture
+def without_graphviz(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: None)
+
+
+def test_without_graphviz_a_page_has_the_table_and_a_file_is_refused(without_graphviz: None, tmp_path: Path) -> None:
+    problem = loads(ERRANDS, name="errands").problem()
+    assert "│ 0 (start)     │ bank  │          1 │" in pictures.automata(problem)["pay"]
+    with pytest.raises(GraphvizError, match="Graphviz draws this, and it is not installed: get Debian's package"):
+        picture.draw({"pay": automaton("F bank")}, tmp_path / "pay.svg")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_graphviz_cannot_do_is_said_in_its_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "dot").write_text("#!/bin/sh\necho 'Format: \"pdf\" not recognized.' >&2\nexit 1\n")
+    (tmp_path / "dot").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    with pytest.raises(GraphvizError, match='^dot cannot write pdf: Format: "pdf" not recognized.$'):
+        picture.draw({"pay": automaton("F bank")}, tmp_path / "pay.pdf")
+
+
+def test_diagrams_of_a_file_stand_in_their_order(tmp_path: Path) -> None:
+    titles = [f"{formula}: the formula" for formula in ("F a", "F b & F c", "!a U b")]
+    picture.draw({title: automaton(title.split(":")[0]) for title in titles}, tmp_path / "three.svg")
+    heights = {text.text: float(text.get("y", "")) for text in ET.parse(tmp_path / "three.svg").iter(f"{SVG}text")}
+    assert sorted(titles, key=heights.__getitem__) == titles

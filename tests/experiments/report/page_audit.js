@@ -141,7 +141,7 @@ const audit = (() => {
   }
 
   function* unnamed() {
-    const named = "svg[role=img], svg[role=group], video, button, input, select, path[role=button], [role=region], [role=group], article";
+    const named = "svg[role=img], svg[role=group], video, button, input, select, [role=button], [role=region], [role=group], article";
     for (const element of document.querySelectorAll(named)) {
       if (name(element) === element.outerHTML.slice(0, 60)) yield `${name(element)} has no name`;
     }
@@ -158,7 +158,7 @@ const audit = (() => {
   }
 
   function* unreachable() {
-    for (const element of document.querySelectorAll("button, input, select, a, summary, [tabindex='0'], path[role=button]")) {
+    for (const element of document.querySelectorAll("button, input, select, a, summary, [tabindex='0'], [role=button]")) {
       if (!seen(element) || element.disabled || element.classList.contains("skip")) continue;
       element.focus({ preventScroll: true });
       const style = getComputedStyle(element);

@@ -19,7 +19,7 @@ from selenium.webdriver.common.keys import Keys
 
 from experiments.report.data import page_data
 from experiments.report.page import _trade_off, write_page
-from experiments.report.wishes import FOUND, WORDS, wishes
+from experiments.report.wishes import FOUND, WORDS, words
 from prefplan import Front, pareto_front
 from prefplan.exact_costs import Number
 from prefplan.scenario.decode import loads
@@ -153,8 +153,8 @@ def test_what_wishes_cost_is_what_the_plans_that_meet_them_say(name: str, make: 
         assert [f"at most {number(most)}" in told["shown"] for most in wished.values()] == [True] * len(wished)
         heard.add(re.sub(r"[^A-Z].*", "", told["said"]) + str("With" in told["said"]))
     assert len(heard) >= 3, "each kind of sentence"
-    pale = "[...document.querySelectorAll('#chart path[data-plan]')].filter((e) => e.getAttribute('opacity') === '0.2')"
-    page.wait(lambda: page.run(f"{pale}.map((e) => Number(e.dataset.plan))") == beyond)
+    pale = "[...document.querySelectorAll('#chart .point')].filter((e) => getComputedStyle(e).opacity === '0.2')"
+    page.wait(lambda: sorted(page.run(f"{pale}.map((e) => Number(e.dataset.plan))")) == beyond)
     page.click(page.one("#wishes button"))
     assert page.one("#wished").text == WORDS["none"] and not page.all(".beyond")
     page.press(Keys.ARROW_LEFT)
@@ -215,8 +215,8 @@ def test_a_line_is_chosen_by_keyboard_and_pointer_and_with_it_the_point_of_the_c
 
 def test_of_an_unfinished_front_less_is_said(make: Make) -> None:
     front, _ = make("sea")
-    assert wishes(front)["words"] == WORDS and set(FOUND) <= set(WORDS)
-    assert wishes(replace(front, ended="time", complete_below=0))["words"] == WORDS | FOUND
+    assert words(front) == WORDS and set(FOUND) <= set(WORDS)
+    assert words(replace(front, ended="time", complete_below=0)) == WORDS | FOUND
 
 
 @pytest.mark.parametrize(
