@@ -94,7 +94,10 @@ class Problem:
         self.preference = named[0].preference if named else WeightedSum({})
         self.tasks = tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks"))
         self.rules = tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules"))
-        self._check_number()
+        if not self.tasks:
+            raise PrefplanError("tasks: a problem needs at least one task")
+        if len(self.tasks) > TASK_LIMIT:
+            raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
         self.names = tuple(task.name for task in self.tasks)
         self.automata = checked_automata(self.tasks, "tasks")
         self.monitors = checked_automata(self.rules, "rules", self.names)
@@ -128,12 +131,6 @@ class Problem:
         self.cost_units, self.objectives = tuple(units), tuple(objectives)
         self.measure = objectives[0].measure if objectives else Measure.of((), count, len(rules))
         self.units = Units(units[0], price, self.measure.unit(units[0], price))
-
-    def _check_number(self) -> None:
-        if not self.tasks:
-            raise PrefplanError("tasks: a problem needs at least one task")
-        if len(self.tasks) > TASK_LIMIT:
-            raise PrefplanError(f"tasks: {len(self.tasks)} are more than the {TASK_LIMIT} that the search can take")
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
