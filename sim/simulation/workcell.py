@@ -41,9 +41,10 @@ WATCH_PERIOD_S = 0.05
 BLEND_TIME_S = 0.3
 """Longest part of a movement that is blended with the next one."""
 
-HOLD_DISTANCE_M = 0.009
+HOLD_DISTANCE_M = 0.0085
 """Greatest distance of a held object from the point between the pads. The Panda's pads reach 9.2 mm beyond it; a load
-of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press is farther away."""
+of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press
+into, by up to 0.3 mm, is farther away."""
 
 OBSERVATION_ERRORS = 3
 """Tolerance of that distance for sensor noise, in standard deviations of an observed position."""
