@@ -103,7 +103,8 @@ class Arm:
         ]
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         motors = [self.model.actuator(name).id for name in robot.joints]
-        self._damping = np.diag(-self.model.opt.timestep * self.model.actuator_biasprm[motors, 2])
+        self._stiffness, self._gains = -self.model.actuator_biasprm[motors, 1:3].T
+        self._damping = np.diag(self.model.opt.timestep * self._gains)
         self._dynamics = Dynamics(self.model, robot.tool)
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
@@ -123,6 +124,27 @@ class Arm:
         """Return the limits of a movement between (n,) configurations with a load at the tool, kg."""
         inertias = np.array([self._dynamics.inertia(q, load=load) for q in ends])
         return MotionLimits(self.robot, inertias, self._damping, self._dynamics, load)
+
+    def lag(self, q: np.ndarray, references: np.ndarray, *, load: float) -> np.ndarray:
+        """Return by how much the joints will lag behind references, as their position actuators yield to the motion.
+
+        Args:
+            q: (n,) rest before the movement, rad.
+            references: (N, n) of the movement, one per control period, rad.
+            load: at the tool, kg.
+
+        Returns:
+            (N, n) rad.
+        """
+        rows = np.vstack([q, q, references])
+        velocities = np.diff(rows, axis=0) / CONTROL_PERIOD_S
+        accelerations = np.diff(velocities, axis=0) / CONTROL_PERIOD_S
+        _, torques = self._dynamics.torques(references, velocities[1:], accelerations, load=load)
+        yielding, lags, late = torques / self._stiffness, np.empty(references.shape), np.zeros(len(q))
+        share = 1 - np.exp(-CONTROL_PERIOD_S * self._stiffness / self._gains)
+        for k, row in enumerate(yielding):
+            lags[k] = late = late + share * (row - late)
+        return lags
 
     def reach(
         self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD

@@ -9,7 +9,7 @@ from scipy.interpolate import PPoly
 
 from sim.motion.dynamics import Dynamics
 from sim.motion.spline import from_rest
-from sim.motion.trajectory import CONTROL_PERIOD_S, PATH_PERIODS, duration, smooth_step
+from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
@@ -21,6 +21,9 @@ TORQUE_HEADROOM = 0.6
 A torque at its limit follows no reference, and it jumps when the arm has caught up: by 184 % of its rate limit after
 2.6 kg were lifted at 0.77 m. At 0.8, torques still reach the limit with 3 kg at 0.8 m. Holding 3 kg takes at most 94 %
 of the Panda's torques anywhere."""
+
+TORQUE_PERIODS = 6
+"""Control periods between two samples of the torques of a movement: shorter than any peak."""
 
 LEAST_TORQUE = 0.01
 """Share of a torque limit that counts as left for moving where gravity leaves less."""
@@ -223,7 +226,7 @@ def _torque_share(
         velocities: (N, n) rad/s.
         accelerations: (N, n) rad/s^2.
     """
-    samples = (rows[::PATH_PERIODS] for rows in (positions, velocities, accelerations))
+    samples = (rows[::TORQUE_PERIODS] for rows in (positions, velocities, accelerations))
     holding, moving = limits.dynamics.torques(*samples, load=limits.load)
     most = limits.robot.torque_limits
     left = np.maximum(most - np.sign(moving) * holding, LEAST_TORQUE * most)

@@ -15,7 +15,16 @@ from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drawing import draw_free, find_draw
 from sim.skills.grasp_choice import choose_grasp
-from sim.skills.hand import BLEND_M, OPEN_DURATION_S, PLANNING_CLEARANCE_M, check_held, move_tool, pregrasps
+from sim.skills.hand import (
+    BLEND_M,
+    LIFT_DURATION_S,
+    LIFT_M,
+    OPEN_DURATION_S,
+    PLANNING_CLEARANCE_M,
+    check_held,
+    move_tool,
+    pregrasps,
+)
 from sim.skills.skill import Skill, SkillError
 from sim.skills.transfer import travel
 from sim.skills.turning import find_turn, set_down
@@ -34,11 +43,6 @@ When it pushed the object against the other pad within 0.3 s, torque rates of th
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
-
-LIFT_M, LIFT_DURATION_S = 0.005, 0.8
-"""How far a heavy object is lifted first, and the least duration: meanwhile the arm begins to compensate for its
-weight. When it did so before, a suction cup rose on its spring: torque rates reached 112 % of their limit with 1.5 kg,
-now 58 %."""
 
 OFF_GROUND_M = 0.006
 """Height to which an object is raised in a check for what is beside it, so that its support does not count, m."""

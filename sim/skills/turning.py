@@ -14,9 +14,9 @@ from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp, ranked
-from sim.skills.hand import check_held, frame_of, free_pose, move_tool, transfer_height
+from sim.skills.hand import check_held, frame_of, free_pose, transfer_height
 from sim.skills.placing import is_carried, obstacles
-from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower_duration
+from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower
 from sim.skills.transfer import leave, travel
 from sim.world.grasps import GraspPose, grasps, tilt_of
 from sim.world.shapes import about_z
@@ -100,7 +100,7 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
     placing = ToolPose(centre - rotation @ (held.position - tool.position), turn.placing.rotation)
     check_held(cell, obj)
     cell.contacts.handle(obj)
-    move_tool(cell, [placing], seconds=lower_duration(cell, obj), watch=lambda: check_held(cell, obj))
+    lower(cell, obj, placing, watch=lambda: check_held(cell, obj))
     cell.unload()
     opening, rising = TILTED_DURATIONS_S
     cell.set_width(turn.grasp.opening, opening)

@@ -10,7 +10,7 @@ from small_models import TOWER
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
-from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_poses
+from sim.perception.sensors import BiasedSensor, NoisySensor, ObjectPose, object_pose, true_poses
 from sim.perception.touch import HOLD_FORCE_N
 from sim.robots.panda import PANDA
 from sim.simulation.workcell import Workcell
@@ -90,17 +90,38 @@ def test_the_payload_is_carried_within_the_limits_and_does_not_draw_the_arm_down
     assert_clean(cell)
 
 
+def scene_with_cube(at: tuple[float, float], mass: float) -> Scene:
+    """Return a scene with a cube at the location `far`."""
+    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
+    model = ManipulationModel("home", costs, (Location("far", at=at),), (Object("cube", "far", mass=mass),))
+    return build_scene(model, meshes=False)
+
+
 @pytest.mark.parametrize(("at", "mass"), [((0.757, 0.147), 2.63), ((0.607, -0.55), 2.66), ((0.8, 0.0), 3.0)])
 def test_a_payload_far_from_the_base_is_lifted_and_put_back_within_the_torques_of_the_arm(
     at: tuple[float, float], mass: float
 ) -> None:
-    costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
-    model = ManipulationModel("home", costs, (Location("far", at=at),), (Object("cube", "far", mass=mass),))
-    cell = perform_all(build_scene(model, meshes=False), "transit far", "grasp cube", "release cube far")
+    cell = perform_all(scene_with_cube(at, mass), "transit far", "grasp cube", "release cube far")
     assert_placed(cell, "cube", "far")
     loads = cell.recorder.arrays
     assert np.abs(loads["torques"] / PANDA.torque_limits).max() < 0.99, "a joint at its limit does not follow"
     assert np.abs(loads["torque_rates"] / PANDA.torque_rate_limits).max() < 0.7
+
+
+@pytest.mark.parametrize(
+    ("at", "mass", "too_high"),
+    [((0.274, -0.696), 0.245, 0.0), ((0.75, 0.0), 0.245, 0.0), ((0.55, 0.1), 0.1, 0.0035), ((0.55, 0.1), 1.0, 0.002)],
+    ids=["far to the side", "far ahead", "seen too high", "heavy and seen too high"],
+)
+def test_an_object_touches_down_gently(at: tuple[float, float], mass: float, too_high: float) -> None:
+    scene, sensor = scene_with_cube(at, mass), None
+    if too_high:
+        sensor = BiasedSensor(NoisySensor(0.0015, seed=1), bias=np.array([0.0, 0.0, too_high]))
+    cell = Workcell(scene, initial_state(scene), sensor=sensor)
+    for action in ("transit far", "grasp cube", "release cube far"):
+        perform(cell, action)
+    loads = cell.recorder.arrays
+    assert (loads["torque_rates"][loads["times"] > cell.events[-2].time] / PANDA.torque_rate_limits).max() < 0.9
 
 
 def test_an_arm_that_loses_its_payload_does_not_stay_raised(heavy: Scene) -> None:
