@@ -44,7 +44,7 @@ SATURATED_SHARE = 0.99
 PACES = (1.0, 0.7, 0.49, 0.343)
 """Shares of the tool's usual speed that are tried in turn until no joint lags behind."""
 
-MAX_SLOWDOWN = 4.0
+MAX_SLOWDOWN = 2.5
 """Greatest duration along a path of the tool, as a multiple of that at its usual speed. Where the arm needs longer, its
 joints jump from one point of the path to the next, and the whole movement would be as slow as its greatest jump."""
 
@@ -70,8 +70,8 @@ which the remaining error is a thousandth of that."""
 TILTED_MARGIN_RAD = 0.06
 """Distance of the goals of a tilted hand from the joints' position limits, rad: commands lead the joints."""
 
-MAX_SEEDS, SEED_SPREAD_RAD = 6, 0.7
-"""Number of random IK seeds for goals of a tilted hand, and their standard deviation from the first seed, rad."""
+ELBOW_SWINGS_RAD = (1.4, -1.4)
+"""Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
 
 MAX_KNOWN = 10_000
 """Greatest number of cached solutions of inverse kinematics."""
@@ -112,6 +112,15 @@ class Arm:
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
         self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
+        self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
+
+    def _swing(self) -> np.ndarray:
+        """Return the (n,) turns of the joints at home that move the tool least; the greatest is 1."""
+        self._configuration.update(self.robot.home)
+        self._aim(self._home.position, self._home.rotation, self.robot.home)
+        jacobian, _ = self._frame_residual()
+        least = np.linalg.svd(jacobian)[2][-1]
+        return np.asarray(least / least[np.abs(least).argmax()])
 
     def tool(self, q: np.ndarray) -> ToolPose:
         """Return the tool's pose at a configuration."""
@@ -154,7 +163,7 @@ class Arm:
         Raises:
             SimulationError: no configuration does.
         """
-        for found in self.configurations(goals, near=near, margin=margin, seeds=0):
+        for found in self.configurations(goals, near=near, margin=margin):
             return found
         how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
         raise SimulationError(f"the arm cannot {how} at {_spelled(goals[0].position)} within the limits of its joints")
@@ -163,39 +172,33 @@ class Arm:
         self,
         goals: Sequence[ToolPose],
         *,
-        near: np.ndarray | None,
-        margin: float,
-        seeds: int = MAX_SEEDS,
+        near: np.ndarray | None = None,
+        margin: float = TILTED_MARGIN_RAD,
     ) -> Iterator[tuple[np.ndarray, ToolPose]]:
         """Yield configurations that bring the tool to one of several poses, with that pose, preferred ones first.
 
-        If the hand points down they depend on the goals alone: the search starts from home turned towards the goal and
-        stays in that vertical plane, so the elbow cannot drift from goal to goal. Of several poses the one whose seed
-        has the last joint nearest to the middle of its range is tried first. For a tilted hand, other seeds may lead to
-        solutions with another elbow.
+        If the hand points down they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
+        starts from home turned towards the goal and stays in that vertical plane. Of several poses the one whose seed
+        has the last joint nearest to the middle of its range is tried first. Then the elbow swings aside, as it must
+        near the base.
 
         Args:
             goals: acceptable poses.
             near: (n,) first seed if the hand does not point down, rad.
             margin: least distance from the joints' position limits if the hand does not point down, rad.
-            seeds: number of random seeds if the hand does not point down.
         """
         down = all(goal.points_down for goal in goals)
         if near is not None and not down:
-            found = [(q, goal) for goal in goals if (q := self._solved(goal, near, margin)) is not None]
+            found = [(q, goal) for goal in goals if (q := self.nearby(goal, near, margin)) is not None]
             yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
         turned = [(self._seed(goal), goal) for goal in goals]
         turned.sort(key=lambda entry: float(abs(entry[0][-1] - self._middle)))
-        offsets = np.zeros((1, len(self.robot.home)))
-        if seeds and not down:
-            draws = np.random.default_rng(0).normal(scale=SEED_SPREAD_RAD, size=(seeds, offsets.shape[1]))
-            offsets = np.vstack([offsets, draws])
-        for offset, (seed, goal) in itertools.product(offsets, turned):
-            q = self._solved(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
+        for offset, (seed, goal) in itertools.product(self._elbows, turned):
+            q = self.nearby(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
             if q is not None:
                 yield q, goal
 
-    def _solved(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
+    def nearby(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
         """Return a configuration that brings the tool to a pose, searched from a seed; None if the search fails.
 
         Grasps that differ only in the hand's opening have the same pose, so solutions are cached.
@@ -208,7 +211,7 @@ class Arm:
         return self._known[question]
 
     def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
-        """Search for a solution, see `_solved`."""
+        """Search for a solution, see `nearby`."""
         self._configuration.update(seed)
         self._aim(goal.position, goal.rotation, seed)
         longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
@@ -321,7 +324,7 @@ class Arm:
         middle, bulge = (q + goal) / 2, np.zeros(len(q))
         low = self.tool(middle)
         if height is not None and low.position[2] < height:
-            raised = self._solved(low.shifted([0.0, 0.0, height - low.position[2]]), middle)
+            raised = self.nearby(low.shifted([0.0, 0.0, height - low.position[2]]), middle)
             bulge = bulge if raised is None else raised - middle
         gone = smooth_step(shares)[:, None]
         points = q + gone * (goal - q) + 4 * gone * (1 - gone) * bulge

@@ -28,8 +28,12 @@ DISTANCES_M = (0.03, 0.045, 0.06, 0.09, 0.12)
 STEP_M = 0.01
 """Distance between the positions on the way at which the object is checked for collisions, m."""
 
-STROKE_M, MAX_STROKES = 0.03, 16
-"""How far the fingers move in one stroke, pressing the object, m; and the greatest number of strokes."""
+STROKE_M = 0.03
+"""How far the fingers move in one stroke, pressing the object, m."""
+
+MIN_PROGRESS_M = 0.005
+"""Least distance that a stroke drags an object towards its goal, m: if it is less, the fingers slip, and another stroke
+would do no better."""
 
 SHARE_DRAWN = 0.8
 """Share of the distance after which an object counts as dragged free."""
@@ -107,30 +111,30 @@ def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
         shift: (3,) by which it is dragged, m.
 
     Raises:
-        SkillError: after all strokes it has not moved far enough.
+        SkillError: it slips under the fingers.
         BlockedError: bodies are in the way.
         SimulationError: the arm does not reach it.
     """
-    start = cell.measure(obj).position
+    start, length, reached = cell.measure(obj).position, float(np.linalg.norm(shift)), -np.inf
     cell.grip(CLOSED.width, OPEN_DURATION_S)
-    for _ in range(MAX_STROKES):
+    while True:
         pose = cell.measure(obj)
         came = (pose.position - start) * [1.0, 1.0, 0.0]
-        if came @ shift >= SHARE_DRAWN * shift @ shift:
+        along = float(came @ shift) / length
+        if along >= SHARE_DRAWN * length:
             cell.log_event("drawn free", object=obj, distance_mm=round(1000 * float(np.hypot(*came[:2])), 1))
             return
+        if along < reached + MIN_PROGRESS_M:
+            raise SkillError(f"{obj} could not be dragged free: it slipped under the fingers")
+        reached = along
         _stroke(cell, obj, pose, shift - came)
-    raise SkillError(f"{obj} could not be dragged free: it slipped under the fingers")
 
 
 def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> None:
     """Drag an object at a pose by at most one stroke along its remaining shift, (3,) m, and raise the hand."""
     before, over = _pressing(cell, obj, pose, left)
     up, heading = before.position - over.position, left / np.linalg.norm(left)
-    if before.points_down:
-        move_tool(cell, [before])
-    else:
-        travel(cell, [before], height=float(before.position[2]), onward=over)
+    travel(cell, [before], height=float(before.position[2]), onward=over)
     move_tool(cell, [over])
 
     lowest = over.shifted([0.0, 0.0, -cell.scene.robot.gripper.fingertip_m])

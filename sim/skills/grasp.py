@@ -241,10 +241,7 @@ def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bo
 def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:
     """Open the hand to a width, m, and meanwhile bring it to the pose from which it moves straight to its target."""
     cell.set_width(width, OPEN_DURATION_S)
-    if before.points_down:
-        move_tool(cell, [before], within=BLEND_M)
-    else:
-        travel(cell, [before], height=float(before.position[2]), onward=target)
+    travel(cell, [before], height=float(before.position[2]), onward=target)
 
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:

@@ -60,6 +60,9 @@ LIFT_M, LIFT_DURATION_S = 0.005, 0.8
 compensate for its weight. When it did so before, a suction cup rose on its spring: torque rates reached 112 % of their
 limit with 1.5 kg, now 58 %."""
 
+RECONFIGURED = "the arm would have to change its configuration on the way"
+"""Why the hand cannot move straight from one pose to another."""
+
 BLEND_M = 0.02
 """Distance of the tool from its goal at which the next movement may begin."""
 
@@ -100,7 +103,7 @@ def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) 
         SimulationError: the arm reaches none of the poses.
     """
     goal, pose = None, goals[0]
-    if len(goals) == 1 and not pose.points_down:
+    if len(goals) == 1:
         # IK in small steps keeps the elbow's configuration; from a distant seed, a joint may end at its limit.
         with contextlib.suppress(SimulationError):
             goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
@@ -142,27 +145,26 @@ def free_pose(
         SimulationError: the arm reaches none of the poses.
     """
     blockers: set[str] = set()
-    unreachable = SimulationError("the arm would have to change its configuration on the way")
     for options in zip(*map(pregrasps, goals), strict=True):
-        try:
-            q, before = cell.arm.reach(options, near=near, margin=margin)
+        for q, before in cell.arm.configurations(options, near=near, margin=margin):
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
-            met = _met(cell, q, grasp.opening, FINGER_CLEARANCE_M if pose.points_down else PLANNING_CLEARANCE_M)
-            path = _followed(cell, q, before, pose, margin=margin)
-        except SimulationError as error:
-            unreachable = error
-            continue
-        beside = FINGER_CLEARANCE_M if pose.points_down else clearance
-        for q in path[:-1]:
-            met |= _met(cell, q, grasp.opening, beside)
-        for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
-            met |= _met(cell, path[-1], float(width), beside)
-        if not met:
-            return before, pose
-        blockers |= met
+            beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
+            try:
+                path = _followed(cell, q, before, pose, margin=margin)
+            except SimulationError:
+                continue
+            met = _met(cell, q, grasp.opening, afar)
+            for q in path[:-1]:
+                met |= _met(cell, q, grasp.opening, beside)
+            for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
+                met |= _met(cell, path[-1], float(width), beside)
+            if not met:
+                return before, pose
+            blockers |= met
     if blockers:
         raise BlockedError.beside_fingers(blockers)
-    raise unreachable
+    cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach
+    raise SimulationError(RECONFIGURED)
 
 
 def _followed(
@@ -170,20 +172,18 @@ def _followed(
 ) -> list[np.ndarray]:
     """Return (n,) joint angles, rad, along the straight path from the pose `before`, reached at `q`, to another pose.
 
-    The last ones are those at `pose`; if the hand points down, they are the only ones. Otherwise all keep a margin from
-    the joints' position limits, rad.
+    The last ones are those at `pose`. If the hand is tilted, all keep a margin from the joints' position limits, rad.
 
     Raises:
-        SimulationError: the arm does not reach the pose, or would have to change its configuration on the way.
+        SimulationError: the arm would have to change its configuration on the way.
     """
-    if pose.points_down:
-        return [cell.arm.reach([pose])[0]]
     path = [q]
     for share in np.linspace(0, 1, APPROACH_STEPS + 1)[1:]:
         step = ToolPose(before.position + share * (pose.position - before.position), pose.rotation)
-        path.append(cell.arm.reach([step], near=path[-1], margin=margin)[0])
-        if np.abs(path[-1] - path[-2]).max() > MAX_APPROACH_STEP_RAD:
-            raise SimulationError("the arm would have to change its configuration on the way")
+        there = cell.arm.nearby(step, path[-1], margin)
+        if there is None or np.abs(there - path[-1]).max() > MAX_APPROACH_STEP_RAD:
+            raise SimulationError(RECONFIGURED)
+        path.append(there)
     return path[1:]
 
 
@@ -192,7 +192,7 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
 
     Raises:
         BlockedError: bodies other than the handled object are in the way.
-        SimulationError: the arm does not reach the pose, or would have to change its configuration on the way.
+        SimulationError: the arm would have to change its configuration on the way.
     """
     checker, obj = cell.collision_checker(), cell.contacts.handled
     steps = _followed(cell, q, before, pose)

@@ -18,6 +18,7 @@ from sim.skills.hand import (
     PATH_CLEARANCE_M,
     PLACING_MARGIN_RAD,
     PLANNING_CLEARANCE_M,
+    RECONFIGURED,
     check_approach,
     move_tool,
 )
@@ -39,14 +40,17 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         cell: the running simulation.
         goals: acceptable poses.
         height: of the tool as it passes over objects at rest, m.
-        onward: pose to which the tool then moves straight from its goal; None if it is not known or right below.
+        onward: pose to which the tool then moves straight from its goal; None if it is not known.
 
     Raises:
         BlockedError: no path is free of collisions.
         SimulationError: the goals, or `onward`, are out of reach.
     """
     blockers: set[str] = set()
-    for references in itertools.chain(_over(cell, goals, height), _planned(cell, goals, onward, blockers)):
+    ends = _ends(cell, goals, onward, blockers)
+    first = list(itertools.islice(ends, 1))
+    paths = itertools.chain(_over(cell, first, height), _planned(cell, itertools.chain(first, ends), blockers))
+    for references in paths:
         try:
             if onward is not None:
                 check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
@@ -61,7 +65,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     if blockers:
         raise BlockedError.on_the_way(blockers)
     cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # raises if none is in reach
-    raise SimulationError("the arm would have to change its configuration on the way")
+    raise SimulationError(RECONFIGURED)
 
 
 def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
@@ -84,10 +88,28 @@ def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
         travel(cell, [before], height=float(before.position[2]))
 
 
-def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[np.ndarray]:
+def _ends(
+    cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
+) -> Iterator[tuple[np.ndarray, ToolPose]]:
+    """Yield (n,) configurations, rad, for goals from which the hand can move onward, with the goal.
+
+    Bodies in the way of moving onward are added to the blockers.
+    """
+    for q, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
+        try:
+            if onward is not None:
+                check_approach(cell, q, pose, onward)
+        except BlockedError as error:
+            blockers.update(error.by)
+        except SimulationError:
+            continue
+        else:
+            yield q, pose
+
+
+def _over(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[np.ndarray]:
     """Yield the (N, n) references, rad, of movements over all objects; they are not checked for collisions."""
-    near = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD, seeds=0)
-    for (goal, pose), (raised, drawn_in) in itertools.product(itertools.islice(near, 1), DETOURS_M):
+    for (goal, pose), (raised, drawn_in) in itertools.product(ends, DETOURS_M):
         try:
             yield cell.arm.move(
                 cell.reference,
@@ -102,31 +124,23 @@ def _over(cell: Workcell, goals: Sequence[ToolPose], height: float) -> Iterator[
             continue
 
 
-def _planned(
-    cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
-) -> Iterator[np.ndarray]:
+def _planned(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], blockers: set[str]) -> Iterator[np.ndarray]:
     """Yield the (N, n) references, rad, of movements along planned paths; add the bodies in the way to the blockers.
 
     The edges of a path are checked coarsely, so movements along it may still collide: if the caller asks for more,
     paths are planned with finer checks.
     """
-    ends: Iterable[tuple[np.ndarray, ToolPose]]
-    ends = cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)
     for step in EDGE_STEPS_M:
         reached = []
         for goal, pose in ends:
             try:
-                if onward is not None:
-                    check_approach(cell, goal, pose, onward)  # before a path is planned in vain
                 path = planned_path(cell, goal, clearance=PLANNING_CLEARANCE_M, step=step)
             except BlockedError as error:
                 blockers.update(error.by)
-            except SimulationError:
                 continue
-            else:
-                reached.append((goal, pose))
-                limits = cell.arm.limits(path[0], path[-1], load=cell.load)
-                for overlap in OVERLAPS:
-                    references = along(limits, path, overlap=overlap)
-                    yield begun_late(limits, references, cell.reference, cell.ending)
+            reached.append((goal, pose))
+            limits = cell.arm.limits(path[0], path[-1], load=cell.load)
+            for overlap in OVERLAPS:
+                references = along(limits, path, overlap=overlap)
+                yield begun_late(limits, references, cell.reference, cell.ending)
         ends = reached

@@ -24,8 +24,5 @@ class TransportSkill(Transport, Skill):
         before, pose, _ = choose_placement_of_held(cell, obj, slot)
         cell.contacts.handle(obj, aloft=True)
         height = transfer_height(cell, cell.shapes, held=obj)
-        if before.points_down:
-            travel(cell, before.symmetric_poses(), height=height)
-        else:
-            travel(cell, [before], height=height, onward=pose)
+        travel(cell, [before], height=height, onward=pose)
         check_held(cell, obj)

@@ -31,10 +31,13 @@ POST = Fixture("post", "box", at=(0.9, 0.11, 0.02), size=(0.3, 0.02, 0.04))
 """A low wall: an object beside an obstacle is not refused without a trial."""
 
 
-def check_cup(at: tuple[float, ...], *fixtures: Fixture) -> PlaceCheck:
+CUP = Object("cup", "here")
+
+
+def check_cup(at: tuple[float, ...], *fixtures: Fixture, cup: Object = CUP) -> PlaceCheck:
     """Return the check of a suction cup, which has few grasps, with the object `cup` at its start."""
-    places, cup = (Location("here", at=at),), (Object("cup", "here"),)
-    model = ManipulationModel("home", COSTS, places, cup, fixtures=fixtures, robot="panda_suction")
+    places = (Location("here", at=at),)
+    model = ManipulationModel("home", COSTS, places, (cup,), fixtures=fixtures, robot="panda_suction")
     return ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
 
 
@@ -50,7 +53,7 @@ def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> Non
     assert check_cup((0.83 - short - 0.01, 0.0), POST) == PlaceCheck("cup", "here")
 
 
-@pytest.mark.parametrize("distance", [0.105, 0.28, 0.31])
+@pytest.mark.parametrize("distance", [0.105, 0.22, 0.23, 0.25, 0.26, 0.28, 0.31])
 def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: float) -> None:
     places = (Location("near", at=(distance, 0.0)), Location("far", at=(0.5, 0.2)))
     scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
@@ -58,12 +61,9 @@ def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: fl
 
 
 def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -> None:
-    def check_cube(distance: float) -> PlaceCheck:
-        places, cube = (Location("near", at=(distance, 0.0)),), (Object("cube", "near"),)
-        return ArmCheck(build_scene(ManipulationModel("home", COSTS, places, cube), meshes=False)).check("cube", "near")
-
-    short = missing(check_cube(0.2), r"too near to the robot's base by (\d+) cm")
-    assert check_cube(0.2 + short + 0.005) == PlaceCheck("cube", "near")
+    can = Object("cup", "here", kind="cylinder", size=(0.04, 0.14))
+    short = missing(check_cup((0.2, 0.0), cup=can), r"too near to the robot's base by (\d+) cm")
+    assert check_cup((0.2 + short + 0.005, 0.0), cup=can) == PlaceCheck("cup", "here")
 
 
 def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+import pytest
 from forged_logs import log_of_run
 from scenario_texts import CORNER
 from scipy.spatial.transform import Rotation
@@ -13,7 +14,9 @@ from prefplan import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.simulation.workcell import Workcell
+from sim.skills import drawing
 from sim.skills.catalogue import perform
+from sim.skills.skill import SkillError
 from sim.world.scene import build_scene, initial_state
 
 LOW = (
@@ -31,6 +34,22 @@ def test_a_low_object_in_a_corner_is_drawn_free_and_taken() -> None:
     assert [detail["object"] for detail in drawn] == ["cup"]
     assert 15 < drawn[0]["distance_mm"] < 60
     assert certify(log).refuted == ()
+
+
+def test_dragging_ends_with_the_first_stroke_under_which_the_object_slips(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, advances = loads(LOW).model, [0.01, 0.006, 0.002, 0.01]
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model, meshes=False)
+    cell = Workcell(scene, initial_state(scene))
+
+    def slipping(cell: Workcell, obj: str, *_: object) -> None:
+        cell.data.joint(obj).qpos[0] += advances.pop(0)
+        mujoco.mj_forward(scene.mujoco, cell.data)
+
+    monkeypatch.setattr(drawing, "_stroke", slipping)
+    with pytest.raises(SkillError, match="slipped under the fingers"):
+        drawing.draw_free(cell, "cup", np.array([0.1, 0.0, 0.0]))
+    assert advances == [0.01]
 
 
 def test_a_can_that_lies_in_a_corner_is_rolled_free_set_aside_and_set_upright() -> None:

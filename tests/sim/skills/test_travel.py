@@ -5,17 +5,18 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from skill_runs import assert_clean, assert_good, assert_placed, perform_all
+from skill_runs import assert_clean, assert_good, assert_placed, contacts, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError
 from sim.execution.executor import execute
 from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.trajectory import ToolPose
+from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.hand import PATH_CLEARANCE_M
 from sim.skills.transfer import travel
-from sim.world.scene import Scene, build_scene
+from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
@@ -38,6 +39,19 @@ def tower(height: int, at: tuple[float, float]) -> tuple[tuple[Location, ...], t
 
 def polar(radius: float, bearing: float) -> tuple[float, float]:
     return float(radius * np.cos(bearing)), float(radius * np.sin(bearing))
+
+
+@pytest.mark.parametrize("distance", [0.22, 0.235, 0.25, 0.26, 0.29])
+def test_near_the_base_an_object_is_taken_and_put_back_without_long_movements(distance: float) -> None:
+    scene = table(Location("a", at=(distance, 0.0)), Location("b", at=(0.5, 0.2)))
+    cell = Workcell(scene, initial_state(scene, seed=1))
+    for cell.destination, actions in (("b", THERE_AND_BACK[:4]), ("a", THERE_AND_BACK[6:])):
+        for action in actions:
+            began = cell.data.time
+            perform(cell, action)
+            assert cell.data.time - began < 8.0, action
+    assert contacts(cell.events) == []
+    assert_placed(cell, "cup", "a")
 
 
 @pytest.mark.slow
