@@ -75,9 +75,9 @@ class Projection:
             names: the propositions of the tasks.
         """
         small, begin = _without(view, kept, start)
-        seen = Symmetry(small, names, frozenset(), places_alike=bool(view.neutral))
-        space = StateCodes(small, begin, seen.sees_mark)
-        moves = moves_of(space, seen.neutral, seen.unseen)
+        symmetry = Symmetry(small, names, frozenset(), places_alike=bool(view.neutral))
+        space = StateCodes(small, begin, names)
+        moves = moves_of(space, symmetry.neutral, symmetry.alike)
         states = listed(space, moves, int(canonical(moves, space.encode(begin, where="start"))))
         system = table(space, states, cost_tables(small, KINDS, space.hands), names)
         places = [-1 if name in view.neutral else space.locations.index(name) for name in whole.locations]
@@ -85,7 +85,7 @@ class Projection:
             space.hands.index(hand) if x == len(places) else places[x]
             for hand, x in zip(whole.hands, whole.over, strict=True)
         ]
-        return cls(number, tasks, space, seen.neutral, states, system, places, hands)
+        return cls(number, tasks, space, symmetry.neutral, states, system, places, hands)
 
 
 def _without(

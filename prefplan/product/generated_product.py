@@ -58,7 +58,7 @@ class GeneratedProduct(Product):
         if model.barred or states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
-            dfa.size * math.prod(len(set(values)) for _, values in model.space.seen(dfa.propositions))
+            dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))
             for dfa in automata
         ]
         columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
@@ -79,12 +79,12 @@ class GeneratedProduct(Product):
         letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
         for i, dfa in enumerate(automata):
-            told = [frozenset[str]()]
-            for d, values in space.seen(dfa.propositions):
+            labels_of = [frozenset[str]()]
+            for d, values in space.visible(dfa.propositions):
                 distinct = list(dict.fromkeys(values))
-                letters[i, d, : len(values)] = [len(told) * distinct.index(value) for value in values]
-                told = [label | ({value} if value else set()) for value in distinct for label in told]
-            labels.append(told)
+                letters[i, d, : len(values)] = [len(labels_of) * distinct.index(value) for value in values]
+                labels_of = [label | ({value} if value else set()) for value in distinct for label in labels_of]
+            labels.append(labels_of)
         count = len(self.automata)
         shape = (count, int(self.sizes.max()), max(map(len, labels[:count])))
         self.delta = np.zeros(shape, dtype=np.int32)
@@ -93,8 +93,8 @@ class GeneratedProduct(Product):
                 self.delta[i, q, : len(labels[i])] = [dfa.readings(q, label)[0].state for label in labels[i]]
         self._enter_rules(
             [
-                [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in told]
-                for dfa, told in zip(self.rules, labels[count:], strict=True)
+                [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in labels_of]
+                for dfa, labels_of in zip(self.rules, labels[count:], strict=True)
             ]
         )
         return letters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +23,7 @@ class StateCodes:
     """The code of each state of a model.
 
     A code is one mixed-radix integer: the hand's pose, then each object's slot (the last one: in the hand), then one
-    bit for each object and mark that is seen. Where slots are not told apart, a location is one slot, whatever its
+    bit for each object and mark that is visible. Where slots are not told apart, a location is one slot, whatever its
     capacity.
 
     Attributes:
@@ -45,14 +45,14 @@ class StateCodes:
         self,
         model: ManipulationModel,
         start: ManipulationState,
-        sees_mark: Callable[[str, str], bool] = lambda obj, mark: True,
+        visible: Collection[str] | None = None,
     ) -> None:
         """Lay out the digits.
 
         Args:
             model: locations, objects and marks.
             start: the first state, whose hand may be over no location.
-            sees_mark: whether states tell if an object has a mark.
+            visible: propositions; states tell of these whether an object has a mark; None for all.
         """
         self.model = model
         self.locations = [place.name for place in model.locations]
@@ -68,7 +68,8 @@ class StateCodes:
         self.above = np.array([self.hands.index(hand) for hand in poses] + [0])
         self._hand_slots = {hand: i for hand, (name, i) in zip(poses, self._slots, strict=True) if hand != name}
         self.radices = [len(self.hands)] + [self.held + 1] * len(self.objects)
-        carried = [(obj, mark) for obj in self.objects for mark in model.marks if sees_mark(obj, mark)]
+        pairs = ((obj, mark) for obj in self.objects for mark in model.marks)
+        carried = [pair for pair in pairs if visible is None or marked(*pair) in visible]
         self.mark_digits = {pair: len(self.radices) + d for d, pair in enumerate(carried)}
         self.radices += [2] * len(carried)
         self.weights = [1]
@@ -76,18 +77,18 @@ class StateCodes:
             self.weights.append(self.weights[-1] * radix)
         self.bound = self.weights.pop()
 
-    def seen(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
+    def visible(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
         """Return the digits on which propositions depend, each with the proposition that each value makes true, or "".
 
         Args:
             names: the propositions; None for all.
         """
-        told = [
+        digits = [
             (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
             for o, obj in enumerate(self.objects)
         ]
-        told += [(d, ["", marked(*pair)]) for pair, d in self.mark_digits.items()]
-        kept = [(d, [name if names is None or name in names else "" for name in values]) for d, values in told]
+        digits += [(d, ["", marked(*pair)]) for pair, d in self.mark_digits.items()]
+        kept = [(d, [name if names is None or name in names else "" for name in values]) for d, values in digits]
         return [(d, values) for d, values in kept if any(values)]
 
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:

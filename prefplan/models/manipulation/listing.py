@@ -24,17 +24,17 @@ Expanded = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """The actions of some states, as `expand` returns them."""
 
 
-def moves_of(space: StateCodes, neutral: Collection[str] = (), unseen: Collection[str] = ()) -> Moves:
+def moves_of(space: StateCodes, neutral: Collection[str] = (), alike: Collection[str] = ()) -> Moves:
     """Return a model as arrays.
 
     Args:
         space: the encoding of its states.
         neutral: names of the locations that may be exchanged.
-        unseen: names of the objects that may be exchanged.
+        alike: names of the objects that may be exchanged.
     """
     model, names, objects = space.model, space.locations, range(len(space.objects))
     places = [x for x, name in enumerate(names) if name in neutral]
-    told = [o for o in objects if space.objects[o] not in unseen]
+    distinct_objects = [o for o in objects if space.objects[o] not in alike]
     flags = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.bool_)
     flags[places] = True
     below = np.array([[name in place.on for name in names] for place in model.locations])
@@ -56,8 +56,8 @@ def moves_of(space: StateCodes, neutral: Collection[str] = (), unseen: Collectio
         mark=np.array(marks, dtype=np.int64).reshape(len(names), len(objects)),
         neutral=flags,
         places=np.array([*places, 0], dtype=np.int64),
-        told=np.array(told, dtype=np.int64),
-        unseen=np.array([o for o in objects if o not in told], dtype=np.int64),
+        distinct=np.array(distinct_objects, dtype=np.int64),
+        alike=np.array([o for o in objects if o not in distinct_objects], dtype=np.int64),
     )
 
 
@@ -178,7 +178,7 @@ def _labels(
     keys = np.zeros(len(codes), dtype=np.int64)
     weight = 1
     parts: list[tuple[int, list[str]]] = []
-    for d, values in space.seen(names):
+    for d, values in space.visible(names):
         distinct_values = list(dict.fromkeys(values))
         keys += weight * np.array([distinct_values.index(value) for value in values])[space.digit(codes, d)]
         parts.append((weight, distinct_values))

@@ -2,7 +2,7 @@
 
 A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
 are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
-canonical state stands for all that result from exchanging neutral locations and unseen objects (see
+canonical state stands for all that result from exchanging neutral locations and alike objects (see
 `prefplan.models.manipulation.symmetry`); where slots are told apart no location is neutral.
 
 The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
@@ -21,7 +21,7 @@ TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 """Kinds of actions."""
 
 EXCHANGEABLE = 2**40
-"""Stands for a neutral location while unseen objects are sorted; larger than any location."""
+"""Stands for a neutral location while alike objects are sorted; larger than any location."""
 
 free_slot = bare_kernel(any_free_slot)
 
@@ -38,7 +38,7 @@ class Moves(NamedTuple):
         blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
         neutral: (max(S + 1, H),) bool, by slot or pose. places: (n + 1,) int64, the neutral locations, and 0.
-        unseen: (U,) int64, the objects that may be exchanged. told: (O - U,) int64, the others.
+        alike: (U,) int64, the objects that may be exchanged. distinct: (O - U,) int64, the others.
     """
 
     radices: np.ndarray
@@ -53,8 +53,8 @@ class Moves(NamedTuple):
     mark: np.ndarray
     neutral: np.ndarray
     places: np.ndarray
-    told: np.ndarray
-    unseen: np.ndarray
+    distinct: np.ndarray
+    alike: np.ndarray
 
 
 class Steps(NamedTuple):
@@ -104,13 +104,13 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
-    Told objects at neutral locations take the first of these, in order; then come the unseen objects, sorted by
+    Distinct objects at neutral locations take the first of these, in order; then come the alike objects, sorted by
     location, and a hand over an empty neutral location takes the first that is left.
     """
     hand = digits[0]
     moved, rank = hand, 0
     over_empty = moves.neutral[hand]
-    for o in moves.told:
+    for o in moves.distinct:
         location = digits[1 + o]
         if moves.neutral[location]:
             digits[1 + o] = moves.places[rank]
@@ -118,19 +118,19 @@ def standardize(moves: Moves, digits: np.ndarray) -> None:
                 moved, over_empty = moves.places[rank], False
             rank += 1
     under = False
-    for k in range(moves.unseen.shape[0]):
-        location = digits[1 + moves.unseen[k]]
+    for k in range(moves.alike.shape[0]):
+        location = digits[1 + moves.alike[k]]
         if moves.neutral[location]:
             under |= location == hand
             location = np.int64(EXCHANGEABLE)
         at = k
-        while at > 0 and digits[1 + moves.unseen[at - 1]] > location:
-            digits[1 + moves.unseen[at]] = digits[1 + moves.unseen[at - 1]]
+        while at > 0 and digits[1 + moves.alike[at - 1]] > location:
+            digits[1 + moves.alike[at]] = digits[1 + moves.alike[at - 1]]
             at -= 1
-        digits[1 + moves.unseen[at]] = location
+        digits[1 + moves.alike[at]] = location
     if under:
         moved, over_empty = moves.places[rank], False
-    for o in moves.unseen:
+    for o in moves.alike:
         if digits[1 + o] == EXCHANGEABLE:
             digits[1 + o] = moves.places[rank]
             rank += 1

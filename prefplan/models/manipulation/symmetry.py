@@ -1,20 +1,20 @@
-"""Smaller models of a manipulation model, equivalent for the propositions in a given set, which are called *seen*.
+"""Smaller models of a manipulation model, equivalent for the propositions in a given set, which are called *visible*.
 
 Two reductions, both exact:
 
-*Symmetry.* A location of capacity one that no other location depends on and no seen proposition mentions is *neutral*
-(with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral locations, or
-movable *unseen* objects, which no seen proposition mentions, maps the model onto itself and preserves costs and seen
-propositions. So one canonical state can stand for all states that such exchanges make of it (its orbit), and the
-canonical states are a bisimulation quotient: every trajectory of the one has its counterpart in the other, action by
-action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
+*Symmetry.* A location of capacity one that no other location depends on and no visible proposition mentions is
+*neutral* (with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral
+locations, or movable objects that are *alike*, as no visible proposition mentions them, maps the model onto itself and
+preserves costs and visible propositions. So one canonical state can stand for all states that such exchanges make of it
+(its orbit), and the canonical states are a bisimulation quotient: every trajectory of the one has its counterpart in
+the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
 
-*Relevance.* A movable unseen object at a neutral location need never be moved, if the other neutral locations can hold
-all other movable objects at once, and no seen location rests on supports: in any plan, leave out the actions on it, and
-put every object that the plan puts at a neutral location at a free one. One is free, as the object in the hand takes
-none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out change no seen
-proposition; so this needs tasks that do not count actions, and preferences that do not gain from waiting. By the same
-argument no more neutral locations are needed than there are movable objects.
+*Relevance.* One of these objects that rests at a neutral location need never be moved, if the other neutral locations
+can hold all other movable objects at once, and no visible location rests on supports: in any plan, leave out the
+actions on it, and put every object that the plan puts at a neutral location at a free one. One is free, as the object
+in the hand takes none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out
+change no visible proposition; so this needs tasks that do not count actions, and preferences that do not gain from
+waiting. By the same argument no more neutral locations are needed than there are movable objects.
 """
 
 from __future__ import annotations
@@ -66,77 +66,72 @@ def symmetry_of(
     *,
     stutter_invariant: bool,
 ) -> tuple[Symmetry, ManipulationState]:
-    """Return a smaller model and its initial state, equivalent to another for the propositions that are seen.
+    """Return a smaller model and its initial state, equivalent to another for the propositions that are visible.
 
     Args:
         model: the other model.
         start: its initial state.
-        names: propositions that are seen, beside those on which barred actions depend.
+        names: propositions that are visible, beside those on which barred actions depend.
         barred: actions that do not exist where some propositions hold.
         stutter_invariant: as in `System.quotient`.
     """
-    seen = frozenset(names).union(*(conditions for conditions, _ in barred))
+    visible = frozenset(names).union(*(conditions for conditions, _ in barred))
     actions = [read_action(text) for _, text in barred]
-    told = frozenset(name for action in actions for name in (action.obj, action.location))
-    symmetry = Symmetry(model, seen, told, places_alike=not isinstance(model.costs, MeasuredCosts))
+    named = frozenset(name for action in actions for name in (action.obj, action.location))
+    symmetry = Symmetry(model, visible, named, places_alike=not isinstance(model.costs, MeasuredCosts))
     if stutter_invariant and not barred and _loads_cost(model.costs):
         return symmetry.relevant(start)
     return symmetry, start
 
 
 class Symmetry:
-    """A model, and which of its parts are seen.
+    """A model, and which of its parts are visible.
 
     Attributes:
         model: the model.
-        seen: the propositions that are seen.
+        visible: the propositions that are visible.
         neutral: names of the neutral locations, in the model's order.
-        unseen: names of the movable objects of which nothing is seen.
+        alike: names of the movable objects of which nothing is visible, which may be exchanged.
     """
 
     def __init__(
-        self, model: ManipulationModel, seen: frozenset[str], told: frozenset[str], *, places_alike: bool = True
+        self, model: ManipulationModel, visible: frozenset[str], named: frozenset[str], *, places_alike: bool = True
     ) -> None:
-        """Find the neutral locations and the unseen objects.
+        """Find the neutral locations and the invisible objects.
 
         Args:
             model: the model.
-            seen: the propositions that are seen.
-            told: names of objects and locations that count as seen for another reason.
+            visible: the propositions that are visible.
+            named: names of objects and locations that count as visible for another reason.
             places_alike: whether locations may be neutral; False if costs tell them apart.
         """
-        self.model, self.seen, self._told = model, seen, told
+        self.model, self.visible, self._named = model, visible, named
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
         self.neutral = tuple(
             place.name
             for place in (model.locations if places_alike else ())
             if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
-            if place.name not in supports and not self._sees(place)
+            if place.name not in supports and not self._is_visible(place)
         )
-        self.unseen = tuple(
+        self.alike = tuple(
             obj.name
             for obj in model.objects
-            if not obj.fixed and obj.name not in told and not seen & {n for n, _ in model.propositions_of(obj.name)}
+            if not obj.fixed and obj.name not in named and not visible & {n for n, _ in model.propositions_of(obj.name)}
         )
 
-    def sees_mark(self, obj: str, mark: str) -> bool:
-        """Return whether the proposition that an object has a mark is seen."""
-        return marked(obj, mark) in self.seen
-
-    def _sees(self, place: Location) -> bool:
-        marks = {marked(obj, place.marks) for obj in self._objects} if place.marks else set()
-        return place.name in self._told or bool(self.seen & ({at(obj, place.name) for obj in self._objects} | marks))
+    def _is_visible(self, place: Location) -> bool:
+        names = {at(obj, place.name) for obj in self._objects}
+        names |= {marked(obj, place.marks) for obj in self._objects if place.marks}
+        return place.name in self._named or not self.visible.isdisjoint(names)
 
     def relevant(self, start: ManipulationState) -> tuple[Symmetry, ManipulationState]:
         """Return the same, and the initial state, without objects that need never be moved and surplus locations."""
         model, places = self.model, start.place
-        if any(place.on and self._sees(place) for place in model.locations):
+        if any(place.on and self._is_visible(place) for place in model.locations):
             return self, start
-        idle = {obj for obj in self.unseen if places.get(obj) in self.neutral}
-        idle |= {obj.name for obj in model.objects if obj.fixed and obj.name not in self._told} & {
-            obj for obj in self._objects if places.get(obj) in self.neutral
-        }
+        fixed = {obj.name for obj in model.objects if obj.fixed and obj.name not in self._named}
+        idle = {obj for obj in fixed.union(self.alike) if places.get(obj) in self.neutral}
         blocked = {places[obj] for obj in idle}
         free = [place for place in self.neutral if place not in blocked]
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
@@ -159,7 +154,7 @@ class Symmetry:
         )
         assert {place for _, place in begin.places} <= {place.name for place in kept}
         smaller = replace(model, locations=kept, objects=objects, begin=begin)
-        return Symmetry(smaller, self.seen, self._told), begin
+        return Symmetry(smaller, self.visible, self._named), begin
 
 
 def _loads_cost(costs: ActionCosts) -> bool:

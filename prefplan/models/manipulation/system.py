@@ -61,8 +61,8 @@ class ManipulationSystem(System):
         operators: the kinds of actions.
         barred: actions that do not exist where some propositions hold.
         neutral: names of the locations that may be exchanged.
-        unseen: names of the objects that may be exchanged.
-        seen: the propositions that are kept in the labels of listed states; None for all.
+        alike: names of the objects that may be exchanged.
+        visible: the propositions that are kept in the labels of listed states; None for all.
     """
 
     is_large: ClassVar[bool] = True
@@ -71,13 +71,13 @@ class ManipulationSystem(System):
     operators: tuple[Operator, ...]
     barred: Barred = ()
     neutral: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
-    seen: frozenset[str] | None = None
+    alike: tuple[str, ...] = ()
+    visible: frozenset[str] | None = None
 
     @cached_property
     def moves(self) -> Moves:
         """The model as arrays; its codes must be small."""
-        return moves_of(self.space, self.neutral, self.unseen)
+        return moves_of(self.space, self.neutral, self.alike)
 
     @property
     def first(self) -> int:
@@ -102,7 +102,7 @@ class ManipulationSystem(System):
         """
         standard = self.operators == STANDARD_OPERATORS
         states = listed(self.space, self.moves, self.first) if standard else self._by_operators()
-        system = table(self.space, states, self.costs, self.seen).without(self.barred)
+        system = table(self.space, states, self.costs, self.visible).without(self.barred)
         return replace(system, propositions=self.propositions, display=self.display)
 
     def _by_operators(self) -> StateTable:
@@ -194,7 +194,7 @@ class ManipulationSystem(System):
         symmetry, start = symmetry_of(
             self.space.model, self.start, names, self.barred, stutter_invariant=stutter_invariant
         )
-        space = StateCodes(symmetry.model, start, symmetry.sees_mark)
+        space = StateCodes(symmetry.model, start, symmetry.visible)
         hands = [self.space.hands.index(hand) for hand in space.hands]
         return replace(
             self,
@@ -202,8 +202,8 @@ class ManipulationSystem(System):
             costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
             space=space,
             neutral=symmetry.neutral,
-            unseen=symmetry.unseen,
-            seen=symmetry.seen,
+            alike=symmetry.alike,
+            visible=symmetry.visible,
         )
 
     def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
