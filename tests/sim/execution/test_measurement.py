@@ -139,7 +139,7 @@ def test_whatever_the_arm_moves_by_is_in_the_digest(monkeypatch: pytest.MonkeyPa
 def fail_for(obj: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every simulation with an object in the hand fail, and others take a second."""
 
-    def stand_in(scene: Scene, trial: Trial) -> Effort:
+    def stand_in(scene: Scene, trial: Trial, skills: object) -> Effort:
         if trial.state.held == obj:
             raise SkillError(f"{obj} is slippery")
         return Effort(1.0, 2.0, 3.0)
