@@ -84,6 +84,7 @@ def parsed_svg(figure: Figure) -> ET.Element:
 
 def inline_svg(root: ET.Element, *, kind: str, title: str) -> str:
     """Return a parsed SVG as text for a page, of the class `kind`; the title is for screen readers."""
-    sizes = {key: root.attrib[key].removesuffix("pt") for key in ("width", "height")}
-    root.attrib.update(sizes | {"class": kind, "role": "img", "aria-label": title})
+    width, height = (root.attrib[key].removesuffix("pt") for key in ("width", "height"))
+    size = {"width": width, "height": height, "style": f"--natural: {width}px; --aspect: calc({width} / {height})"}
+    root.attrib.update(size | {"class": kind, "role": "img", "aria-label": title})
     return ET.tostring(root, encoding="unicode")

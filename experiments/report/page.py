@@ -27,15 +27,13 @@ PARTS = "page"
 INDEX = "index.html"
 
 SCRIPTS = (
+    "dom.js",
     "clock.js",
-    "scroll_box.js",
     "timeline.js",
-    "map.js",
-    "graph.js",
+    "pictures.js",
     "chart.js",
     "parallel.js",
     "wishes.js",
-    "automata.js",
     "scene.js",
     "panel.js",
     "report.js",

@@ -45,8 +45,8 @@ class PlanChart {
   }
 
   mark(plan, choose) {
-    const mark = draw("g", { role: "button", tabindex: plan.index ? -1 : 0, "data-plan": plan.index }, draw("title"), ...this.shape(plan));
-    mark.firstChild.textContent = `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`;
+    const mark = draw("g", { role: "button", tabindex: plan.index ? -1 : 0, "data-plan": plan.index },
+      draw("title", {}, `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`), ...this.shape(plan));
     mark.onclick = (event) => choose(plan.index, event.shiftKey);
     mark.onfocus = () => { for (const other of this.marks) other.setAttribute("tabindex", other === mark ? 0 : -1); };
     mark.onkeydown = (event) => {
@@ -69,20 +69,16 @@ class PlanChart {
     this.labels.replaceChildren();
   }
 
-  // Draw a vertical axis, its labels on one side (-1: left, 1: right).
-  upright({ texts }, places, x, bottom, top, side) {
-    const with_label = labelled(places, LABEL_HEIGHT);
-    this.scenery.append(draw("path", { d: `M${x} ${bottom}V${top}` }));
-    places.forEach((y, i) => {
-      this.scenery.append(draw("path", { class: "tick", d: `M${x - 4} ${y}h8` }));
-      if (with_label.includes(i)) this.label(texts[i], x + 8 * side, y, side < 0 ? "end" : "start");
-    });
+  // Draw an axis along a path: a tick for each value, and labels of a size where there is space.
+  axis({ texts }, places, path, size, tick, label) {
+    this.scenery.append(draw("path", { d: path }), ...places.map((at) => draw("path", { class: "tick", d: tick(at) })));
+    for (const i of labelled(places, size)) this.labels.append(draw("text", { dy: "0.35em", ...label(places[i]) }, texts[i]));
   }
 
-  label(text, x, y, anchor) {
-    const label = draw("text", { x, y, dy: "0.35em", "text-anchor": anchor });
-    label.textContent = text;
-    this.labels.append(label);
+  // Draw a vertical axis, its labels to the left (-1) or right (1).
+  upright(axis, places, x, bottom, top, side) {
+    this.axis(axis, places, `M${x} ${bottom}V${top}`, LABEL_HEIGHT, (y) => `M${x - 4} ${y}h8`,
+      (y) => ({ x: x + 8 * side, y, "text-anchor": side < 0 ? "end" : "start" }));
   }
 
   show(chosen, other) {
@@ -130,9 +126,9 @@ class FrontChart extends PlanChart {
   }
 
   shape(plan) {
-    const number = draw("text", { class: "number", x: 8, y: -14 });
-    number.textContent = String(plan.index);
-    return [draw("circle", { class: "hit", r: 12 }), draw("rect", { class: "stroke", x: -7.5, y: -7.5, width: 15, height: 15 }), number];
+    return [
+      draw("circle", { class: "hit", r: 12 }), draw("rect", { class: "stroke", x: -7.5, y: -7.5, width: 15, height: 15 }),
+      draw("text", { class: "number", x: 8, y: -14 }, String(plan.index))];
   }
 
   draw() {
@@ -145,28 +141,14 @@ class FrontChart extends PlanChart {
     if (a.values.length <= NUMBERED) for (const x of xs) this.scenery.append(draw("path", { class: "grid", d: `M${x} ${bottom}V${top}` }));
     if (b.values.length <= NUMBERED) for (const y of ys) this.scenery.append(draw("path", { class: "grid", d: `M${left} ${y}H${right}` }));
     this.upright(b, ys, left, bottom, top, -1);
-    this.level(a, xs, bottom, left, right);
-    this.title(`${this.titles ? this.titles[0] : a.name} →`, { x: (left + right) / 2, y: height - 6 });
-    this.title(`← ${this.titles ? this.titles[1] : b.name} (lower is better)`, { transform: `translate(14 ${height / 2}) rotate(-90)` });
+    this.axis(a, xs, `M${left} ${bottom}H${right}`, 8 + widest(a.texts), (x) => `M${x} ${bottom - 4}v8`, (x) => ({ x, y: bottom + 14, "text-anchor": "middle" }));
     const points = this.ranks.map((rank) => [xs[rank[across]], ys[rank[up]]]);
-    this.scenery.append(draw("path", { class: "border", d: this.border(points) }));
+    this.scenery.append(
+      draw("text", { class: "axis-name", x: (left + right) / 2, y: height - 6 }, `${this.titles ? this.titles[0] : a.name} →`),
+      draw("text", { class: "axis-name", transform: `translate(14 ${height / 2}) rotate(-90)` }, `← ${this.titles ? this.titles[1] : b.name} (lower is better)`),
+      draw("path", { d: this.border(points) }));
     this.marks.forEach((mark, i) => mark.setAttribute("transform", `translate(${points[i].join(" ")})`));
     this.update();
-  }
-
-  level({ texts }, places, y, left, right) {
-    const with_label = labelled(places, 8 + widest(texts));
-    this.scenery.append(draw("path", { d: `M${left} ${y}H${right}` }));
-    places.forEach((x, i) => {
-      this.scenery.append(draw("path", { class: "tick", d: `M${x} ${y - 4}v8` }));
-      if (with_label.includes(i)) this.label(texts[i], x, y + 14, "middle");
-    });
-  }
-
-  title(text, where) {
-    const title = draw("text", { class: "axis-name", "text-anchor": "middle", ...where });
-    title.textContent = text;
-    this.scenery.append(title);
   }
 
   // Steps from left to right; pixels count downwards, so that lower is greater.

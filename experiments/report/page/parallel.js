@@ -14,8 +14,7 @@ class ParallelCoordinates extends PlanChart {
   }
 
   shape(plan) {
-    const badge = draw("g", { class: "disc" }, draw("circle", { r: 10 }), draw("text", { dy: "0.35em" }));
-    badge.lastChild.textContent = String(plan.index);
+    const badge = draw("g", { class: "disc" }, draw("circle", { r: 10 }), draw("text", { dy: "0.35em" }, String(plan.index)));
     return [draw("path", { class: "hit" }), draw("path", { class: "stroke" }), badge];
   }
 
@@ -44,14 +43,13 @@ class ParallelCoordinates extends PlanChart {
   names(across, width) {
     const ends = [];
     this.axes.forEach(({ name }, k) => {
-      const text = draw("text", { class: "axis-name" });
-      text.textContent = name;
+      const text = draw("text", { class: "axis-name" }, name);
       this.scenery.append(text);
       const size = text.getComputedTextLength(), from = Math.max(0, Math.min(across[k] - size / 2, width - size));
       let row = ends.findIndex((end) => end < from - 8);
       if (row < 0) row = ends.length;
       ends[row] = from + size;
-      text.setAttribute("x", from);
+      text.setAttribute("x", from + size / 2);
       text.setAttribute("y", NAME_HEIGHT * (row + 0.75));
     });
     return ends.length;

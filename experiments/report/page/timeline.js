@@ -1,21 +1,6 @@
 "use strict";
 // A plan as a timeline: along the cost spent, a bar for every action, and below it the progress of every task.
 
-function show(value) {
-  return String(Math.round(value * 1e6) / 1e6);
-}
-
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (value === null || value === undefined || value === false) continue;
-    if (name === "class") element.className = value;
-    else element.setAttribute(name, value === true ? "" : value);
-  }
-  element.append(...children.filter((child) => child !== null));
-  return element;
-}
-
 // The kind of an action, and how many colours there are for kinds (style.css).
 const KINDS = ["transit", "grasp", "transport", "release"];
 const MOVES = { N: "north", E: "east", S: "south", W: "west" };
@@ -26,15 +11,15 @@ function kindOf(action, actions) {
   return order.indexOf(kind in MOVES || KINDS.includes(kind) ? kind : action) % 4;
 }
 
-// The progress of a plan at a time: number of actions done, the one under way (or null), and the cost spent.
+// The progress of a plan at a time: number of actions done, the one under way (or null), its share, and the cost spent.
 function progress(plan, time) {
   const { spent } = plan.ledger;
   let done = 0;
   while (done < plan.times.length && plan.times[done][1] <= time + 1e-6) done += 1;
-  if (done === plan.times.length) return { done, now: null, spent: spent[done] };
+  if (done === plan.times.length) return { done, now: null, share: 0, spent: spent[done] };
   const [start, end] = plan.times[done];
   const share = Math.max(0, Math.min(1, (time - start) / Math.max(end - start, 1e-9)));
-  return { done, now: done, spent: spent[done] + share * (spent[done + 1] - spent[done]) };
+  return { done, now: done, share, spent: spent[done] + share * (spent[done + 1] - spent[done]) };
 }
 
 function taskWords(account) {

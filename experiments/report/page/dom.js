@@ -1,6 +1,29 @@
 "use strict";
-// Boxes that scroll: their content fades on each side where there is more, and Tab reaches them while there is.
+// Elements of the page, numbers, and boxes that scroll.
 
+function show(value) {
+  return String(Math.round(value * 1e6) / 1e6);
+}
+
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name === "class") element.className = value;
+    else element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+function draw(tag, attributes = {}, ...children) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+// Fade the content of a box that scrolls on each side where there is more; Tab reaches it while there is.
 function watchEdges(box) {
   const mark = () => {
     const across = box.scrollWidth - box.clientWidth, down = box.scrollHeight - box.clientHeight;
