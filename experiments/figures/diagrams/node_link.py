@@ -11,6 +11,7 @@ import textwrap
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isqrt
 from pathlib import Path
 
 from experiments.cli.files import write_bytes
@@ -31,14 +32,16 @@ STYLES = {
 LETTER_PT, NODE_PT = 7.8, 34.0
 """Widths of a letter and of the smallest node, points."""
 
-LEAST_GAP_PT = 10.0
-"""Least distance between a column of nodes and the labels beside it, points."""
+GAPS_PT = {"LR": 10.0, "TB": 18.0}
+"""Least distance between a column, or a row, of nodes and the labels beside it, by direction, points."""
 
-WIDEST, WIDEST_LOOP = 36, 9
-"""Greatest number of letters in a line of a label: of an edge, and of a self-loop, beside which edges leave."""
+WIDEST, MOST_LINES = 36, 8
+"""Greatest number of letters in a line of a label, and approximate number of lines of a label too long for that."""
 
-MOST_LINES = 8
-"""Approximate number of lines of a longer label."""
+WIDEST_LOOP, LOOP_SHAPE = 9, 2
+"""The same number of letters for a self-loop, beside which edges leave, and letters in a line per line of a longer label:
+a label of 2 letters for each line is about square.
+"""
 
 PNG_DPI = 200
 """Pixels per inch of a PNG, as in the other figures."""
@@ -154,26 +157,28 @@ def _rendered(source: str, form: str, *options: str) -> bytes:
 
 def _source(diagrams: Mapping[str, Diagram], direction: str) -> str:
     """Return diagrams in Graphviz' language."""
+    gap = GAPS_PT[direction]
     loops = [edge for diagram in diagrams.values() for edge in diagram.edges if edge.source == edge.target]
-    widest = max((len(line) for edge in loops for line in _lines(edge)), default=0)
-    # From left to right, Graphviz reserves no width for labels of self-loops; other labels lie half-way between ranks.
-    gap = max(LEAST_GAP_PT, LEAST_GAP_PT / 2 + (LETTER_PT * widest - NODE_PT) / 2)
-    # In this direction it puts the first of several parts at the bottom.
-    parts = [_part(k, title, diagram) for k, (title, diagram) in enumerate(diagrams.items())]
+    if direction == "LR" and loops:
+        # Graphviz reserves no width for labels of self-loops here; other labels lie half-way between ranks.
+        widest = max(len(line) for edge in loops for line in _lines(edge))
+        gap = max(gap, (gap + LETTER_PT * widest - NODE_PT) / 2)
+    # Pictures go from the bottom to the top if ranks go to the right.
+    parts = [_part(k, title, diagram, direction) for k, (title, diagram) in enumerate(diagrams.items())][::-1]
     header = f"""digraph {{
 rankdir={direction}; pad=0.1; ranksep={2 * gap / POINTS_PER_INCH:.2f}; nodesep=0.2
 node [{FONT}, height=0.47, width=0.47, margin="0.12,0.06"]
 edge [{FONT}, arrowsize=0.7]"""
-    return "\n".join([header, *reversed(parts), "}\n"])
+    return "\n".join([header, *parts, "}\n"])
 
 
-def _part(k: int, title: str, diagram: Diagram) -> str:
-    return "\n".join([f"subgraph cluster_{k} {{", *_statements(k, title, diagram), "}"])
+def _part(k: int, title: str, diagram: Diagram, direction: str) -> str:
+    return "\n".join([f"subgraph cluster_{k} {{", *_statements(k, title, diagram, direction), "}"])
 
 
-def _statements(k: int, title: str, diagram: Diagram) -> Iterator[str]:
+def _statements(k: int, title: str, diagram: Diagram, direction: str) -> Iterator[str]:
     yield f'label={_quoted([title])}; labeljust=l; peripheries=0; fontname="Courier"; fontsize=15'
-    yield f"start_{k} [shape=point, style=invis]"
+    yield f"start_{k} [shape=point, style=invis, width=0, height=0]"
     yield f"start_{k} -> n_{k}_0 [class=start]"
     for i, node in enumerate(diagram.nodes):
         short = len(node.text) == 1 and len(node.text[0]) <= 2
@@ -183,14 +188,17 @@ def _statements(k: int, title: str, diagram: Diagram) -> Iterator[str]:
     for edge in diagram.edges:
         ends = "-".join(diagram.nodes[end].name for end in (edge.source, edge.target))
         style = f'class="{ends} taken", {STYLES["taken"]}' if edge.kind == "taken" else f'class="{ends}"'
-        yield f"n_{k}_{edge.source} -> n_{k}_{edge.target} [label={_quoted(_lines(edge))}, {style}]"
+        # Beside an edge that goes down, a label needs a gap of its own.
+        lines = [f" {line} " for line in _lines(edge)] if direction == "TB" else _lines(edge)
+        yield f"n_{k}_{edge.source} -> n_{k}_{edge.target} [label={_quoted(lines)}, {style}]"
 
 
 def _lines(edge: Edge) -> list[str]:
     """Return the lines of a label, broken before `|` and `&`."""
-    label, widest = edge.label, WIDEST_LOOP if edge.source == edge.target else WIDEST
+    label, letters = edge.label, max(WIDEST, len(edge.label) // MOST_LINES)
+    if edge.source == edge.target:
+        letters = max(WIDEST_LOOP, isqrt(LOOP_SHAPE * len(label)))
     bound = label.replace(" | ", " |\N{NO-BREAK SPACE}").replace(" & ", " &\N{NO-BREAK SPACE}")
-    letters = max(widest, len(label) // MOST_LINES)
     lines = textwrap.wrap(bound, letters, break_long_words=False, break_on_hyphens=False)
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 

@@ -22,11 +22,6 @@ function progress(plan, time) {
   return { done, now: done, share, spent: spent[done] + share * (spent[done + 1] - spent[done]) };
 }
 
-function taskWords(account) {
-  if (account.states === null) return "skipped";
-  return account.satisfied === null ? "not done" : null;
-}
-
 function holds(bar) {
   const words = bar.firstElementChild;
   return words.scrollWidth <= bar.clientWidth && words.scrollHeight <= bar.clientHeight;
@@ -88,7 +83,7 @@ class Timeline {
 
   walk(event, k, seek) {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    const next = event.key === "Home" ? 0 : event.key === "End" ? this.bars.length - 1 : step ? k + step : -1;
+    const next = event.key === "Home" ? 0 : event.key === "End" ? this.bars.length - 1 : k + step;
     if (!this.bars[next]) return;
     event.preventDefault();
     event.stopPropagation();
@@ -101,39 +96,28 @@ class Timeline {
     const raw = Math.max(this.most / 5, whole ? 1 : 0), power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw) || raw;
     const ticks = [];
-    for (let cost = 0; cost <= this.most * 1.0001; cost += step) {
-      ticks.push(make("span", { style: `left:${this.at(cost)}` }, show(cost)));
-    }
+    for (let cost = 0; cost <= this.most * 1.0001; cost += step) ticks.push(make("span", { style: `left:${this.at(cost)}` }, show(cost)));
     return make("div", { class: "scale", "aria-hidden": "true" }, ...ticks);
   }
 
   lane(task, account, spent) {
-    const state = taskWords(account);
-    const end = account.satisfied === null ? spent[spent.length - 1] : spent[account.satisfied];
-    const words = state || `done at ${show(end)}`;
-    const marks = account.advances.filter((k) => k !== account.satisfied).map((k) => make("span", {
-      class: "advance", style: `left:${this.at(spent[k])}`,
-      title: `After action ${k} its automaton is in state ${account.states[k]}`,
-    }));
-    for (const bought of account.bought) {
-      const what = bought.assume === null ? `skipped for ${bought.cost}` : `${bought.assume} counts as true, for ${bought.cost}`;
-      const beside = account.advances.includes(bought.step) || account.satisfied === bought.step;
-      marks.push(make("span", { class: beside ? "bought beside" : "bought", style: `left:${this.at(spent[bought.step])}`, title: what }, "$"));
-    }
-    if (account.satisfied !== null) marks.push(make("span", { class: "done", style: `left:${this.at(end)}`, title: words }, "✓"));
+    const { states, satisfied, advances, bought } = account, open = satisfied === null;
+    const end = spent[open ? spent.length - 1 : satisfied];
+    const words = states === null ? "skipped" : open ? "not done" : `done at ${show(end)}`;
+    const mark = (kind, k, title, sign) => make("span", { class: kind, style: `left:${this.at(spent[k])}`, title }, sign);
+    const marks = [
+      ...advances.filter((k) => k !== satisfied).map((k) => mark("advance", k, `After action ${k} its automaton is in state ${states[k]}`, "")),
+      ...bought.map(({ step, assume, cost }) => mark(advances.includes(step) || satisfied === step ? "bought beside" : "bought", step,
+        assume === null ? `skipped for ${cost}` : `${assume} counts as true, for ${cost}`, "$")),
+      ...(open ? [] : [mark("done", satisfied, words, "✓")])];
     return make("div", { class: "lane", "data-task": task.name },
       make("div", { class: "lane-name" }, make("b", {}, task.title), ` ${words}`),
-      make("div", { class: "lane-line" },
-        make("div", { class: `lane-fill${account.satisfied === null ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
+      make("div", { class: "lane-line" }, make("div", { class: `lane-fill${open ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
   }
 
   show(time) {
     const { now, spent } = progress(this.plan, time);
     this.head.style.left = this.at(spent);
-    if (now !== this.now) {
-      if (this.bars[this.now]) this.bars[this.now].classList.remove("now");
-      if (this.bars[now]) this.bars[now].classList.add("now");
-      this.now = now;
-    }
+    this.bars.forEach((bar, k) => bar.classList.toggle("now", k === now));
   }
 }
