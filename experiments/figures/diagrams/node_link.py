@@ -39,8 +39,8 @@ WIDEST, MOST_LINES = 36, 8
 """Greatest number of letters in a line of a label, and approximate number of lines of a label too long for that."""
 
 WIDEST_LOOP, LOOP_SHAPE = 9, 2
-"""The same number of letters for a self-loop, beside which edges leave, and letters in a line per line of a longer label:
-a label of 2 letters for each line is about square.
+"""The same number of letters for a self-loop, beside which edges leave; a longer label is a block, about a square, with
+as many letters in a line for each line.
 """
 
 PNG_DPI = 200
