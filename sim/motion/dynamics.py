@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 
-class Dynamics:
+class InverseDynamics:
     """The inertia of an arm with n joints and a mass at its tool, and the torques that it needs."""
 
     def __init__(self, model: mujoco.MjModel, tool: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
-from sim.motion.dynamics import Dynamics
+from sim.motion.dynamics import InverseDynamics
 from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (
     ACCELERATION_M_S2,
@@ -105,7 +105,7 @@ class Arm:
         motors = [self.model.actuator(name).id for name in robot.joints]
         self._stiffness, self._gains = -self.model.actuator_biasprm[motors, 1:3].T
         self._damping = np.diag(self.model.opt.timestep * self._gains)
-        self._dynamics = Dynamics(self.model, robot.tool)
+        self._dynamics = InverseDynamics(self.model, robot.tool)
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()

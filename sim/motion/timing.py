@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PPoly
 
-from sim.motion.dynamics import Dynamics
+from sim.motion.dynamics import InverseDynamics
 from sim.motion.spline import from_rest
 from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
 from sim.robots.robot import Robot
@@ -19,8 +19,8 @@ TORQUE_HEADROOM = 0.6
 """Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller.
 
 A torque at its limit follows no reference, and it jumps when the arm has caught up: by 184 % of its rate limit after
-2.6 kg were lifted at 0.77 m. At 0.8, torques still reach the limit with 3 kg at 0.8 m. Holding 3 kg takes at most 94 %
-of the Panda's torques anywhere."""
+2.6 kg were lifted at 0.77 m. At 0.8, torques still reach the limit with 3 kg at 0.8 m. Holding 3 kg took at most 94 %
+of the Panda's torques in random postures."""
 
 TORQUE_PERIODS = 6
 """Control periods between two samples of the torques of a movement: shorter than any peak."""
@@ -79,7 +79,7 @@ class MotionLimits(NamedTuple):
     robot: Robot
     inertias: np.ndarray
     damping: np.ndarray
-    dynamics: Dynamics
+    dynamics: InverseDynamics
     load: float
 
 
