@@ -60,7 +60,7 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
     label, before, after = np.arange(classes), np.zeros(classes, dtype=np.int64), np.zeros(classes, dtype=np.int64)
     satisfied, finished = np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool)
     for j, i in enumerate(tasks):
-        read, q, onto = _steps(product, i)
+        read, q, onto = steps_of(product, i)
         counts = np.bincount(read, minlength=classes)
         # Every step so far is joined with every one of this automaton that reads the same class.
         times = counts[label]
@@ -78,7 +78,7 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
     return Readings(first, before[order], satisfied, finished)
 
 
-def _steps(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the steps of an automaton by label class, free and bought: (X,) the class, the states before and after."""
     classes, size = product.delta.shape[2], int(product.sizes[i])
     first = product.extra_first[i, :size]

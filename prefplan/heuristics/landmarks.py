@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.heuristics.backward_dijkstra import steps_of
 from prefplan.limits import check_limits
 from prefplan.models.kernels import INFINITE, Integer, bare_kernel, kernel
 from prefplan.product.contraction import Graph
@@ -130,13 +131,9 @@ def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]
 
 def _leads(product: Product, i: int) -> np.ndarray:
     """Return (Q, Q, C) whether reading a label class may lead an automaton from one state to another."""
-    size, labels = int(product.sizes[i]), product.delta.shape[2]
-    leads = np.zeros((size, size, labels), dtype=bool)
-    q, c = np.ogrid[:size, :labels]
-    leads[q, product.delta[i, :size], c] = True
-    for state, label in np.argwhere(np.diff(product.extra_first[i, :size], axis=1)):
-        bought = slice(product.extra_first[i, state, label], product.extra_first[i, state, label + 1])
-        leads[state, product.extra_state[bought], label] = True
+    size, (read, before, after) = int(product.sizes[i]), steps_of(product, i)
+    leads = np.zeros((size, size, product.delta.shape[2]), dtype=bool)
+    leads[before, after, read] = True
     return leads
 
 

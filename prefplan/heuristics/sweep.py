@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
 
 import numpy as np
@@ -57,36 +58,29 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
     """Return a product as stages, or None if an automaton has a cycle, a task is relaxed or nothing is contracted."""
     if not graph.contracted or product.relaxed:
         return None
-    order = order_of_states(product.delta, product.sizes)
-    if not len(order):
+    try:
+        order = _order_of_states(product.delta, product.sizes)
+    except CycleError:
         return None
     active, after = active_nodes(product, graph), product.delta[:, :, graph.classes]
     return Stages(graph.least, active, after, order, product.ends, product.sizes)
 
 
-def order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return the states of some automata, each after all its successors, or an empty array if one has a cycle.
+def _order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return (N, Q) int64 the states of some automata, each after all its successors.
 
     Args:
         delta: (N, Q, C) int32, state after reading a class.
         sizes: (N,) int64, how many of the Q states each automaton has.
 
-    Returns:
-        (N, Q) int64, or (0, 0).
+    Raises:
+        CycleError: an automaton has a cycle that is no self-loop.
     """
     order = np.zeros(delta.shape[:2], dtype=np.int64)
     for i, size in enumerate(sizes.tolist()):
-        after, rank = delta[i, :size], 0
-        ordered, rest = np.zeros(size, dtype=bool), np.arange(size)
-        while rank < size:
-            check_limits()
-            ready = (ordered[after[rest]] | (after[rest] == rest[:, None])).all(axis=1)
-            if not ready.any():
-                return np.zeros((0, 0), dtype=np.int64)
-            layer, rest = rest[ready], rest[~ready]
-            order[i, rank : rank + len(layer)] = layer
-            ordered[layer] = True
-            rank += len(layer)
+        check_limits()
+        successors = {q: {*after} - {q} for q, after in enumerate(delta[i, :size].tolist())}
+        order[i, :size] = list(TopologicalSorter(successors).static_order())
     return order
 
 
