@@ -66,17 +66,17 @@ def sparse_layout(stages: Stages) -> Layout:
     that one.
     """
     tasks, most, nodes = stages.after.shape
-    first, place = np.zeros(nodes, dtype=np.int64), np.full((nodes, tasks, most), -1, dtype=np.int64)
-    entries = 0
-    for v in np.flatnonzero(stages.active.any(axis=0)):
-        changing, first[v], stride = np.flatnonzero(stages.active[:, v]).tolist(), entries, 1
-        for i, size in enumerate(stages.sizes.tolist()):
-            before, after = np.arange(size), stages.after[i, :size, v]
-            states = np.unique(after[after != before] if changing == [i] else after)
-            place[v, i, states] = stride * np.arange(len(states))
-            stride *= len(states)
-        entries += stride
-    return Layout(first, place, entries)
+    reached = np.zeros((nodes, tasks, most), dtype=bool)
+    alone = stages.active & (stages.active.sum(axis=0) == 1)
+    for i, size in enumerate(stages.sizes.tolist()):
+        after = stages.after[i, :size]
+        q, v = np.nonzero((after != np.arange(size)[:, None]) | ~alone[i])
+        reached[v, i, after[q, v]] = True
+    reached[~stages.active.any(axis=0)] = False
+    strides = np.cumprod(np.insert(reached.sum(axis=2), 0, 1, axis=1), axis=1)
+    place = np.where(reached, strides[:, :-1, None] * (np.cumsum(reached, axis=2) - 1), -1)
+    ends = np.cumsum(strides[:, -1])
+    return Layout(ends - strides[:, -1], place, int(ends[-1]))
 
 
 def weights_for(rates: np.ndarray, cost: int) -> Weights | None:

@@ -53,7 +53,7 @@ class Blocks(NamedTuple):
     table: np.ndarray
 
 
-class Block(NamedTuple):
+class PreferenceBlock(NamedTuple):
     """One block: the preference it is for, its tasks, `Blocks.members`, and its table for each number outside."""
 
     owner: int
@@ -88,7 +88,7 @@ def blocks(
 
 def _blocks(
     owner: int, preference: PreferenceObjective, backward: Backward | ProjectedBackward, known: Patterns
-) -> Iterator[Block]:
+) -> Iterator[PreferenceBlock]:
     """Yield the blocks of a preference in which mu grows."""
     measure, n = preference.measure, preference.measure.tasks
     orders = [rate.groups for rate in measure.rate_terms if isinstance(rate, OrderRate)]
@@ -107,7 +107,7 @@ def _blocks(
                     table_of[rates.tobytes()] = _growths(backward, tasks, rates, preference.cost, known)
             # Only tasks that every order names count as satisfied outside: a smaller number is still admissible.
             members = sum(1 << i for i in range(n) if i in tasks or i not in named)
-            yield Block(owner, tasks, members, [table_of[rates.tobytes()] for rates in each])
+            yield PreferenceBlock(owner, tasks, members, [table_of[rates.tobytes()] for rates in each])
 
 
 def _growths(

@@ -34,7 +34,8 @@ GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
 
 APART_ENTRIES = 400_000
-"""Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound."""
+"""Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound: merging
+them always, fronts of three and four objects take 1.1 and 2.2 times as long."""
 
 NOWHERE = 2**62
 """Stands for the cost of an action that does not exist; larger than any cost."""

@@ -9,7 +9,7 @@ where d are least costs in the whole graph, whatever labels are passed. That is 
 consistent, since d(u, v) <= w(u, s) + d(s, v). It is exact if costs have equal weights, and no label leads an automaton
 to a state that is worse than the one before, as for `F (a & F b)`: then the labels passed do no harm (`never_lose`).
 
-For all nodes of a combination together this is the minimum of a few rows of 64 numbers, a tenth of the time of
+For all nodes of a combination together this is the minimum of a few rows of numbers, a tenth of the time of
 `backward_dijkstra` or less.
 """
 
@@ -93,7 +93,7 @@ def never_lose(product: Product) -> bool:
     for i, size in enumerate(product.sizes.tolist()):
         if size > LARGEST_SIMULATED:
             return False
-        after = product.delta[i, :size].astype(np.int64)
+        after = np.unique(product.delta[i, :size], axis=1).astype(np.int64)
         ends = np.isin(np.arange(size), product.ends[i])
         no_worse, before = ends[:, None] >= ends[None, :], None
         while before is None or (no_worse < before).any():
@@ -128,7 +128,7 @@ def full_layout(stages: Stages, tasks: Sequence[int]) -> Layout:
     return Layout(np.arange(nodes), place, int(strides[-1]))
 
 
-class Sweep(NamedTuple):
+class SweepInput(NamedTuple):
     """Input for filling a table of S nodes and k tasks of at most Q automaton states, with F different weights.
 
     Attributes:
@@ -182,7 +182,7 @@ def sweep(
     steps = np.stack([_weighted(least, factor, unit, none) for factor in different.tolist()])
     after = stages.after[members]
     place = layout.place.transpose(1, 2, 0)
-    given = Sweep(
+    given = SweepInput(
         order=stages.order[members],
         sizes=stages.sizes[members],
         ends=stages.ends[members],
@@ -208,12 +208,12 @@ def _weighted(least: np.ndarray, factor: int, unit: int, none: int) -> np.ndarra
 
 
 @kernel
-def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
+def fill(sweep: SweepInput, table: np.ndarray, stop: np.ndarray) -> None:
     """Fill a table, each combination of automaton states after all its successors; return early once `stop` is set.
 
     Partial sums over the last tasks are kept, as the first task's state changes most often.
     """
-    tasks, nodes = sweep.sizes.shape[0], sweep.first.shape[0]
+    tasks, nodes, none = sweep.sizes.shape[0], sweep.first.shape[0], sweep.none
     here, onward = np.zeros((tasks + 1, nodes), dtype=np.int64), np.zeros((tasks + 1, nodes), dtype=np.int64)
     for v in range(nodes):
         here[tasks, v] = onward[tasks, v] = sweep.first[v]
@@ -236,7 +236,8 @@ def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
         _least_sums(sweep, sweep.kind[satisfied[0]], stops[0], onward[1], sweep.onward[0, q], table, costs)
         for v in range(nodes):
             if kept[0] >> np.uint64(v) & np.uint64(1):
-                table[here[1, v] + sweep.here[0, q, v]] = 0 if finished[0] else costs[v]
+                cost = 0 if finished[0] else costs[v]
+                table[here[1, v] + sweep.here[0, q, v]] = none if cost >= 2 * none else min(cost, none - 1)
         changed = 1
         while ranks[changed - 1] + 1 == sweep.sizes[changed - 1]:
             ranks[changed - 1] = 0
@@ -248,7 +249,7 @@ def fill(sweep: Sweep, table: np.ndarray, stop: np.ndarray) -> None:
 
 @bare_kernel
 def _least_sums(
-    sweep: Sweep,
+    sweep: SweepInput,
     kind: Integer,
     stops: Integer,
     others: np.ndarray,
@@ -258,7 +259,7 @@ def _least_sums(
 ) -> None:
     """Write the least sum from every node, through those whose label changes some automaton, one of the `stops`.
 
-    After reading it, the index of node v's entry is others[v] + first[v].
+    It is twice `none` without a path. After reading a label, the index of node v's entry is others[v] + first[v].
     """
     none = sweep.none
     for u in range(NODE_LIMIT):
@@ -272,5 +273,3 @@ def _least_sums(
                 for u in range(NODE_LIMIT):
                     cost = costs.dtype.type(step[u] + rest)
                     costs[u] = cost if cost < costs[u] else costs[u]
-    for u in range(NODE_LIMIT):
-        costs[u] = none if costs[u] >= 2 * none else min(costs[u], none - 1)
