@@ -219,7 +219,7 @@ def fill(sweep: SweepInput, table: np.ndarray, stop: np.ndarray) -> None:
         here[tasks, v] = onward[tasks, v] = sweep.first[v]
     stops, kept = np.zeros(tasks + 1, dtype=np.uint64), np.zeros(tasks + 1, dtype=np.uint64)
     satisfied, finished = np.zeros(tasks + 1, dtype=np.int64), np.ones(tasks + 1, dtype=np.bool_)
-    ranks, costs = np.zeros(tasks, dtype=np.int64), np.zeros(NODE_LIMIT, dtype=table.dtype)
+    ranks, costs = np.zeros(tasks, dtype=np.int64), np.zeros(sweep.steps.shape[2], dtype=table.dtype)
     kept[tasks] = ~np.uint64(0)
     changed = tasks
     while not stop[0]:
@@ -262,7 +262,7 @@ def _least_sums(
     It is twice `none` without a path. After reading a label, the index of node v's entry is others[v] + first[v].
     """
     none = sweep.none
-    for u in range(NODE_LIMIT):
+    for u in range(costs.shape[0]):
         costs[u] = 2 * none
     for v in range(first.shape[0]):
         if stops >> np.uint64(v) & np.uint64(1):
