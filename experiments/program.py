@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import sys
 
-from experiments.cli.start import loading
-from experiments.cli.status import FAILED
+from experiments.cli.start import loading, missing
 
 
 def main() -> int:
@@ -15,9 +14,7 @@ def main() -> int:
         try:
             from experiments.commands.command_line import main as run
         except ModuleNotFoundError as error:
-            mend = f"{sys.executable} -m pip install {error.name}"
-            print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
-            return FAILED
+            return missing(error)
     if isinstance(sys.stdout, io.TextIOWrapper):  # its encoding may lack characters of the user's names
         sys.stdout.reconfigure(errors="backslashreplace")
     return run()

@@ -18,7 +18,7 @@ from experiments.case_study_1 import PUBLISHED as FIGURE_3
 from experiments.case_study_2 import PUBLISHED as FIGURE_4
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
-from experiments.cli.start import tell_if_compiling
+from experiments.cli.start import load_planner
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 from experiments.figures import plans
 from experiments.paper import arm
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _options(arguments)
     console = Console(highlight=False)
     report = Report(console)
-    tell_if_compiling()
+    load_planner()
     try:
         make_folder(options.out)
 

@@ -13,9 +13,9 @@ from PIL import Image
 from sphinx.application import Sphinx
 
 from experiments import scenarios
-from experiments.cli.overview import introduction
 from experiments.figures import maps, plans
 from experiments.runs.carry_out import carry_out, scene_of
+from experiments.scenarios import introduction
 from prefplan import Front, Scenario, pareto_front
 from prefplan.plan import PAIR
 from prefplan.scenario.decode import load

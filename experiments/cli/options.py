@@ -1,14 +1,19 @@
-"""Options that several commands have, by name."""
+"""Options that several commands have, as decorators."""
 
 from __future__ import annotations
 
-import argparse
 import math
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import Any, TypedDict
 
-from experiments.cli.arguments import (
-    Bound,
+import click
+
+from experiments import scenarios
+from experiments.cli.start import loading
+from experiments.cli.values import (
+    PATH,
+    FileName,
     megabytes,
     named_number,
     number,
@@ -18,110 +23,159 @@ from experiments.cli.arguments import (
     which_plan,
     whole,
 )
-from experiments.cli.completion import complete, scenario_files
-from prefplan.limits import Limits
 
-LIMITS = ("--max-seconds", "--max-memory")
-"""Limits of a search; `found` is what it returns when one is reached."""
-
-PLAN = ("--plan", "--max-preference", "--max-cost")
-"""The choice of a plan of the front; read by `experiments.cli.choice`."""
-
-VIDEO = ("--no-video", "--quality", "--camera", "--inset", "--size")
-"""Whether and how videos are rendered; read by `experiments.cli.simulation_options`."""
-
-TEXTS = {"found": "what is known by then", "out": "out/SCENARIO", "starts": "at random by up to 5 mm and 5 degrees"}
-"""Parts of the help of options that commands may replace, with their defaults."""
-
-OPTIONS: dict[str, dict[str, Any]] = {
-    "scenario": {
-        "metavar": "SCENARIO",
-        "help": "name of a scenario that `prefplan list` shows, or path of a TOML file",
-    },
-    "--json": {"action": "store_true", "help": "print one JSON object and nothing else"},
-    "--plot": {"metavar": "FILE", "help": "draw a figure too; the file ends in .png, .svg or .pdf"},
-    "--max-cost": {
-        "type": number,
-        "metavar": "C",
-        "help": "greatest total cost of a plan; required if the preference's contract is general",
-    },
-    "--max-preference": {"type": number, "metavar": "M", "help": "greatest penalty of a plan"},
-    "--at-most": {
-        "action": Bound,
-        "type": named_number,
-        "metavar": "NAME=VALUE",
-        "help": "upper bound on a cost or a preference by its name, such as energy=40; may be repeated",
-    },
-    "--max-seconds": {"type": seconds, "metavar": "S", "help": "stop after this time with {found}"},
-    "--max-memory": {
-        "type": megabytes,
-        "metavar": "MiB",
-        "help": "stop before the search uses more memory, with {found}",
-    },
-    "--plan": {
-        "type": which_plan,
-        "default": "cost",
-        "metavar": "cost|preference|INDEX",
-        "help": "which plan of the front: the cheapest, the preferred (these words do as well), or by its "
-        "number from 0 (default: cost)",
-    },
-    "--fault": {
-        "action": "append",
-        "default": [],
-        "metavar": "FAULT",
-        "help": "inject a fault at action K, or at the next one where it is possible; may be repeated: slip@K, "
-        "move:OBJECT@K, knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K",
-    },
-    "--perturb": {
-        "metavar": "KEY=VALUE,...",
-        "help": "greatest random differences: position, centre (of mass), noise and bias (of the camera) in mm; angle "
-        "in degrees; latency in ms; friction, pads, table, force and mass as a share of 1 (default: "
-        "position=5,angle=5)",
-    },
-    "--robot": {
-        "metavar": "NAME",
-        "help": "one of those that `prefplan robots` lists (default: the scenario's, or panda)",
-    },
-    "--no-video": {"action": "store_true", "help": "render no video"},
-    "--quality": {
-        "metavar": "NAME",
-        "default": "draft",
-        "help": "draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft)",
-    },
-    "--camera": {
-        "metavar": "NAME",
-        "default": "fixed",
-        "help": "fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another "
-        "camera of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as "
-        "156,-28,1.2 (default: fixed)",
-    },
-    "--inset": {
-        "metavar": "NAME",
-        "help": "a second, small view in a corner: wrist or top, as --camera (default: none)",
-    },
-    "--size": {"type": picture_size, "metavar": "WxH", "help": "width and height in pixels (default: the quality's)"},
-    "--seed": {
-        "type": whole,
-        "metavar": "N",
-        "help": "start each object off its nominal pose, {starts} (default: nominal poses)",
-    },
-    "--out": {"type": Path, "metavar": "DIR", "help": "folder for the results (default: {out})"},
-    "--no-open": {"action": "store_true", "help": "print the address of the page, but open no browser"},
-    "--jobs": {"type": positive, "metavar": "N", "help": "number of processes (default: one per core)"},
-}
+Function = Callable[..., Any]
+Decorator = Callable[[Function], Function]
 
 
-def add_options(parser: argparse._ActionsContainer, *names: str, **texts: str) -> None:
-    """Add some of `OPTIONS` to a parser, in this order; `texts` replace some of `TEXTS` in their help."""
-    for name in names:
-        option = OPTIONS[name]
-        told = option["help"].format(**TEXTS | texts)
-        argument = parser.add_argument(name, **option | {"help": told})
-        if name == "scenario":
-            complete(argument, scenario_files())
+def several(*options: Decorator) -> Decorator:
+    """Return a decorator that adds several options, in this order."""
+
+    def decorate(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
 
 
-def limits_of(options: argparse.Namespace) -> Limits:
-    """Return the limits that `LIMITS` set, from now on; as a context, they hold for reading a scenario as well."""
-    seconds, memory = options.max_seconds, options.max_memory
-    return Limits(math.inf if seconds is None else seconds, math.inf if memory is None else memory)
+def objective_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """Return the names of objectives that every scenario accepts and that begin with a text."""
+    return [name for name in ("cost", "preference") if name.startswith(incomplete)]
+
+
+def _last_of_each(
+    context: click.Context, parameter: click.Parameter, pairs: Sequence[tuple[str, Any]]
+) -> dict[str, Any]:
+    return dict(pairs)
+
+
+scenario = click.argument(
+    "scenario",
+    type=FileName(".toml", scenarios.names),
+    help="Name of a scenario that `prefplan list` shows, or path of a TOML file.",
+)
+as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+plot = click.option(
+    "--plot", metavar="FILE", type=click.Path(), help="Draw a figure too; the file ends in .png, .svg or .pdf."
+)
+max_cost = click.option(
+    "--max-cost",
+    type=number,
+    metavar="C",
+    help="Greatest total cost of a plan; required if the preference's contract is general.",
+)
+max_preference = click.option("--max-preference", type=number, metavar="M", help="Greatest penalty of a plan.")
+at_most = click.option(
+    "--at-most",
+    type=named_number,
+    multiple=True,
+    callback=_last_of_each,
+    metavar="NAME=VALUE",
+    help="Upper bound on a cost or a preference by its name, such as energy=40; may be repeated.",
+)
+which = several(
+    click.option(
+        "--plan",
+        type=which_plan,
+        default="cost",
+        metavar="cost|preference|INDEX",
+        help="Which plan of the front: the cheapest, the preferred (these words do as well), or by its number from 0 "
+        "(default: cost).",
+    ),
+    max_preference,
+    max_cost,
+)
+"""The choice of a plan of the front, see `experiments.cli.choice.choose`."""
+
+fault = click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    metavar="FAULT",
+    help="Inject a fault at action K, or at the next one where it is possible; may be repeated: slip@K, move:OBJECT@K, "
+    "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K.",
+)
+perturb = click.option(
+    "--perturb",
+    metavar="KEY=VALUE,...",
+    help="Greatest random differences: position, centre (of mass), noise and bias (of the camera) in mm; angle in "
+    "degrees; latency in ms; friction, pads, table, force and mass as a share of 1 (default: position=5,angle=5).",
+)
+robot = click.option(
+    "--robot", metavar="NAME", help="One of those that `prefplan robots` lists (default: the scenario's, or panda)."
+)
+no_video = click.option("--no-video", is_flag=True, help="Render no video.")
+camera = click.option(
+    "--camera",
+    metavar="NAME",
+    default="fixed",
+    help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another camera "
+    "of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
+    "(default: fixed).",
+)
+look = several(
+    click.option(
+        "--quality",
+        metavar="NAME",
+        default="draft",
+        help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft).",
+    ),
+    camera,
+    click.option(
+        "--inset", metavar="NAME", help="A second, small view in a corner: wrist or top, as --camera (default: none)."
+    ),
+    click.option(
+        "--size", type=picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
+    ),
+)
+"""How videos are rendered, see `LookOptions`."""
+
+no_open = click.option("--no-open", is_flag=True, help="Print the address of the page, but open no browser.")
+jobs = click.option("--jobs", type=positive, metavar="N", help="Number of processes (default: one per core).")
+
+
+class LookOptions(TypedDict):
+    """Values of the options `look`, read by `experiments.cli.simulation_options.look_of`."""
+
+    quality: str
+    camera: str
+    inset: str | None
+    size: tuple[int, int] | None
+
+
+def seed(starts: str = "at random by up to 5 mm and 5 degrees") -> Decorator:
+    """Return `--seed`, whose help says where objects start."""
+    told = f"Start each object off its nominal pose, {starts} (default: nominal poses)."
+    return click.option("--seed", type=whole, metavar="N", help=told)
+
+
+def out(default: str = "out/SCENARIO") -> Decorator:
+    """Return `--out`, whose help says where results go without it."""
+    return click.option("--out", type=PATH, metavar="DIR", help=f"Folder for the results (default: {default}).")
+
+
+def limits(found: str = "what is known by then") -> Decorator:
+    """Return the limits of a search; a command gets them as `limits`, a context, from the time of its call.
+
+    Args:
+        found: what the search returns when one is reached, for the help.
+    """
+    memory = f"Stop before the search uses more memory, with {found}."
+    options = several(
+        click.option("--max-seconds", type=seconds, metavar="S", help=f"Stop after this time with {found}."),
+        click.option("--max-memory", type=megabytes, metavar="MiB", help=memory),
+    )
+
+    def decorate(function: Function) -> Function:
+        @wraps(function)
+        def limited(*, max_seconds: float | None, max_memory: float | None, **values: Any) -> Any:
+            with loading():
+                from prefplan.limits import Limits
+
+            time, memory = (math.inf if limit is None else limit for limit in (max_seconds, max_memory))
+            return function(limits=Limits(time, memory), **values)
+
+        return options(limited)
+
+    return decorate

@@ -12,12 +12,10 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.front import Front, Reason, Stats, UnfinishedError
-from prefplan.plan import Plan, Purchase
-from prefplan.scenario.decode import Scenario
+import prefplan as pp
 
 
-def plan_json(plan: Plan) -> dict[str, Any]:
+def plan_json(plan: pp.Plan) -> dict[str, Any]:
     """Return one point of a front as in the documented JSON."""
     return {
         "cost": plan.cost,
@@ -31,14 +29,14 @@ def plan_json(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _purchase_json(purchase: Purchase) -> dict[str, Any]:
+def _purchase_json(purchase: pp.Purchase) -> dict[str, Any]:
     if purchase.rule:
         return {"rule": purchase.task, "step": purchase.step, "cost": purchase.cost}
     what = {"skip": True} if purchase.assume is None else {"assume": purchase.assume}
     return {"task": purchase.task, "step": purchase.step, **what, "cost": purchase.cost}
 
 
-def stats_json(stats: Stats) -> dict[str, Any]:
+def stats_json(stats: pp.Stats) -> dict[str, Any]:
     """Return the effort of a search as in the documented JSON."""
     return {
         "states": stats.states,
@@ -54,7 +52,7 @@ def print_json(value: dict[str, Any]) -> None:
     print(json.dumps(value, indent=1))
 
 
-def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
+def front_json(scenario: pp.Scenario, front: pp.Front) -> dict[str, Any]:
     """Return a front as the documented JSON object."""
     result = _heading(scenario) | {"complete": front.complete}
     result["front"] = [plan_json(plan) for plan in front]
@@ -65,18 +63,18 @@ def front_json(scenario: Scenario, front: Front) -> dict[str, Any]:
     return result | {"stats": stats_json(front.stats)}
 
 
-def one_plan_json(scenario: Scenario, plan: Plan, stats: Stats) -> dict[str, Any]:
+def one_plan_json(scenario: pp.Scenario, plan: pp.Plan, stats: pp.Stats) -> dict[str, Any]:
     """Return one plan as the documented JSON object."""
     return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
 
 
-def no_plan_json(scenario: Scenario, reason: Reason, stats: Stats) -> dict[str, Any]:
+def no_plan_json(scenario: pp.Scenario, reason: pp.Reason, stats: pp.Stats) -> dict[str, Any]:
     """Return the documented JSON object in place of `one_plan_json` if there is no plan."""
     why = {"complete": True, "front": [], "plan": None, "reason": asdict(reason)}
     return _heading(scenario) | why | {"stats": stats_json(stats)}
 
 
-def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) -> dict[str, Any]:
+def unfinished_json(scenario: pp.Scenario, error: pp.UnfinishedError, stats: pp.Stats) -> dict[str, Any]:
     """Return the documented JSON object of a search for one plan that a limit ended."""
     return _heading(scenario) | {
         "complete": False,
@@ -88,7 +86,7 @@ def unfinished_json(scenario: Scenario, error: UnfinishedError, stats: Stats) ->
     }
 
 
-def _heading(scenario: Scenario) -> dict[str, Any]:
+def _heading(scenario: pp.Scenario) -> dict[str, Any]:
     return {
         "scenario": scenario.name,
         "tasks": [task.name for task in scenario.tasks],
@@ -99,7 +97,7 @@ def _heading(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def show_front(console: Console, scenario: Scenario, front: Front, whole: Callable[[int], str]) -> None:
+def show_front(console: Console, scenario: pp.Scenario, front: pp.Front, whole: Callable[[int], str]) -> None:
     """Print a front as a table, and the plans below it; `whole` as in `Front.listing`."""
     heads, *rows = front.table
     table = Table(title=f"{escape(scenario.name)}: {front.title}", title_justify="left")
@@ -114,7 +112,7 @@ def show_front(console: Console, scenario: Scenario, front: Front, whole: Callab
         console.print(Text(f"\n{block}"))
 
 
-def show_plan(console: Console, scenario: Scenario, plan: Plan) -> None:
+def show_plan(console: Console, scenario: pp.Scenario, plan: pp.Plan) -> None:
     """Print one plan with its costs and the cost of each task."""
     costs, *lines = str(plan).split("\n")
     console.print(f"{scenario.name}: {costs}", style="bold")

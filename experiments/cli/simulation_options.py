@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from decimal import Decimal
+from typing import Unpack
 
+from experiments.cli.options import LookOptions
 from prefplan.errors import PrefplanError, check_known, prefixed
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
@@ -62,12 +63,12 @@ def robot_of(name: str | None) -> str | None:
     return name if name is None or name in OLD_NAMES else checked("--robot", name, ROBOTS)
 
 
-def look_of(options: argparse.Namespace, scene: Callable[[], Scene]) -> Look:
+def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:
     """Return the values of `--quality`, `--size`, `--camera` and `--inset`; see `camera_of` for the scene."""
-    quality = QUALITIES[checked("--quality", options.quality, QUALITIES)]
+    quality = QUALITIES[checked("--quality", options["quality"], QUALITIES)]
     return {
-        "quality": replace(quality, size=options.size or quality.size),
-        "camera": camera_of(options.camera, scene) + _inset(options),
+        "quality": replace(quality, size=options["size"] or quality.size),
+        "camera": camera_of(options["camera"], scene) + _inset(options["inset"], options["camera"]),
     }
 
 
@@ -88,13 +89,13 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     return name
 
 
-def _inset(options: argparse.Namespace) -> str:
+def _inset(inset: str | None, camera: str) -> str:
     """Return the suffix that `--inset` adds to the name of a camera."""
-    if options.inset is None:
+    if inset is None:
         return ""
-    if options.inset == options.camera:
-        raise PrefplanError(f"--inset {options.inset}: is what --camera shows already")
-    return f"+{checked('--inset', options.inset, INSETS)}"
+    if inset == camera:
+        raise PrefplanError(f"--inset {inset}: is what --camera shows already")
+    return f"+{checked('--inset', inset, INSETS)}"
 
 
 def checked(option: str, name: str, valid: Collection[str]) -> str:

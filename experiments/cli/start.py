@@ -1,23 +1,45 @@
-"""Start of the program: Ctrl-C while libraries load, and a message before the search is compiled."""
+"""Start of the program: libraries that load, are missing, or are still to be compiled."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from experiments.cli.status import INTERRUPTED
+from experiments.cli.status import FAILED, INTERRUPTED
+
+SIMULATION = "pip install '.[sim]', in a clone of prefplan"
+"""Installs the simulation."""
 
 
-def tell_if_compiling(*, quiet: bool = False) -> None:
-    """Print on stderr that compiling takes a minute, if the search is not compiled and `quiet` is False."""
-    from prefplan.warm_up import is_compiled
+UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
+"""What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
+
+
+def load_planner(*, quiet: bool = False) -> None:
+    """Load the planner; print on stderr that compiling takes a minute, if it is not compiled and `quiet` is False."""
+    with loading():
+        with _hidden(UNNEEDED):
+            import numba.np.arraymath  # noqa: F401
+        from prefplan.warm_up import is_compiled
 
     if not quiet and not is_compiled():
         print("prefplan: compiling the search, once; this takes 10 to 30 seconds", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _hidden(names: Iterable[str]) -> Iterator[None]:
+    """Let modules that are not loaded yet seem not to be installed."""
+    hidden = [name for name in names if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
+    try:
+        yield
+    finally:
+        for name in hidden:
+            del sys.modules[name]
 
 
 @contextmanager
@@ -33,3 +55,13 @@ def loading() -> Iterator[None]:
 def _end(number: int, frame: FrameType | None) -> None:
     print("prefplan: interrupted", file=sys.stderr, flush=True)
     os._exit(INTERRUPTED)
+
+
+def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:
+    """Print on stderr how to install the library that a command needs, and return the exit status."""
+    if error.name == "mujoco":  # what `sim` loads first
+        print(f"prefplan: {command} needs the simulation: {SIMULATION}", file=sys.stderr)
+    else:
+        mend = f"{sys.executable} -m pip install {error.name}"
+        print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
+    return FAILED

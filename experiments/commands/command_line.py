@@ -2,59 +2,43 @@
 
 from __future__ import annotations
 
-import argparse
 import os
+import pkgutil
 import sys
 from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+import click
+from click.shell_completion import shell_complete
 
 import prefplan
-from experiments.cli.arguments import Command, HelpFormatter, Parser, add_quiet
-from experiments.cli.status import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from experiments.commands.execution import demo, export, film, measure, report, run, sweep, verify, view
-from experiments.commands.machine import completion, doctor, robots
-from experiments.commands.planning import automaton, check, draw, front, init, plan
-from experiments.commands.planning import list as list_command
-from prefplan.errors import LimitError, PrefplanError
-from prefplan.front import UnfinishedError
+from experiments.cli.command import Command, call, quiet_option, verbatim
+from experiments.cli.status import DONE
 
-COMMANDS = (
-    init,
-    list_command,
-    demo,
-    check,
-    front,
-    plan,
-    run,
-    report,
-    film,
-    export,
-    view,
-    verify,
-    sweep,
-    measure,
-    automaton,
-    draw,
-    robots,
-    doctor,
-    completion,
-)
-"""In the order of the help text."""
+SECTIONS = {"planning": "Planning", "execution": "Carrying plans out", "machine": "This machine"}
+"""The folders of commands, with the heading of each in the help."""
 
-SIMULATION = "pip install '.[sim]', in a clone of prefplan"
-"""Installs the simulation."""
+FOLDERS = {
+    module.name: folder for folder in SECTIONS for module in pkgutil.iter_modules([str(Path(__file__).parent / folder)])
+}
+"""The folder of each command."""
+
+COMPLETE = "_PREFPLAN_COMPLETE"
+"""Environment variable in which a shell's script asks for completions."""
 
 EPILOG = """\
-examples:
-  prefplan demo                                the paper's manipulation case study, with videos and a page
-  prefplan front example                       the Pareto front and its plans
-  prefplan plan example --max-preference 3     the cheapest plan within a bound on the penalty
-  prefplan run case_study_3 --plan preference  carry the preferred plan out, with a video
+Examples:
+  prefplan demo                                 the paper's arm, with videos
+  prefplan front example                        the Pareto front and its plans
+  prefplan plan example --max-preference 3      the cheapest within a bound
+  prefplan run case_study_3 --plan preference   one plan, with a video
 
-exit status:
+Exit status:
   0    done
   2    invalid arguments or input: stderr says what is valid
   3    no plan exists, or none within the bounds given
-  4    the execution failed, a run was refuted, or a limit ended the search before any plan was found
+  4    the execution failed, a run was refuted, or a limit came before any plan
   130  interrupted by Ctrl-C
 
 `prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
@@ -62,59 +46,58 @@ object on stdout and nothing else. Colour and framed tables are for terminals on
 """
 
 
+class Program(click.Group):
+    """All commands, each loaded when it is called or its help is shown."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of the commands."""
+        return list(FOLDERS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> Command | None:
+        """Return a command."""
+        if cmd_name not in FOLDERS:
+            if ctx.resilient_parsing:  # a shell asks for completions
+                return None
+            raise click.NoSuchCommand(cmd_name, possibilities=FOLDERS, ctx=ctx)
+        module = import_module(f"experiments.commands.{FOLDERS[cmd_name]}.{cmd_name}")
+        found: Command = getattr(module, cmd_name)
+        return found
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what each command does, by folder."""
+        for folder, heading in SECTIONS.items():
+            commands = [self.get_command(ctx, name) for name in FOLDERS if FOLDERS[name] == folder]
+            with formatter.section(heading):
+                formatter.write_dl([(str(one.name), str(one.help)) for one in commands if one is not None])
+
+
+def _show_version(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value:
+        click.echo(f"prefplan {prefplan.__version__}")
+        context.exit()
+
+
+@click.group("prefplan", cls=Program, invoke_without_command=True, epilog=verbatim(EPILOG), params=[quiet_option()])
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show the version."
+)
+@click.pass_context
+def program(context: click.Context) -> int:
+    """Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+    return DONE
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit status."""
+    if instruction := os.environ.get(COMPLETE):
+        return shell_complete(program, {}, "prefplan", COMPLETE, instruction)
     status = DONE
     try:
-        status = _carry_out(arguments)
+        status = call(program, "prefplan", arguments)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader has closed the pipe, so flushing at exit would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status
-
-
-def _carry_out(arguments: Sequence[str] | None) -> int:
-    try:
-        options = parser().parse_args(arguments)
-        command: Command = options.command
-        return command(options)
-    except SystemExit as end:  # argparse has printed the help or an error
-        return int(end.code or 0)
-    except (UnfinishedError, LimitError) as error:
-        print(f"prefplan: {error}", file=sys.stderr)
-        return FAILED
-    except PrefplanError as error:
-        print(f"prefplan: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except ModuleNotFoundError as error:
-        if error.name != "mujoco":  # what `sim` loads first
-            raise
-        print(f"prefplan: {options.command.__name__} needs the simulation: {SIMULATION}", file=sys.stderr)
-        return FAILED
-    except KeyboardInterrupt:
-        print("prefplan: interrupted", file=sys.stderr)
-        return INTERRUPTED
-
-
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command line."""
-    parser = Parser(
-        prog="prefplan",
-        description="Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out.",
-        epilog=EPILOG,
-        formatter_class=HelpFormatter,
-    )
-    parser.add_argument("--version", action="version", version=f"prefplan {prefplan.__version__}")
-    add_quiet(parser)
-    parser.set_defaults(program=parser, command=help_)
-    commands = parser.add_subparsers(metavar="COMMAND", title="commands")
-    for command in COMMANDS:
-        command.add(commands)
-    return parser
-
-
-def help_(options: argparse.Namespace) -> int:
-    """Print the help of the program."""
-    options.program.print_help()
-    return DONE

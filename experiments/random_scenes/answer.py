@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache, partial
 
-from experiments.commands.planning.arm_check import tasks_out_of_reach
-from experiments.commands.planning.checkup import check, is_achievable
+from experiments.checks.arm_check import tasks_out_of_reach
+from experiments.checks.checkup import check, is_achievable
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
 from prefplan.models.manipulation.action import at

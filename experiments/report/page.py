@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
-from experiments.cli.overview import introduction
 from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
+from experiments.scenarios import introduction
 from prefplan.front import Front
 from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import number

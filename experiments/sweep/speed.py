@@ -6,17 +6,18 @@ Run it as `python -m experiments.sweep.speed`, on an otherwise idle machine; it 
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import click
 import mujoco
 import numpy as np
 
-from experiments.cli.arguments import positive
+from experiments.cli.command import call, command
 from experiments.cli.status import DONE
+from experiments.cli.values import positive
 from experiments.runs.carry_out import begin, scene_of
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load
@@ -43,15 +44,19 @@ PARTS: dict[str, Sequence[tuple[Any, str]]] = {
 REST = "execution, control and the rest"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print the page and return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=positive, default=5, metavar="N", help="of each (default: 5)")
-    parser.add_argument("--scenario", action="append", metavar="NAME", help="only this one; may be repeated")
-    options = parser.parse_args(arguments)
-    columns = {name: measure(name, repeats=options.repeats) for name in options.scenario or ["case_study_3", "kitchen"]}
+@command
+@click.option("--repeats", type=positive, default="5", metavar="N", help="Of each (default: 5).")
+@click.option("--scenario", "scenarios", multiple=True, metavar="NAME", help="Only this one; may be repeated.")
+def speed(repeats: int, scenarios: Sequence[str]) -> int:
+    """Measure where the time of a run goes, and print the page `experiments/results/speed.md`."""
+    columns = {name: measure(name, repeats=repeats) for name in scenarios or ["case_study_3", "kitchen"]}
     print(markdown(columns))
     return DONE
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry the command out and return its exit status."""
+    return call(speed, "python -m experiments.sweep.speed", arguments)
 
 
 def measure(name: str, *, repeats: int) -> dict[str, str]:
@@ -104,8 +109,8 @@ def _seconds(function: Callable[[], object]) -> float:
 def _step(scene: Scene, rollout: Rollout) -> None:
     """Simulate the steps of a rollout again, and nothing else."""
     data = initial_state(scene)
-    for command in rollout.controls / COMMANDS_PER_UNIT:
-        data.ctrl[:] = command
+    for control in rollout.controls / COMMANDS_PER_UNIT:
+        data.ctrl[:] = control
         mujoco.mj_step(scene.mujoco, data)
 
 

@@ -15,13 +15,14 @@ from io import TextIOWrapper
 from itertools import chain, count
 from pathlib import Path
 from sys import intern
-from typing import Any, BinaryIO, TypeVar, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, cast
 from xml.etree.ElementTree import ParseError
-
-import networkx as nx
 
 from prefplan.errors import ModelError, check_known, prefixed
 from prefplan.limits import check_limits
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 T = TypeVar("T")
 
@@ -112,6 +113,8 @@ def _clocked(value: T) -> T:
 
 
 def _graphml(file: BinaryIO, key: str) -> Listing:
+    import networkx as nx  # takes 0.1 s, and few need it
+
     try:
         with warnings.catch_warnings(action="ignore"):
             return _of_graph(nx.read_graphml(file, node_type=_clocked, force_multigraph=True))
@@ -122,6 +125,8 @@ def _graphml(file: BinaryIO, key: str) -> Listing:
 
 
 def _node_link(file: BinaryIO, key: str) -> Listing:
+    import networkx as nx
+
     try:
         top = {"nodes": [], **json.load(file, object_hook=_clocked), "multigraph": True}
         edges = next((key for key in EDGE_LISTS if key in top), EDGE_LISTS[0])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Hashable
-from typing import Protocol, TypeAlias, runtime_checkable
-
-import networkx as nx
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
 
 from prefplan.errors import ModelError, describe
 from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 @runtime_checkable
@@ -20,7 +22,7 @@ class Model(Protocol):
         """Return its transition system."""
 
 
-SystemLike: TypeAlias = System | Model | nx.Graph
+SystemLike: TypeAlias = "System | Model | nx.Graph"
 """What a user may give for a transition system, see `system_of`."""
 
 
@@ -34,7 +36,7 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
     Raises:
         ModelError: it is something else, a graph without a start, or anything but a graph with one.
     """
-    if isinstance(given, nx.Graph):
+    if _is_graph(given):
         first = given.graph.get("start") if start is None else start
         if first is None:
             example = next(iter(given), "a")
@@ -49,3 +51,9 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
     raise ModelError(
         f"system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not {describe(given)}"
     )
+
+
+def _is_graph(given: Any) -> TypeGuard[nx.Graph]:
+    """Return whether something is a graph of networkx, which takes 0.1 s to load: who has a graph has loaded it."""
+    networkx = sys.modules.get("networkx")
+    return networkx is not None and isinstance(given, networkx.Graph)

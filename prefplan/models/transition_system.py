@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 
 from prefplan.errors import ModelError, choices, describe
@@ -15,6 +14,9 @@ from prefplan.exact_costs import Number, in_units, to_number
 from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, amount, check_costs_agree, names_of
 from prefplan.models.system import Barred, Quotient, System
 from prefplan.text.names import check_names
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 class OnDemand(Sequence[Hashable]):
@@ -262,6 +264,8 @@ class TransitionSystem(System):
 
     def to_networkx(self) -> nx.MultiDiGraph:
         """Return the system as a MultiDiGraph with node `labels` (sorted) and edge `action` and `cost`."""
+        import networkx as nx  # takes 0.1 s, and few need it
+
         graph = nx.MultiDiGraph(start=self.states[self.start])
         for state, name in enumerate(self.states):
             graph.add_node(name, labels=sorted(self.label(state)))

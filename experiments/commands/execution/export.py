@@ -2,64 +2,57 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
-import shtab
+import click
 
-from experiments.cli.arguments import Commands, add_command
-from experiments.cli.completion import complete
+import prefplan as pp
+from experiments.cli import options
+from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
-from experiments.cli.options import add_options
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
+from experiments.cli.values import PATH, Choice
 from prefplan.errors import PrefplanError
-from prefplan.scenario.decode import load
-
-FORMATS = ("glb", "mjcf")
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    examples = (
-        "prefplan run case_study_3 --no-video && prefplan export out/case_study_3/cost.npz --to glb",
-        "prefplan export out/case_study_3/preference.npz --to glb --out arm.glb --force",
-        "prefplan export case_study_3 --to mjcf --robot fetch",
-    )
-    more = (
-        "glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time, s.\n\n"
-        "mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start. "
-        "It opens with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml"
-    )
-    parser = add_command(commands, export, *examples, more=more)
-    source = parser.add_argument(
-        "source",
-        metavar="RUN_OR_SCENARIO",
-        help="glb: log that `prefplan run` wrote, an .npz file; mjcf: a scenario's name or file",
-    )
-    complete(source, shtab.FILE)
-    parser.add_argument("--to", choices=FORMATS, required=True, help="format to write")
-    out = parser.add_argument(
-        "--out", type=Path, metavar="PATH", help="file, or folder for mjcf (default: beside the log, out/NAME/mjcf)"
-    )
-    complete(out, shtab.FILE)
-    add_options(parser, "--robot")
-    parser.add_argument("--force", action="store_true", help="replace a file or folder that exists")
+@command
+@click.argument(
+    "source",
+    metavar="RUN_OR_SCENARIO",
+    type=click.Path(),
+    help="glb: log that `prefplan run` wrote, an .npz file; mjcf: a scenario's name or file.",
+)
+@click.option("--to", type=Choice(["glb", "mjcf"]), required=True, help="Format to write.")
+@click.option(
+    "--out", type=PATH, metavar="PATH", help="File, or folder for mjcf (default: beside the log, out/NAME/mjcf)."
+)
+@options.robot
+@click.option("--force", is_flag=True, help="Replace a file or folder that exists.")
+def export(source: str, to: str, out: Path | None, robot: str | None, force: bool) -> int:
+    """Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo.
 
+    Examples:
+      prefplan run case_study_3 --no-video && prefplan export out/case_study_3/cost.npz --to glb
+      prefplan export out/case_study_3/preference.npz --to glb --out arm.glb --force
+      prefplan export case_study_3 --to mjcf --robot fetch
 
-def export(options: argparse.Namespace) -> int:
-    """Write a run as an animated 3-D scene for Blender, or a scenario's scene for MuJoCo."""
-    if options.to == "mjcf":
-        return _export_scene(options)
-    if options.robot is not None:
+    glb: a run as binary glTF 2.0, y upwards, in metres; the animation's time is the simulated time, s.
+
+    mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start. It opens
+    with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml
+    """
+    if to == "mjcf":
+        return _export_scene(source, out, robot, force=force)
+    if robot is not None:
         raise PrefplanError("--robot: only with --to mjcf; the log of a run names its robot")
-    run = Path(options.source)
+    run = Path(source)
     if run.suffix != ".npz":
         raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")
-    path: Path = options.out or run.with_suffix(".glb")
+    path = out or run.with_suffix(".glb")
     if path.suffix.lower() != ".glb":
         raise PrefplanError(f"{path}: the file's name ends in .glb")
-    check_new(path, force=options.force)
+    check_new(path, force=force)
     with loading():
         from sim.evidence.log import read_log
         from sim.export.gltf import encode_glb
@@ -71,18 +64,19 @@ def export(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _export_scene(options: argparse.Namespace) -> int:
-    if Path(options.source).suffix == ".npz":
-        raise PrefplanError(f"{options.source}: --to mjcf takes a scenario's name or file, not the log of a run")
-    scenario = load(options.source)
-    folder: Path = options.out or Path("out", scenario.name, "mjcf")
-    check_new(folder, force=options.force)
+def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bool) -> int:
+    if Path(source).suffix == ".npz":
+        raise PrefplanError(f"{source}: --to mjcf takes a scenario's name or file, not the log of a run")
+
+    scenario = pp.load(source)
+    folder = out or Path("out", scenario.name, "mjcf")
+    check_new(folder, force=force)
     with loading():
         from experiments.cli.simulation_options import robot_of
         from experiments.runs.carry_out import scene_of
         from sim.export.mjcf import encode_mjcf
 
-    files = encode_mjcf(scene_of(scenario, robot=robot_of(options.robot)))
+    files = encode_mjcf(scene_of(scenario, robot=robot_of(robot)))
     for name, data in files.items():
         make_folder((folder / name).parent)
         write_bytes(folder / name, data)

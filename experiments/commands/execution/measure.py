@@ -2,57 +2,45 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import click
 from rich.table import Table
 
-from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command
+import prefplan as pp
+from experiments.cli import options, output
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
-from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
-from prefplan.errors import ModelError
-from prefplan.models.manipulation.action_costs import QUANTITIES
-from prefplan.models.manipulation.measured_costs import (
-    Measurement,
-    Measurements,
-    measurements_file,
-    read_measurements,
-    to_json,
-)
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.scenario.decode import load
+from experiments.cli.values import PATH
 
 if TYPE_CHECKING:
+    from prefplan.models.manipulation.measured_costs import Measurement
     from sim.execution.cost_measurement import Failure
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    examples = (
-        "prefplan measure case_study_3_energy --jobs 4",
-        "prefplan measure case_study_3_energy --out measured.json",
-    )
-    parser = add_command(commands, measure, *examples)
-    add_options(parser, "scenario", "--json")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="FILE",
-        help="file to write (default: SCENARIO.measured.json beside the scenario, where planning reads it)",
-    )
-    add_options(parser, "--jobs")
-
-
-def measure(options: argparse.Namespace) -> int:
+@command
+@options.scenario
+@options.as_json
+@click.option(
+    "--out",
+    type=PATH,
+    metavar="FILE",
+    help="File to write (default: SCENARIO.measured.json beside the scenario, where planning reads it).",
+)
+@options.jobs
+def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) -> int:
     """Measure time, travel and energy of each action in simulation, for scenarios with measured costs.
+
+    Examples:
+      prefplan measure case_study_3_energy --jobs 4
+      prefplan measure case_study_3_energy --out measured.json
 
     Earlier measurements of the same model and robot by the same sources are kept.
     """
@@ -60,18 +48,19 @@ def measure(options: argparse.Namespace) -> int:
         from joblib import cpu_count
 
         from experiments.runs.carry_out import scene_of
+        from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
         from sim.execution.cost_measurement import measure_all, sources, trials
 
-    scenario = load(options.scenario, measured=False)
+    loaded = pp.load(scenario, measured=False)
     done: list[Measurement] = []
     failures: list[Failure] = []
     interrupted = False
-    with Bars(quiet=options.quiet) as bars:
-        scene = scene_of(scenario, measuring=True)
+    with Bars(quiet=is_quiet()) as bars:
+        scene = scene_of(loaded, measuring=True)
         # The scene's model may have been completed from the user's MJCF.
-        model = scenario.model
-        assert isinstance(model, ManipulationModel)
-        file = options.out or measurements_file(scenario.path)
+        model = loaded.model
+        assert isinstance(model, pp.ManipulationModel)
+        file = out or measurements_file(loaded.path)
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = sources()
@@ -81,7 +70,7 @@ def measure(options: argparse.Namespace) -> int:
         before, total = len(done), len(done) + len(wanted)
         try:
             bars("measuring", before, total, "")
-            for result in measure_all(scene, wanted, jobs=options.jobs or cpu_count()):
+            for result in measure_all(scene, wanted, jobs=jobs or cpu_count()):
                 if isinstance(result, Measurement):
                     done.append(result)
                 else:
@@ -92,10 +81,10 @@ def measure(options: argparse.Namespace) -> int:
         finally:
             contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
-    if options.json:
-        output.print_json(_json(scenario.name, file, contents, failures, complete=len(done) == total))
+    if as_json:
+        output.print_json(_json(loaded.name, file, contents, failures, complete=len(done) == total))
     else:
-        _show(Console(highlight=False), scenario.name, file, done, kinds=scene.model.kinds, before=before)
+        _show(Console(highlight=False), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
     if interrupted:
@@ -105,8 +94,11 @@ def measure(options: argparse.Namespace) -> int:
     return FAILED if failures else DONE
 
 
-def _measured_before(file: Path, model: ManipulationModel, robot: str, sources: str) -> tuple[Measurement, ...]:
+def _measured_before(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> tuple[Measurement, ...]:
     """Return the measurements in a file; none if it is damaged, or of another model, robot or other skills."""
+    from prefplan.errors import ModelError
+    from prefplan.models.manipulation.measured_costs import read_measurements
+
     try:
         found = read_measurements(file, model)
     except ModelError:
@@ -131,6 +123,8 @@ def _show(
     console: Console, name: str, file: Path, done: Sequence[Measurement], *, kinds: Sequence[str], before: int
 ) -> None:
     """Print the number of measurements, and the range of each quantity."""
+    from prefplan.models.manipulation.action_costs import QUANTITIES
+
     table = Table(title=f"{name}: least and greatest cost of an action", title_justify="left")
     table.add_column("action")
     table.add_column("pairs", justify="right")

@@ -2,88 +2,103 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
+from decimal import Decimal
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
 
-from experiments.cli.arguments import Commands, add_command, plan_numbers
+import click
+
+import prefplan as pp
+from experiments.checks.no_plan import no_plan
+from experiments.cli import options
 from experiments.cli.choice import plan_at
+from experiments.cli.command import command, is_quiet
 from experiments.cli.files import make_folder
-from experiments.cli.options import LIMITS, VIDEO, add_options, limits_of
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import DONE, FAILED, INTERRUPTED, no_plan
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.planner import Planner
-from prefplan.scenario.decode import load
+from experiments.cli.start import load_planner, loading
+from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.values import plan_numbers
+
+if TYPE_CHECKING:
+    from prefplan.limits import Limits
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    more = (
-        "Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with "
-        "the same options in the same folder are reused, so that an interrupted report continues."
-    )
-    parser = add_command(
-        commands,
-        report,
-        "prefplan report case_study_1",
-        "prefplan report case_study_3 --size 960x540 --out pages",
-        more=more,
-    )
-    add_options(parser, "scenario", "--out", "--max-cost", *LIMITS, found="a report of the front so far")
-    parser.add_argument(
-        "--plans",
-        type=plan_numbers,
-        metavar="I,J,...",
-        help="carry out only these plans of a manipulation scenario, by index from 0 (default: all)",
-    )
-    add_options(parser, "--seed", "--robot", *VIDEO)
+@command
+@options.scenario
+@options.out()
+@options.max_cost
+@options.limits("a report of the front so far")
+@click.option(
+    "--plans",
+    type=plan_numbers,
+    metavar="I,J,...",
+    help="Carry out only these plans of a manipulation scenario, by index from 0 (default: all).",
+)
+@options.seed()
+@options.robot
+@options.no_video
+@options.look
+def report(
+    scenario: str,
+    out: Path | None,
+    max_cost: Decimal | None,
+    limits: Limits,
+    plans: tuple[int, ...] | None,
+    seed: int | None,
+    robot: str | None,
+    no_video: bool,
+    **look: Unpack[options.LookOptions],
+) -> int:
+    """Make a page of the front, its plans and their videos.
 
+    Examples:
+      prefplan report case_study_1
+      prefplan report case_study_3 --size 960x540 --out pages
 
-def report(options: argparse.Namespace) -> int:
-    """Make a page of the front, its plans and their videos."""
+    Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with the same
+    options in the same folder are reused, so that an interrupted report continues.
+    """
     with loading():
         from experiments.report.page import write_page
 
-    limits = limits_of(options)
+    load_planner(quiet=is_quiet())
     with limits:
-        scenario = load(options.scenario)
-    if isinstance(scenario.model, ManipulationModel):
+        loaded = pp.load(scenario)
+    if isinstance(loaded.model, pp.ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load and may not be installed.
         with loading():
             from experiments.cli.simulation_options import look_of, robot_of
             from experiments.report.recordings import record_all
             from experiments.runs.carry_out import scene_of
 
-        robot = robot_of(options.robot)
-        look = look_of(options, partial(scene_of, scenario, robot=robot))
-    folder = options.out or Path("out", scenario.name)
-    tell_if_compiling(quiet=options.quiet)
-    with Bars(quiet=options.quiet) as bars:
+        robot = robot_of(robot)
+        view = look_of(partial(scene_of, loaded, robot=robot), **look)
+    folder = out or Path("out", loaded.name)
+    with Bars(quiet=is_quiet()) as bars:
         bars("planning", 0, 0, "")
         with limits:
-            front = Planner(scenario.problem()).front(max_cost=options.max_cost, keep_on_interrupt=True)
+            front = pp.Planner(loaded.problem()).front(max_cost=max_cost, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
-        indices = range(len(front)) if options.plans is None else options.plans
-        plans = {i: plan_at(front, i, "--plans") for i in indices}
+        indices = range(len(front)) if plans is None else plans
+        chosen = {i: plan_at(front, i, "--plans") for i in indices}
         make_folder(folder)
-        if isinstance(scenario.model, ManipulationModel) and front and front.ended != "interrupt":
+        if isinstance(loaded.model, pp.ManipulationModel) and front and front.ended != "interrupt":
             recordings, notices, interrupted = record_all(
-                scenario,
-                plans,
+                loaded,
+                chosen,
                 folder,
-                seed=options.seed,
+                seed=seed,
                 robot=robot,
-                video=not options.no_video,
+                video=not no_video,
                 tell=bars,
-                **look,
+                **view,
             )
         else:
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"
         bars("page", 0, 0, "")
-        page = write_page(scenario, front, recordings, folder, notices=notices)
+        page = write_page(loaded, front, recordings, folder, notices=notices)
     print(page)
     for notice in notices:
         print(f"prefplan: {notice}", file=sys.stderr)
@@ -91,7 +106,7 @@ def report(options: argparse.Namespace) -> int:
         print("prefplan: interrupted; the same command continues from here", file=sys.stderr)
         return INTERRUPTED
     if front.reason:
-        return no_plan(front.reason, scenario.problem())
+        return no_plan(front.reason, loaded.problem())
     if front.ended:
         print(f"prefplan: {front.ending}", file=sys.stderr)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]

@@ -2,80 +2,97 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 import sys
 from collections.abc import Callable
+from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command, positive, whole
-from experiments.cli.choice import chosen_plan, plan_name, show_no_plan
+import click
+from click.core import ParameterSource
+
+import prefplan as pp
+from experiments.checks.no_plan import show_no_plan
+from experiments.cli import options, output
+from experiments.cli.choice import choose, plan_name
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal, read_journal
-from experiments.cli.options import PLAN, VIDEO, add_options
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading, tell_if_compiling
+from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.values import positive, whole
 from prefplan.errors import PrefplanError, choices, prefixed
-from prefplan.front import NoPlanError
-from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario, load
 
 if TYPE_CHECKING:
     from experiments.sweep.job import Sweep
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    examples = (
-        "prefplan sweep case_study_3 --rollouts 20",
-        "prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10",
-        "prefplan sweep case_study_3 --find-boundary bias --rollouts 40",
-        "prefplan sweep case_study_3 --replay 17 --camera wrist",
-    )
-    parser = add_command(commands, sweep, *examples)
-    add_options(parser, "scenario", "--json")
-    parser.add_argument("--rollouts", type=positive, default=100, metavar="N", help="number of runs (default: 100)")
-    add_options(parser, "--jobs", *PLAN)
-    parser.add_argument("--seed", type=whole, default=0, metavar="N", help="seed of all random numbers (default: 0)")
-    add_options(parser, "--perturb", "--robot")
-    parser.add_argument(
-        "--faults",
-        metavar="random|KIND",
-        help="one to three random faults in each run, or one of a kind: slip, move, knock, miss, foreign or blind",
-    )
-    parser.add_argument(
-        "--find-boundary",
-        metavar="KEY",
-        help="search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed",
-    )
-    parser.add_argument("--resimulate", action="store_true", help="simulate each run again from its log, as a check")
-    add_options(
-        parser, "--out", out="out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep continues there"
-    )
-    parser.add_argument(
-        "--cluster", metavar="ADDRESS", help="run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine"
-    )
-    replay = parser.add_argument_group("replay")
-    replay.add_argument(
-        "--replay",
-        type=whole,
-        metavar="K",
-        help="carry out rollout K, counted from 0, of the sweep in that folder again, with its recorded seed, "
-        "differences, faults and robot, and render a video into DIR/rollout_K",
-    )
-    add_options(replay, *VIDEO)
-    look = ("no_video", "quality", "camera", "inset", "size")
-    parser.set_defaults(unseen={name: parser.get_default(name) for name in look})
+@command
+@options.scenario
+@options.as_json
+@click.option("--rollouts", type=positive, default="100", metavar="N", help="Number of runs (default: 100).")
+@options.jobs
+@options.which
+@click.option("--seed", type=whole, default="0", metavar="N", help="Seed of all random numbers (default: 0).")
+@options.perturb
+@options.robot
+@click.option(
+    "--faults",
+    metavar="random|KIND",
+    help="One to three random faults in each run, or one of a kind: slip, move, knock, miss, foreign or blind.",
+)
+@click.option(
+    "--find-boundary",
+    metavar="KEY",
+    help="Search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed.",
+)
+@click.option("--resimulate", is_flag=True, help="Simulate each run again from its log, as a check.")
+@options.out("out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep continues there")
+@click.option(
+    "--cluster", metavar="ADDRESS", help="Run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine."
+)
+@click.option(
+    "--replay",
+    type=whole,
+    metavar="K",
+    help="Carry out rollout K, counted from 0, of the sweep in that folder again, with its recorded seed, differences, "
+    "faults and robot, and render a video into DIR/rollout_K; the options below go with it.",
+)
+@options.no_video
+@options.look
+def sweep(
+    scenario: str,
+    as_json: bool,
+    rollouts: int,
+    jobs: int | None,
+    plan: str | int,
+    max_preference: Decimal | None,
+    max_cost: Decimal | None,
+    seed: int,
+    perturb: str | None,
+    robot: str | None,
+    faults: str | None,
+    find_boundary: str | None,
+    resimulate: bool,
+    out: Path | None,
+    cluster: str | None,
+    replay: int | None,
+    no_video: bool,
+    **look: Unpack[options.LookOptions],
+) -> int:
+    """Carry a plan out many times with random differences, and say how often it succeeds.
 
-
-def sweep(options: argparse.Namespace) -> int:
-    """Carry a plan out many times with random differences, and say how often it succeeds."""
+    Examples:
+      prefplan sweep case_study_3 --rollouts 20
+      prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
+      prefplan sweep case_study_3 --find-boundary bias --rollouts 40
+      prefplan sweep case_study_3 --replay 17 --camera wrist
+    """
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
@@ -84,62 +101,63 @@ def sweep(options: argparse.Namespace) -> int:
         from sim.execution.faults import SPELLINGS
         from sim.world.randomization import KEYS
 
-    scenario, key = load(options.scenario), options.find_boundary
-    name = f"sweep_{options.plan}" if key is None else f"boundary_{options.plan}_{key}"
-    folder = options.out or Path("out", scenario.name, name)
-    if options.replay is not None:
-        return replay(options, scenario, folder)
-    for name, default in options.unseen.items():
-        if getattr(options, name) != default:
-            raise PrefplanError(f"--{name.replace('_', '-')}: a sweep renders no videos; it goes with --replay K")
+    load_planner(quiet=is_quiet())
+    loaded, key = pp.load(scenario), find_boundary
+    name = f"sweep_{plan}" if key is None else f"boundary_{plan}_{key}"
+    folder = out or Path("out", loaded.name, name)
+    if replay is not None:
+        return _replay(loaded, scenario, folder, replay, as_json=as_json, no_video=no_video, **look)
+    for option in ("no_video", *look):
+        if click.get_current_context().get_parameter_source(option) is ParameterSource.COMMANDLINE:
+            named = option.replace("_", "-")
+            raise PrefplanError(f"--{named}: a sweep renders no videos; it goes with --replay K")
     if key is not None:
         checked("--find-boundary", key, KEYS)
-    perturbation, robot = perturbation_of(options.perturb, seed=options.seed), robot_of(options.robot)
-    faults = options.faults and checked("--faults", options.faults, (ANY, *SPELLINGS))
-    tell_if_compiling(quiet=options.quiet)
-    with Bars(quiet=options.quiet) as bars:
-        scene = scene_of(scenario, robot=robot)
+    perturbation, robot = perturbation_of(perturb, seed=seed), robot_of(robot)
+    faults = faults and checked("--faults", faults, (ANY, *SPELLINGS))
+    with Bars(quiet=is_quiet()) as bars:
+        scene = scene_of(loaded, robot=robot)
         if faults:
             with prefixed("--faults "):
                 possible_faults(scene.model, faults)
         make_folder(folder)
         bars("planning", 0, 0, "")
-        planner = Planner(scenario.problem())
+        planner = pp.Planner(loaded.problem())
         try:
-            plan = chosen_plan(planner, options)
-        except NoPlanError as error:
-            return show_no_plan(options, scenario, planner, error)
+            chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
+        except pp.NoPlanError as error:
+            return show_no_plan(loaded, planner, error, as_json=as_json)
         bars("planning", 1, 1, "")
         job = Sweep(
-            packed=pack(scenario),
-            given=options.scenario,
-            which=options.plan,
-            plan=plan,
-            seed=options.seed,
+            packed=pack(loaded),
+            given=scenario,
+            which=plan,
+            plan=chosen,
+            seed=seed,
             perturbation=perturbation,
             faults=faults,
             folder=folder,
-            max_cost=options.max_cost,
-            max_preference=options.max_preference,
+            max_cost=max_cost,
+            max_preference=max_preference,
             robot=robot,
-            resimulate=options.resimulate,
-            rollouts=options.rollouts,
-            jobs=options.jobs,
-            cluster=options.cluster,
+            resimulate=resimulate,
+            rollouts=rollouts,
+            jobs=jobs,
+            cluster=cluster,
         )
-        interrupted, show = _roll_out(scenario, job, bars) if key is None else _search(scenario, job, key, bars)
-    show(options)
+        interrupted, show = _roll_out(loaded, job, bars) if key is None else _search(loaded, job, key, bars)
+    show(as_json=as_json)
     if interrupted:
         print("prefplan: interrupted; the same command continues it", file=sys.stderr)
         return INTERRUPTED
     return DONE
 
 
-Shown = tuple[bool, Callable[[argparse.Namespace], None]]
+Shown = tuple[bool, Callable[..., None]]
 """Whether the work was interrupted, and what shows its result."""
 
 
-def _roll_out(scenario: Scenario, job: Sweep, bars: Bars) -> Shown:
+def _roll_out(scenario: pp.Scenario, job: Sweep, bars: Bars) -> Shown:
     """Carry out the rollouts."""
     from experiments.sweep.recorded import RECORDS, define, work
     from experiments.sweep.summary import show_summary, summarise
@@ -158,7 +176,7 @@ def _roll_out(scenario: Scenario, job: Sweep, bars: Bars) -> Shown:
     return interrupted, partial(_show, result, show_summary, f"Records: {path}")
 
 
-def _search(scenario: Scenario, job: Sweep, key: str, bars: Bars) -> Shown:
+def _search(scenario: pp.Scenario, job: Sweep, key: str, bars: Bars) -> Shown:
     """Search for the boundary."""
     from experiments.figures.boundary import draw
     from experiments.sweep.boundary import search_boundary, show_boundary
@@ -170,9 +188,10 @@ def _search(scenario: Scenario, job: Sweep, key: str, bars: Bars) -> Shown:
 
 
 def _show(
-    result: dict[str, Any], show: Callable[[Console, dict[str, Any]], None], where: str, options: argparse.Namespace
+    result: dict[str, Any], show: Callable[[Console, dict[str, Any]], None], where: str, *, as_json: bool
 ) -> None:
-    if options.json:
+
+    if as_json:
         output.print_json(result)
         return
     console = Console(highlight=False)
@@ -180,11 +199,21 @@ def _show(
     console.print(f"\n{where}", style="dim")
 
 
-def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int:
-    """Carry out one recorded rollout again, with a video, and return the exit status of the run."""
-    from experiments.sweep.recorded import RECORDS, fingerprint
+def _replay(scenario: pp.Scenario, named: str, folder: Path, wanted: int, **shown: Any) -> int:
+    """Carry out one recorded rollout again, with a video, and return the exit status of the run.
 
-    path, wanted = folder / RECORDS, options.replay
+    Args:
+        scenario: of the sweep.
+        named: how the call names it.
+        folder: of the sweep's records.
+        wanted: number of the rollout.
+        **shown: parameters of `prefplan run` that say what is printed and how the video looks.
+    """
+    with loading():
+        from experiments.commands.execution.run import run
+        from experiments.sweep.recorded import RECORDS, fingerprint
+
+    path = folder / RECORDS
     if not path.exists():
         raise PrefplanError(f"--replay {wanted}: {folder} holds no sweep; run the sweep first, or give its --out")
     header, records = read_journal(path, key="rollout")
@@ -194,13 +223,10 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
         valid = map(str, sorted(records))
         raise PrefplanError(f"--replay {wanted}: no such rollout in {path} {choices(str(wanted), valid)}")
     record, into = records[wanted], folder / f"rollout_{wanted}"
-    _, command, _, *conditions = shlex.split(record["replay"])
-    look = ["--camera", options.camera, "--quality", options.quality]
-    look += ["--size", "{}x{}".format(*options.size)] if options.size else []
-    look += ["--inset", options.inset] if options.inset else []
-    look += [f"--{name.replace('_', '-')}" for name in ("no_video", "json", "quiet") if getattr(options, name)]
-    again = options.program.parse_args([command, options.scenario, *conditions, "--out", str(into), *look])
-    status: int = again.command(again)
+    _, _, _, *conditions = shlex.split(record["replay"])
+    with run.make_context("run", [named, *conditions], parent=click.get_current_context()) as context:
+        context.params |= shown | {"out": into}
+        status: int = run.invoke(context)
     if status not in (DONE, FAILED):
         return status
     outcome = json.loads((into / f"{plan_name(header['plan'])}.json").read_text(encoding="utf-8"))
@@ -211,6 +237,6 @@ def replay(options: argparse.Namespace, scenario: Scenario, folder: Path) -> int
         made = f"prefplan {header['prefplan']} and MuJoCo {header['mujoco']}"
         told = ", ".join(f"{key} {outcome[key]}, recorded {record[key]}" for key in differing)
         print(f"prefplan: rollout {wanted} differs from its record, made with {made}: {told}", file=sys.stderr)
-    elif not options.json:
+    elif not shown["as_json"]:
         print(f"rollout {wanted} ended as recorded: {'completed' if record['completed'] else record['reason']}")
     return status

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
+from collections.abc import Sequence
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from experiments.cli.arguments import Commands, add_command
-from experiments.cli.browser import open_page
-from experiments.cli.choice import chosen_plan, continuation
-from experiments.cli.options import PLAN, add_options
+import click
+
+import prefplan as pp
+from experiments.checks.no_plan import no_plan
+from experiments.cli import options
+from experiments.cli.choice import choose, continuation
+from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import DONE, no_plan
+from experiments.cli.start import load_planner, loading
+from experiments.cli.status import DONE
+from experiments.cli.values import port as port_number
 from prefplan.errors import PreferenceError, PrefplanError
-from prefplan.exact_costs import Number
-from prefplan.front import NoPlanError
-from prefplan.plan import Plan
-from prefplan.planner import Planner
-from prefplan.scenario.decode import load
 
 if TYPE_CHECKING:
     from experiments.runs.carry_out import Conditions
     from experiments.viewer.live_run import Begin
+    from prefplan.exact_costs import Number
 
 INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
 """Installs the libraries of this command."""
@@ -31,62 +32,76 @@ FRONT_TIMEOUT_S = 20.0
 """Time limit of the search for the other plans of the front."""
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    examples = (
-        "prefplan view case_study_3 --plan preference",
-        "prefplan view case_study_3 --fault slip@3 --camera wrist --port 0",
-    )
-    parser = add_command(commands, view, *examples)
-    add_options(parser, "scenario", *PLAN, "--seed", "--fault", "--robot", "--camera")
-    parser.add_argument(
-        "--port",
-        type=port,
-        metavar="P",
-        help="port of the page, 0 for any free one (default: 8080 or the next free one)",
-    )
-    add_options(parser, "--no-open")
+@command
+@options.scenario
+@options.which
+@options.seed()
+@options.fault
+@options.robot
+@options.camera
+@click.option(
+    "--port",
+    type=port_number,
+    metavar="P",
+    help="Port of the page, 0 for any free one (default: 8080 or the next free one).",
+)
+@options.no_open
+def view(
+    scenario: str,
+    plan: str | int,
+    max_preference: Decimal | None,
+    max_cost: Decimal | None,
+    seed: int | None,
+    faults: Sequence[str],
+    robot: str | None,
+    camera: str,
+    port: int | None,
+    no_open: bool,
+) -> int:
+    """Carry plans out live in the browser, where you can interfere. Ctrl-C ends it, with status 0.
 
-
-def view(options: argparse.Namespace) -> int:
-    """Carry plans out live in the browser, where you can interfere. Ctrl-C ends it, with status 0."""
+    Examples:
+      prefplan view case_study_3 --plan preference
+      prefplan view case_study_3 --fault slip@3 --camera wrist --port 0
+    """
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
+        from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.viewer.session import Show, watch
 
-    scenario = load(options.scenario)
-    faults, robot = faults_of(options.fault, scenario), robot_of(options.robot)
-    tell_if_compiling(quiet=options.quiet)
-    with Bars(quiet=options.quiet) as bars:
-        scene = scene_of(scenario, robot=robot, faults=faults)
-        camera = camera_of(options.camera, lambda: scene)
+    load_planner(quiet=is_quiet())
+    loaded = pp.load(scenario)
+    injected, robot = faults_of(faults, loaded), robot_of(robot)
+    with Bars(quiet=is_quiet()) as bars:
+        scene = scene_of(loaded, robot=robot, faults=injected)
+        camera = camera_of(camera, lambda: scene)
         bars("planning", 0, 0, "")
-        problem = scenario.problem()
+        problem = loaded.problem()
         try:
-            planner = Planner(problem)
-            plan = chosen_plan(planner, options)
-            plans = front_with(plan, planner, max_cost=options.max_cost)
-        except NoPlanError as error:
+            planner = pp.Planner(problem)
+            first = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
+            plans = front_with(first, planner, max_cost=max_cost)
+        except pp.NoPlanError as error:
             return no_plan(error.reason, problem)
-    chosen, choice = plans.index(plan), continuation(options.plan, options.max_preference)
+    chosen, choice = plans.index(first), continuation(plan, max_preference)
 
     def ready(address: str) -> None:
-        print(f"{scenario.name}: {address} (Ctrl-C ends it)", flush=True)
-        if not options.no_open:
+        print(f"{loaded.name}: {address} (Ctrl-C ends it)", flush=True)
+        if not no_open:
             open_page(address)
 
     def start(i: int) -> Begin:
-        conditions: Conditions = {"seed": options.seed, "faults": faults, "choice": choice if i == chosen else i}
+        conditions: Conditions = {"seed": seed, "faults": injected, "choice": choice if i == chosen else i}
         return lambda tell: begin(problem, scene, plans[i], tell=tell, **conditions)
 
-    watch(Show(problem, scene, plans, start, scenario.name, chosen, camera), port=options.port, ready=ready)
+    watch(Show(problem, scene, plans, start, loaded.name, chosen, camera), port=port, ready=ready)
     return DONE
 
 
-def front_with(plan: Plan, planner: Planner, *, max_cost: Number | None) -> list[Plan]:
+def front_with(plan: pp.Plan, planner: pp.Planner, *, max_cost: Number | None) -> list[pp.Plan]:
     """Return the part of the front found within `FRONT_TIMEOUT_S`, and in it a plan that is known already."""
     try:
         front = [*planner.front(max_cost=max_cost, max_seconds=FRONT_TIMEOUT_S)]
@@ -99,10 +114,3 @@ def front_with(plan: Plan, planner: Planner, *, max_cost: Number | None) -> list
         return sorted([*front, plan], key=lambda other: other.cost)
     front[points.index(point)] = plan
     return front
-
-
-def port(text: str) -> int:
-    """Return a port, 0 to 65535."""
-    if text.isascii() and text.isdigit() and int(text) < 1 << 16:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is not a port, 0 to 65535")

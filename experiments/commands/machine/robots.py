@@ -2,42 +2,44 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command
+from experiments.cli import options, output
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.options import add_options
 from experiments.cli.progress import Bars
+from experiments.cli.start import loading
 from experiments.cli.status import DONE
 
 if TYPE_CHECKING:
     from sim.robots.robot import Robot
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    more = '`--robot NAME`, or `robot = "NAME"` under `[model]` in a scenario file, chooses one.'
-    parser = add_command(commands, robots, "prefplan robots", "prefplan robots --json", more=more)
-    add_options(parser, "--json")
+@command
+@options.as_json
+def robots(as_json: bool) -> int:
+    """List the robots that can carry plans out, and which of them are available on this machine.
 
+    Examples:
+      prefplan robots
+      prefplan robots --json
 
-def robots(options: argparse.Namespace) -> int:
-    """List the robots that can carry plans out, and which of them are available on this machine."""
-    from sim.robots.catalogue import ROBOTS
+    `--robot NAME`, or `robot = "NAME"` under `[model]` in a scenario file, chooses one.
+    """
+    with loading():
+        from sim.robots.catalogue import ROBOTS
 
     found: list[dict[str, Any]] = []
     reasons: dict[Any, str | None] = {}
-    with Bars(quiet=options.quiet) as bars:
+    with Bars(quiet=is_quiet()) as bars:
         for number, robot in enumerate(ROBOTS.values()):
             bars("checking", number, len(ROBOTS), robot.name)
             if robot.hindrance not in reasons:  # several robots share the check for Menagerie
                 reasons[robot.hindrance] = robot.hindrance()
             found.append(_entry(robot, reasons[robot.hindrance]))
-    if options.json:
+    if as_json:
         output.print_json({"robots": found})
         return DONE
     table = Table()

@@ -2,76 +2,72 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import click
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from experiments.cli import output
-from experiments.cli.arguments import Commands, add_command
+import prefplan as pp
+from experiments.checks.no_plan import no_plan
+from experiments.cli import options, output
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.options import LIMITS, add_options, limits_of
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, no_plan
-from experiments.commands.planning import checkup
-from prefplan.front import Reason
-from prefplan.scenario.decode import Scenario, load
-from prefplan.text.layout import number
-from prefplan.text.names import DisplayNames
+from experiments.cli.start import load_planner, loading
+from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
 
 if TYPE_CHECKING:
+    from experiments.checks.checkup import Checkup
+    from prefplan.limits import Limits
+    from prefplan.text.names import DisplayNames
     from sim.execution.feasibility import PlaceCheck
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    more = (
-        "Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults "
-        "are listed) or a task needs what the arm cannot do, and 3 if a task cannot be satisfied even alone."
-    )
-    parser = add_command(
-        commands,
-        check,
-        "prefplan check example",
-        "prefplan check case_study_3 --robot fetch --quick",
-        more=more,
-    )
-    add_options(parser, "scenario")
-    parser.add_argument(
-        "--quick", action="store_true", help="do not try out what the arm can do with each object at each location"
-    )
-    add_options(parser, "--robot", "--json", *LIMITS, found="what is known by then")
+@command
+@options.scenario
+@click.option("--quick", is_flag=True, help="Do not try out what the arm can do with each object at each location.")
+@options.robot
+@options.as_json
+@options.limits()
+def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: Limits) -> int:
+    """Check a scenario without planning: its size, each task alone, and what the arm can do in its scene.
 
+    Examples:
+      prefplan check example
+      prefplan check case_study_3 --robot fetch --quick
 
-def check(options: argparse.Namespace) -> int:
-    """Check a scenario without planning: its size, each task alone, and what the arm can do in its scene."""
-    tell_if_compiling(quiet=options.quiet)
-    with limits_of(options) as limits:
-        scenario = load(options.scenario)
+    Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults are
+    listed) or a task needs what the arm cannot do, and 3 if a task cannot be satisfied even alone.
+    """
+    with loading():
+        from experiments.checks import checkup
+
+    load_planner(quiet=is_quiet())
+    with limits:
+        loaded = pp.load(scenario)
     left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes - limits.bytes_taken}
-    with Bars(quiet=options.quiet) as bars:
-        found = checkup.check(scenario, robot=_robot(options.robot), quick=options.quick, tell=bars, **left)
-    if options.json:
-        output.print_json(_json(scenario, found))
+    with Bars(quiet=is_quiet()) as bars:
+        found = checkup.check(loaded, robot=_robot(robot), quick=quick, tell=bars, **left)
+    if as_json:
+        output.print_json(_json(loaded, found))
     else:
-        _show(Console(highlight=False), scenario, found)
+        _show(Console(highlight=False), loaded, found)
     for warning in found.warnings:
         print(f"prefplan: warning: {warning}", file=sys.stderr)
     for fault in found.faults:
-        print(f"prefplan: {scenario.path}: {fault}", file=sys.stderr)
+        print(f"prefplan: {loaded.path}: {fault}", file=sys.stderr)
     if found.interrupted:
         print("prefplan: interrupted", file=sys.stderr)
         return INTERRUPTED
     if found.faults:
         return BAD_INPUT
-    return no_plan(Reason("task", found.impossible)) if found.impossible else DONE
+    return no_plan(pp.Reason("task", found.impossible)) if found.impossible else DONE
 
 
 def _robot(name: str | None) -> str | None:
@@ -83,16 +79,22 @@ def _robot(name: str | None) -> str | None:
     return robot_of(name)
 
 
-def _json(scenario: Scenario, found: checkup.Checkup) -> dict[str, Any]:
+def _json(scenario: pp.Scenario, found: Checkup) -> dict[str, Any]:
+    from experiments.checks.checkup import SEARCHES
+
     places = found.places and [
         {"object": one.obj, "location": one.location, "take": one.take, "put": one.put, "reason": one.reason}
         for one in found.places
     ]
     heading = {"scenario": scenario.name, "path": str(scenario.path)}
-    return heading | asdict(found) | {"places": places, "meaning": checkup.SEARCHES[found.contract]}
+    return heading | asdict(found) | {"places": places, "meaning": SEARCHES[found.contract]}
 
 
-def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
+def _show(console: Console, scenario: pp.Scenario, found: Checkup) -> None:
+
+    from experiments.checks.checkup import SEARCHES, USUAL
+    from prefplan.text.layout import number
+
     display = scenario.problem().display
     console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
     if found.states is None or found.reachable is None:
@@ -106,8 +108,8 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
         edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
         console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
     if len(found.costs) == len(found.preferences) == 1:
-        if found.contract not in checkup.USUAL:
-            console.print(f"  preference: {found.contract} contract; {checkup.SEARCHES[found.contract]}")
+        if found.contract not in USUAL:
+            console.print(f"  preference: {found.contract} contract; {SEARCHES[found.contract]}")
     else:
         _show_objectives(console, found)
     if found.scene is not None:
@@ -141,7 +143,7 @@ def _show(console: Console, scenario: Scenario, found: checkup.Checkup) -> None:
     console.print(table)
 
 
-def _show_objectives(console: Console, found: checkup.Checkup) -> None:
+def _show_objectives(console: Console, found: Checkup) -> None:
     """Print the costs and the preferences of a scenario that does not have one of each."""
     console.print(f"  costs: {', '.join(found.costs)}", markup=False)
     for one in found.preferences:

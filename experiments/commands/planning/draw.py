@@ -2,58 +2,65 @@
 
 from __future__ import annotations
 
-import argparse
+from decimal import Decimal
 from pathlib import Path
 
-from experiments.cli.arguments import Commands, add_command
-from experiments.cli.options import add_options
-from experiments.cli.start import loading, tell_if_compiling
-from experiments.cli.status import DONE, no_plan
+import click
+
+import prefplan as pp
+from experiments.checks.no_plan import no_plan
+from experiments.cli import options
+from experiments.cli.command import command, is_quiet
+from experiments.cli.start import load_planner, loading
+from experiments.cli.status import DONE
+from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError, prefixed
-from prefplan.logic.dfa import automaton
-from prefplan.planner import Planner
-from prefplan.scenario.decode import Scenario, load
 
 
-def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add the command to the program."""
-    examples = ("prefplan draw plans case_study_1 plans.pdf", "prefplan draw automata case_study_2 automata.svg")
-    parser = add_command(commands, draw, *examples)
-    parser.add_argument(
-        "what",
-        metavar="WHAT",
-        choices=list(PICTURES),
-        help="plans: each plan of the front on its map or graph; automata: one for each task; system: a small model",
-    )
-    add_options(parser, "scenario")
-    parser.add_argument("file", metavar="FILE", help="the picture to write; it ends in .png, .svg or .pdf")
-    add_options(parser, "--max-cost")
+@command
+@click.argument(
+    "what",
+    metavar="WHAT",
+    type=Choice(["plans", "automata", "system"]),
+    help="plans: each plan of the front on its map or graph; automata: one for each task; system: a small model.",
+)
+@options.scenario
+@click.argument("file", type=click.Path(), help="The picture to write; it ends in .png, .svg or .pdf.")
+@options.max_cost
+def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
+    """Draw a scenario's plans, its tasks' automata or its transition system.
 
-
-def draw(options: argparse.Namespace) -> int:
-    """Draw a scenario's plans, its tasks' automata or its transition system."""
+    Examples:
+      prefplan draw plans case_study_1 plans.pdf
+      prefplan draw automata case_study_2 automata.svg
+    """
     with loading():
         from experiments.figures.figures import picture_file
-    path = picture_file(options.file)
-    status = PICTURES[options.what](load(options.scenario), path, options)
+
+    path, loaded = picture_file(file), pp.load(scenario)
+    if what == "plans":
+        status = _plans(loaded, path, max_cost)
+    else:
+        status = _automata(loaded, path) if what == "automata" else _system(loaded, path)
     if status == DONE:
         print(path)
     return status
 
 
-def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures import plans
-    from experiments.figures.diagrams import route, system
-    from experiments.figures.maps import map_of
+def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
+    with loading():
+        from experiments.figures import plans
+        from experiments.figures.diagrams import route, system
+        from experiments.figures.maps import map_of
 
     if scenario.model.kind == "manipulation":
         raise ScenarioError(
             f"{scenario.path}: model.kind: only the plans of a grid or graph model can be drawn; "
             "`prefplan report` shows those of any model"
         )
-    tell_if_compiling(quiet=options.quiet)
+    load_planner(quiet=is_quiet())
     problem = scenario.problem()
-    front = Planner(problem).front(max_cost=options.max_cost)
+    front = pp.Planner(problem).front(max_cost=max_cost)
     if front.reason:
         return no_plan(front.reason, problem)
     if map_of(scenario) is not None:
@@ -64,8 +71,10 @@ def _plans(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
     return DONE
 
 
-def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures.diagrams import automaton as picture
+def _automata(scenario: pp.Scenario, path: Path) -> int:
+    with loading():
+        from experiments.figures.diagrams import automaton as picture
+        from prefplan.logic.dfa import automaton
 
     scenario.problem()
     picture.draw(
@@ -74,14 +83,11 @@ def _automata(scenario: Scenario, path: Path, options: argparse.Namespace) -> in
     return DONE
 
 
-def _system(scenario: Scenario, path: Path, options: argparse.Namespace) -> int:
-    from experiments.figures.diagrams import node_link, system
+def _system(scenario: pp.Scenario, path: Path) -> int:
+    with loading():
+        from experiments.figures.diagrams import node_link, system
 
     with prefixed(f"{scenario.path}: model: ", system.SystemSizeError):
         diagram = system.diagram(scenario.problem().system)
     node_link.draw({scenario.name: diagram}, path)
     return DONE
-
-
-PICTURES = {"plans": _plans, "automata": _automata, "system": _system}
-"""Pictures by name."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 from dataclasses import replace
 
+import click
 import mujoco
 import pytest
 from scenario_texts import cup_scenario
 
-from experiments.cli.options import add_options
+from experiments.cli import options
 from experiments.cli.simulation_options import camera_of
 from prefplan import PrefplanError
 from prefplan.scenario.decode import loads
@@ -34,6 +34,12 @@ def no_scene() -> Scene:
     raise AssertionError("the scene takes a second to build, and every scene has this camera")
 
 
+def help_of(decorator: options.Decorator) -> str:
+    command = click.command()(decorator(no_scene))
+    (option,) = command.params
+    return str(option.help)
+
+
 def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
     assert [camera_of(name, no_scene) for name in ("wrist", "156,-28,1.2")] == ["wrist", "156,-28,1.2"]
     assert camera_of("door", watched_scene) == "door"
@@ -42,9 +48,7 @@ def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
 
 
 def test_a_wrong_view_and_the_help_give_the_same_example() -> None:
-    parser = argparse.ArgumentParser()
-    add_options(parser, "--camera")
-    (told,) = (str(action.help) for action in parser._actions if action.dest == "camera")
+    told = help_of(options.camera)
     with pytest.raises(PrefplanError) as error:
         camera_of("1,2", no_scene)
     example = str(error.value).rpartition(" ")[2]
@@ -52,9 +56,7 @@ def test_a_wrong_view_and_the_help_give_the_same_example() -> None:
 
 
 def test_the_help_of_perturb_names_every_key_with_its_unit() -> None:
-    parser = argparse.ArgumentParser()
-    add_options(parser, "--perturb")
-    (told,) = (str(action.help) for action in parser._actions if action.dest == "perturb")
+    told = help_of(options.perturb)
     clauses = re.findall(r"([a-z (),]+) (?:in|as a) (mm|degrees|ms|share)\b", told)
     found = {name: unit for names, unit in clauses for name in re.sub(r" \([a-z ]+\)|,| and", "", names).split()}
     assert found == {name: key.unit for name, key in KEYS.items()}

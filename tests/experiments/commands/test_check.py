@@ -12,10 +12,9 @@ from command_line import Run
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
-from experiments.cli import propositions
-from experiments.cli.overview import first_sentence, introduction
-from experiments.commands.planning import checkup
-from experiments.commands.planning.arm_check import tasks_out_of_reach
+from experiments.checks import checkup, propositions
+from experiments.checks.arm_check import tasks_out_of_reach
+from experiments.scenarios import first_sentence, introduction
 from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
 from prefplan.plan import Plan

@@ -58,11 +58,11 @@ def test_only_files_that_are_scenarios_are_suggested_for_one_that_does_not_exist
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["frnot", "example"], "unknown value 'frnot' (did you mean 'front'?)"),
-        (["--verison"], "unknown option --verison (did you mean '--version'?)"),
+        (["frnot", "example"], "No such command 'frnot'. Did you mean 'front'?"),
+        (["--verison"], "No such option '--verison'. Did you mean '--version'?"),
         (["front"], "SCENARIO"),
-        (["front", "example", "--jsn"], "unknown option --jsn (did you mean '--json'?)"),
-        (["front", "example", "more"], "unexpected argument 'more'"),
+        (["front", "example", "--jsn"], "No such option '--jsn'. Did you mean '--json'?"),
+        (["front", "example", "more"], "unexpected extra argument (more)"),
         (["front", "example", "--max-cost", "-1"], "'-1' is not a number >= 0"),
         (["front", "example", "--max-cost", "cheap"], "'cheap' is not a number >= 0"),
         (["front", "example", "--max-cost", "nan"], "'nan' is not a number >= 0"),
@@ -83,7 +83,7 @@ def test_a_wrong_call_is_told_on_stderr_with_the_call_that_shows_the_usage(
 def test_help_is_no_error(run: Run, arguments: list[str]) -> None:
     result = run(*arguments)
     assert (result.status, result.err) == (0, "")
-    assert "usage: prefplan" in result.out
+    assert "Usage: prefplan" in result.out
 
 
 def test_the_version_is_that_of_the_package(run: Run) -> None:
@@ -128,7 +128,7 @@ def test_an_interrupt_has_its_own_status(run: Run, monkeypatch: pytest.MonkeyPat
     def interrupted(_: str) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("experiments.commands.planning.front.load", interrupted)
+    monkeypatch.setattr("prefplan.load", interrupted)
     result = run("front", "example")
     assert result.status == 130
     assert "Traceback" not in result.err
@@ -236,3 +236,23 @@ def test_letters_that_the_output_cannot_encode_are_escaped(monkeypatch: pytest.M
     monkeypatch.setattr(sys, "argv", ["prefplan", "front", str(scenario)])
     assert start() == 0
     assert written.getvalue().startswith(b"caf\\xe9: Pareto front")
+
+
+NO_NUMPY = """
+import sys
+from experiments.program import main
+sys.argv[1:] = sys.argv[2:]
+status = main()
+heavy = {"numpy", "numba", "matplotlib", "jinja2", "networkx", "scipy"} & set(sys.modules)
+print(status, sorted(heavy), file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "status"),
+    [("", 0), ("--help", 0), ("list", 0), ("frnot", 2), ("front --help", 0), ("run case_study_3 --jsn", 2)],
+)
+def test_what_needs_no_planner_does_not_load_it(call: str, status: int, tmp_path: Path) -> None:
+    command = [sys.executable, "-c", NO_NUMPY, "prefplan", *call.split()]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stderr.splitlines()[-1] == f"{status} []"

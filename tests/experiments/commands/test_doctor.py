@@ -8,8 +8,8 @@ import sys
 import pytest
 from command_line import Run
 
-from experiments.commands.machine import diagnosis
-from experiments.commands.machine.diagnosis import OK, PROBLEM, WARNING, Diagnosis
+from experiments.checks import diagnosis
+from experiments.checks.diagnosis import OK, PROBLEM, WARNING, Diagnosis
 from sim.errors import RenderingError
 
 
@@ -100,6 +100,6 @@ def test_a_machine_that_cannot_render_is_told_why(chosen: str, mend: str, monkey
 
 def test_a_missing_library_is_a_sentence_even_before_the_program_starts() -> None:
     code = "import sys; sys.modules['rich'] = None; from experiments.program import main; sys.exit(main())"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-c", code, "list"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (4, "")
     assert len(done.stderr.splitlines()) == 1 and "-m pip install rich" in done.stderr

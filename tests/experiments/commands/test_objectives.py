@@ -103,7 +103,7 @@ def test_one_plan_by_the_name_of_an_objective(run: Run, depot: Path, options: li
             ["front", "depot.toml", "--at-most", "enrgy=3"],
             ": --at-most: unknown objective 'enrgy' (did you mean 'energy'?)",
         ),
-        (["front", "depot.toml", "--at-most", "time"], "--at-most: 'time' is not NAME=VALUE, such as energy=40"),
+        (["front", "depot.toml", "--at-most", "time"], "'--at-most': 'time' is not NAME=VALUE, such as energy=40"),
         (
             ["front", "depot.toml", "--max-preference", "3"],
             ": --max-preference: there is no preference (valid: time, energy)",

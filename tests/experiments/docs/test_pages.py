@@ -22,9 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import main
+from command_line import main, parsed
 
-from experiments.commands.command_line import parser
 from experiments.sweep import job, workers
 from experiments.viewer import session
 from sim.execution import cost_measurement
@@ -247,7 +246,7 @@ def line_printed_by(line: str, *, shown: bool) -> str:
         address = re.search("^address=(.*)$", batch, re.MULTILINE)[1]  # type: ignore[index]
         return printed_by(batch.replace("$address", address.replace("$(hostname)", socket.gethostname())), shown=shown)
     if not shown and re.match(READ_ONLY, line):
-        parser().parse_args(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
+        parsed(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
         return ""
     line = re.sub(r"^prefplan run ", "prefplan run --no-video ", line)
     line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)

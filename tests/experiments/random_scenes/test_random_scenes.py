@@ -12,7 +12,7 @@ import pytest
 from jobs_for_processes import CRASHES, HANGS, report_and_end
 from scenario_texts import cup_scenario, task_tables
 
-from experiments.commands.planning.checkup import check
+from experiments.checks.checkup import check
 from experiments.random_scenes import __main__ as command
 from experiments.random_scenes import trial
 from experiments.random_scenes.answer import answer

@@ -11,9 +11,9 @@ from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from experiments.checks.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
+from experiments.checks.propositions import size_of, uncarried
 from experiments.cli.progress import Tell
-from experiments.cli.propositions import size_of, uncarried
-from experiments.commands.planning.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError

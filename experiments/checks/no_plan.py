@@ -1,0 +1,30 @@
+"""Why there is no plan."""
+
+from __future__ import annotations
+
+import sys
+
+import prefplan as pp
+from experiments.cli import output
+from experiments.cli.status import NO_PLAN
+
+
+def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanError, *, as_json: bool) -> int:
+    """Print why there is no plan on stderr, as JSON also as an object on stdout; return the exit status."""
+    if as_json:
+        output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
+    return no_plan(error.reason, planner.problem)
+
+
+def no_plan(reason: pp.Reason, problem: pp.Problem | None = None) -> int:
+    """Print on stderr why there is no plan, for a given problem also the likely mistake, and return the exit status."""
+    print(f"prefplan: {reason}", file=sys.stderr, flush=True)
+    if problem is not None and reason.kind == "task":
+        from experiments.checks.propositions import size_of, uncarried
+        from prefplan.limits import Limits
+
+        carried = size_of(problem.system, Limits())["propositions"]
+        for i, task in enumerate(problem.tasks):
+            for line in uncarried(i, task, carried) if task.name in reason.tasks else ():
+                print(f"prefplan: {line}", file=sys.stderr)
+    return NO_PLAN

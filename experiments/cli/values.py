@@ -1,0 +1,130 @@
+"""The values of arguments and options: how text becomes a value, what is said of a wrong one, and what shells offer."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Callable, Iterable
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import click
+from click.shell_completion import CompletionItem
+
+from prefplan.errors import choices
+
+PATH = click.Path(path_type=Path)
+"""A path, whether or not something is there."""
+
+
+class Choice(click.Choice[str]):
+    """One of a few words; the message about another one suggests the nearest."""
+
+    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
+        """Return what is wrong with a value."""
+        return f"unknown value {value!r} {choices(str(value), self.choices)}"
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:
+        """Return what could be chosen."""
+        return choices("", self.choices)
+
+
+class FileName(click.ParamType):
+    """The name of a file with a certain ending, or one of some names, as text; shells offer both, and folders."""
+
+    name = "file"
+
+    def __init__(self, ending: str, names: Callable[[], Iterable[str]] = tuple) -> None:
+        """Keep the ending, such as `.toml`, and what returns the names."""
+        self.ending = ending
+        self.names = names
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return the names, files and folders that begin with a text."""
+        found = [name for name in self.names() if name.startswith(incomplete)]
+        for path in sorted(Path(name) for name in glob.glob(f"{glob.escape(incomplete)}*")):
+            if path.is_dir():
+                found.append(f"{path}/")
+            elif path.suffix == self.ending:
+                found.append(str(path))
+        return [CompletionItem(one) for one in found]
+
+
+def number(text: str, *, unit: str = "") -> Decimal:
+    """Return a number >= 0 as an exact decimal; messages name its unit."""
+    try:
+        value = Decimal(text)
+    except InvalidOperation:
+        value = Decimal("nan")
+    if not value.is_finite() or value < 0:
+        raise click.BadParameter(f"{text!r} is not a number{unit and f' of {unit}'} >= 0")
+    return value
+
+
+def named_number(text: str) -> tuple[str, Decimal]:
+    """Return a name and a number >= 0, such as `energy=40`."""
+    name, separator, value = text.partition("=")
+    if not name or not separator:
+        raise click.BadParameter(f"{text!r} is not NAME=VALUE, such as energy=40")
+    return name, number(value)
+
+
+def seconds(text: str) -> float:
+    """Return a time >= 0, s."""
+    return float(number(text, unit="seconds"))
+
+
+def megabytes(text: str) -> float:
+    """Return an amount of memory given in MiB, in bytes."""
+    return float(number(text, unit="MiB")) * 2**20
+
+
+PLANS = {"cost": "cost", "preference": "preference", "cheapest": "cost", "preferred": "preference"}
+"""What a plan may be called, and its name."""
+
+
+def which_plan(text: str) -> str | int:
+    """Return the name of a plan of the front: `cost`, `preference` or its index."""
+    if text in PLANS:
+        return PLANS[text]
+    if _is_integer(text):
+        return int(text)
+    raise click.BadParameter(f"{text!r} is no plan: a number from 0, or one of {', '.join(PLANS)}")
+
+
+def whole(text: str, *, least: int = 0) -> int:
+    """Return a whole number, not smaller than the least one."""
+    if _is_integer(text) and int(text) >= least:
+        return int(text)
+    raise click.BadParameter(f"{text!r} is not a whole number >= {least}")
+
+
+def positive(text: str) -> int:
+    """Return a whole number >= 1."""
+    return whole(text, least=1)
+
+
+def _is_integer(text: str) -> bool:
+    return text.isascii() and text.isdigit()
+
+
+def plan_numbers(text: str) -> tuple[int, ...]:
+    """Return indices of plans, such as `0,3`, each once and in order."""
+    return tuple(sorted({whole(part.strip()) for part in text.split(",")}))
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """Return (width, height) in pixels, such as `1280x720`, both even as videos need it."""
+    width, _, height = text.partition("x")
+    if not (_is_integer(width) and _is_integer(height)):
+        raise click.BadParameter(f"{text!r} is not a size such as 1280x720")
+    size = int(width), int(height)
+    if any(side % 2 or not 16 <= side <= 4096 for side in size):
+        raise click.BadParameter(f"{text!r}: width and height must be even and between 16 and 4096 pixels")
+    return size
+
+
+def port(text: str) -> int:
+    """Return a port, 0 to 65535."""
+    if _is_integer(text) and int(text) < 1 << 16:
+        return int(text)
+    raise click.BadParameter(f"{text!r} is not a port, 0 to 65535")
