@@ -32,7 +32,7 @@ STYLES = {
 LETTER_PT, NODE_PT = 7.8, 34.0
 """Widths of a letter and of the smallest node, points."""
 
-GAPS_PT = {"LR": 10.0, "TB": 18.0}
+GAPS_PT = {"LR": 12.0, "TB": 18.0}
 """Least distance between a column, or a row, of nodes and the labels beside it, by direction, points."""
 
 WIDEST, MOST_LINES = 36, 8
@@ -166,7 +166,7 @@ def _source(diagrams: Mapping[str, Diagram], direction: str) -> str:
     # Pictures go from the bottom to the top if ranks go to the right.
     parts = [_part(k, title, diagram, direction) for k, (title, diagram) in enumerate(diagrams.items())][::-1]
     header = f"""digraph {{
-rankdir={direction}; pad=0.1; ranksep={2 * gap / POINTS_PER_INCH:.2f}; nodesep=0.2
+rankdir={direction}; pad=0.1; ranksep={2 * gap / POINTS_PER_INCH:.2f}; nodesep=0.3
 node [{FONT}, height=0.47, width=0.47, margin="0.12,0.06"]
 edge [{FONT}, arrowsize=0.7]"""
     return "\n".join([header, *parts, "}\n"])

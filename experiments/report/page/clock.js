@@ -9,31 +9,28 @@ function nextFrame(time) {
   return (Math.floor(time * FRAME_RATE + 0.02) + 1.5) / FRAME_RATE;
 }
 
+// A video at its end keeps its last frame.
+function isOver(video) {
+  return video.currentTime >= video.duration;
+}
+
 class Clock {
   constructor(listener) {
-    this.listener = listener;
-    this.time = 0;
-    this.duration = 0;
-    this.rate = 1;
-    this.playing = false;
-    this.videos = [];
-    this.last = null;
+    Object.assign(this, { listener, time: 0, duration: 0, rate: 1, playing: false, videos: [] });
   }
 
   load(duration, videos) {
     this.pause();
-    this.duration = duration;
-    this.videos = videos;
-    this.seek(Math.min(this.time, duration));
+    Object.assign(this, { duration, videos });
+    this.seek(this.time);
   }
 
   play() {
     if (this.playing || !this.duration) return;
     if (this.time >= this.duration - 1e-3) this.seek(0);
     this.playing = true;
-    this.last = null;
     for (const video of this.videos) this.roll(video);
-    requestAnimationFrame((now) => this.tick(now));
+    requestAnimationFrame((now) => this.tick(now, now));
     this.listener();
   }
 
@@ -64,29 +61,26 @@ class Clock {
 
   roll(video) {
     video.playbackRate = this.rate;
-    // A video at its end keeps its last frame. A pause may reject an earlier play(), which is no error.
-    if (!(video.currentTime >= video.duration)) video.play().catch(() => {});
+    // A pause may reject an earlier play(), which is no error.
+    if (!isOver(video)) video.play().catch(() => {});
   }
 
-  tick(now) {
+  // `last`: when the frame before was shown, ms.
+  tick(now, last) {
     if (!this.playing) return;
-    const passed = this.last === null ? 0 : ((now - this.last) / 1000) * this.rate;
-    this.last = now;
     // Wait for videos that are still loading.
     const waiting = this.videos.some((video) => video.readyState < 2 && !video.error);
-    if (!waiting) this.time = Math.min(this.time + passed, this.duration);
+    if (!waiting) this.time = Math.min(this.time + ((now - last) / 1000) * this.rate, this.duration);
     for (const video of this.videos) {
-      const over = video.currentTime >= video.duration;
-      if (!over && !video.seeking && Math.abs(video.currentTime - this.time) > MAX_DRIFT * Math.max(1, this.rate)) {
-        video.currentTime = this.time;
-      }
+      const drift = Math.abs(video.currentTime - this.time);
+      if (!isOver(video) && !video.seeking && drift > MAX_DRIFT * Math.max(1, this.rate)) video.currentTime = this.time;
     }
-    if (this.time >= this.duration) {
+    if (this.time < this.duration) {
+      this.listener();
+      requestAnimationFrame((next) => this.tick(next, now));
+    } else {
       this.pause();
       this.seek(this.duration); // the videos are a few frames behind, and the last one shows the result
-    } else {
-      this.listener();
-      requestAnimationFrame((next) => this.tick(next));
     }
   }
 }
