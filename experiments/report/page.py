@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
+from experiments.figures.diagrams import node_link
 from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
@@ -69,6 +70,8 @@ def write_page(
         has_scene = write_scene(recordings, folder / PARTS)
         if not has_scene:
             notices = (*notices, "No 3-D scene: trimesh comes with another viewer than expected.")
+    if node_link.program() is None:
+        notices = (*notices, "Automata are tables, and plans on graphs have no pictures: Graphviz is not installed.")
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)

@@ -21,7 +21,8 @@ from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
 from experiments.figures.diagrams.node_link import WIDEST, Diagram, Edge, GraphvizError, Node
 from experiments.figures.figures import SVG
-from experiments.report import pictures
+from experiments.report.page import write_page
+from prefplan import pareto_front
 from prefplan.logic.dfa import automaton
 from prefplan.logic.mtbdd import leaves
 from prefplan.scenario.decode import loads
@@ -125,11 +126,13 @@ def without_graphviz(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_without_graphviz_a_page_has_the_table_and_a_file_is_refused(without_graphviz: None, tmp_path: Path) -> None:
-    problem = loads(ERRANDS, name="errands").problem()
-    assert "│ 0 (start)     │ bank  │          1 │" in pictures.automata(problem)["pay"]
+    scenario = loads(ERRANDS, name="errands")
+    page = write_page(scenario, pareto_front(scenario.problem()), {}, tmp_path / "report").read_text(encoding="utf-8")
+    assert "│ 0 (start)     │ bank  │          1 │" in page
+    assert "Automata are tables, and plans on graphs have no pictures: Graphviz is not installed." in page
     with pytest.raises(GraphvizError, match="Graphviz draws this, and it is not installed: get Debian's package"):
         picture.draw({"pay": automaton("F bank")}, tmp_path / "pay.svg")
-    assert not list(tmp_path.iterdir())
+    assert not (tmp_path / "pay.svg").exists()
 
 
 def test_what_graphviz_cannot_do_is_said_in_its_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
