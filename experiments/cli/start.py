@@ -23,6 +23,7 @@ def load_planner(*, quiet: bool = False) -> None:
     """Load the planner; print on stderr that compiling takes a minute, if it is not compiled and `quiet` is False."""
     with loading():
         with _hidden(UNNEEDED):
+            import numba.core.typing.cffi_utils
             import numba.np.arraymath  # noqa: F401
         from prefplan.warm_up import is_compiled
 

@@ -238,12 +238,12 @@ def test_letters_that_the_output_cannot_encode_are_escaped(monkeypatch: pytest.M
     assert written.getvalue().startswith(b"caf\\xe9: Pareto front")
 
 
-NO_NUMPY = """
+LOADED = """
 import sys
 from experiments.program import main
 sys.argv[1:] = sys.argv[2:]
 status = main()
-heavy = {"numpy", "numba", "matplotlib", "jinja2", "networkx", "scipy"} & set(sys.modules)
+heavy = {"numpy", "numba", "matplotlib", "jinja2", "networkx", "scipy.linalg", "cffi", "yaml"} & set(sys.modules)
 print(status, sorted(heavy), file=sys.stderr)
 """
 
@@ -253,6 +253,12 @@ print(status, sorted(heavy), file=sys.stderr)
     [("", 0), ("--help", 0), ("list", 0), ("frnot", 2), ("front --help", 0), ("run case_study_3 --jsn", 2)],
 )
 def test_what_needs_no_planner_does_not_load_it(call: str, status: int, tmp_path: Path) -> None:
-    command = [sys.executable, "-c", NO_NUMPY, "prefplan", *call.split()]
+    command = [sys.executable, "-c", LOADED, "prefplan", *call.split()]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stderr.splitlines()[-1] == f"{status} []"
+
+
+def test_a_front_loads_only_what_it_is_searched_with(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", LOADED, "prefplan", "front", "example"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stderr.splitlines()[-1] == "0 ['numba', 'numpy']"
