@@ -60,7 +60,7 @@ class CollisionChecker:
         self._keep(ADJACENT_M)
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
-        own = robot.bodies(model)
+        self._own = own = robot.bodies(model)
         met = {tuple(map(int, model.geom_bodyid[[*pair]])) for pair in self._pairs(self._data.contact.geom)}
         self._adjacent = {(one, other) for one, other in met if own[[one, other]].all()}
         self._known.clear()
@@ -127,6 +127,11 @@ class CollisionChecker:
         self._keep(clearance)
         self._place(q)
         return self._named(clearance)
+
+    def touches_hand(self, collision: tuple[str, str]) -> bool:
+        """Return whether a collision of `touches` is one of the hand with what is not of the robot."""
+        part, other = (self._names.index(name) for name in collision)
+        return bool(self._hand[part] and not self._own[other])
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
         """Return whether the hand, opened to a width, m, would be inside a body if its tool were at a pose.

@@ -75,13 +75,15 @@ class KinematicCell(Workcell):
         self._carry()
         self._tick()
 
-    def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
-        """See `Workcell.collisions`; objects are observed again only after something has moved."""
+    def touches(
+        self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+    ) -> frozenset[tuple[str, str]]:
+        """See `Workcell.touches`; objects are observed again only after something has moved."""
         if width is None:
             self.collision_checker()
         else:
             self._foresee()
-        return sorted({other for _, other in self._checker.touches(q, width=width, clearance=clearance)})
+        return self._checker.touches(q, width=width, clearance=clearance)
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
         """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""

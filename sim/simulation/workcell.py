@@ -302,8 +302,17 @@ class Workcell:
 
     def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
         """Return the bodies in collision with the robot or its load at (n,) joint angles, rad (`CollisionChecker`)."""
-        touches = self.collision_checker().touches(q, width=width, clearance=clearance)
-        return sorted({other for _, other in touches})
+        return sorted({other for _, other in self.touches(q, width=width, clearance=clearance)})
+
+    def touches(
+        self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+    ) -> frozenset[tuple[str, str]]:
+        """Return the collisions at (n,) joint angles, rad; see `CollisionChecker.touches`."""
+        return self.collision_checker().touches(q, width=width, clearance=clearance)
+
+    def touches_hand(self, collision: tuple[str, str]) -> bool:
+        """Return whether a collision is one of the hand with what is not of the robot: no elbow would avoid it."""
+        return self._checker.touches_hand(collision)
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
         """Return False: in a run, where each check needs another observation, only reachable poses are checked.

@@ -145,6 +145,7 @@ def free_pose(
         SimulationError: the arm reaches none of the poses.
     """
     blockers: set[str] = set()
+    handled = cell.contacts.handled
     for options in zip(*map(pregrasps, goals), strict=True):
         for q, before in cell.arm.configurations(options, near=near, margin=margin):
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
@@ -153,14 +154,17 @@ def free_pose(
                 path = _followed(cell, q, before, pose, margin=margin)
             except SimulationError:
                 continue
-            met = _met(cell, q, grasp.opening, afar)
+            touches = cell.touches(q, width=grasp.opening, clearance=afar)
             for q in path[:-1]:
-                met |= _met(cell, q, grasp.opening, beside)
+                touches |= cell.touches(q, width=grasp.opening, clearance=beside)
             for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
-                met |= _met(cell, path[-1], float(width), beside)
+                touches |= cell.touches(path[-1], width=float(width), clearance=beside)
+            met = [(part, other) for part, other in touches if other != handled]
             if not met:
                 return before, pose
-            blockers |= met
+            blockers |= {other for _, other in met}
+            if any(map(cell.touches_hand, met)):
+                break
     if blockers:
         raise BlockedError.beside_fingers(blockers)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach
@@ -200,11 +204,6 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
     met = {other for one, other in touches if obj not in (one, other)}
     if met:
         raise BlockedError.on_the_way(met)
-
-
-def _met(cell: Workcell, q: np.ndarray, width: float, clearance: float) -> set[str]:
-    """Return the bodies but the handled object that are within a clearance, m, with the hand opened to a width, m."""
-    return set(cell.collisions(q, width=width, clearance=clearance)) - {cell.contacts.handled or ""}
 
 
 def transfer_height(cell: Workcell, objects: Iterable[str], *, held: str | None = None) -> float:
