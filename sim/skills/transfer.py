@@ -10,7 +10,7 @@ import numpy as np
 from sim.errors import BlockedError, SimulationError
 from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.timing import along, begun_late
-from sim.motion.trajectory import ToolPose
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
 from sim.skills.hand import (
@@ -26,6 +26,9 @@ from sim.skills.hand import (
 DETOURS_M = ((0.0, 0.0), (0.1, 0.0), (0.0, 0.15))
 """Paths over all objects, to try in turn: additional height of the tool, and how much nearer to the base it passes
 midway, m."""
+
+SLOW_S = 7.0
+"""A movement that takes longer is followed only if no quicker one is found, s; most take less than 3 s."""
 
 OVERLAPS = (0.5, 0.25, 0.0)
 """Share of each line of a planned path that is blended with the next, to try in turn: corners are cut less and less."""
@@ -46,7 +49,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         BlockedError: no path is free of collisions.
         SimulationError: the goals, or `onward`, are out of reach.
     """
-    blockers: set[str] = set()
+    blockers, slow = set[str](), None
     ends = _ends(cell, goals, onward, blockers)
     first = list(itertools.islice(ends, 1))
     paths = itertools.chain(_over(cell, first, height), _planned(cell, itertools.chain(first, ends), blockers))
@@ -60,7 +63,12 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
             continue
         except SimulationError:
             continue
-        cell.follow(references, within=BLEND_M)
+        if len(references) * CONTROL_PERIOD_S <= SLOW_S:
+            cell.follow(references, within=BLEND_M)
+            return
+        slow = references if slow is None else min(slow, references, key=len)
+    if slow is not None:
+        cell.follow(slow, within=BLEND_M)
         return
     if blockers:
         raise BlockedError.on_the_way(blockers)

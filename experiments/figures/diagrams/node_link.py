@@ -38,9 +38,9 @@ GAPS_PT = {"LR": 12.0, "TB": 18.0}
 WIDEST, MOST_LINES = 36, 8
 """Greatest number of letters in a line of a label, and approximate number of lines of a label too long for that."""
 
-WIDEST_LOOP, LOOP_SHAPE = 9, 2
-"""The same number of letters for a self-loop, beside which edges leave; a longer label is a block, about a square, with
-as many letters in a line for each line.
+WIDEST_LOOP, LOOP_SHAPE = 9, 12
+"""The same number of letters for a self-loop, beside which edges leave; a longer label is a block with as many letters
+in a line for each line, about six times as wide as high.
 """
 
 PNG_DPI = 200
@@ -198,8 +198,12 @@ def _lines(edge: Edge) -> list[str]:
     label, letters = edge.label, max(WIDEST, len(edge.label) // MOST_LINES)
     if edge.source == edge.target:
         letters = max(WIDEST_LOOP, isqrt(LOOP_SHAPE * len(label)))
-    bound = label.replace(" | ", " |\N{NO-BREAK SPACE}").replace(" & ", " &\N{NO-BREAK SPACE}")
-    lines = textwrap.wrap(bound, letters, break_long_words=False, break_on_hyphens=False)
+    if len(label) <= letters:
+        return [label]
+    lines = []
+    for part in label.replace(" | ", "\n| ").split("\n"):
+        bound = re.sub(r"([|&]) ", "\\1\N{NO-BREAK SPACE}", part)
+        lines += textwrap.wrap(bound, letters, break_long_words=False, break_on_hyphens=False)
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.errors import BlockedError
 from sim.motion.kinematics import Arm
 from sim.motion.planning import EDGE_STEPS_M
-from sim.motion.trajectory import ToolPose
+from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer
 from sim.skills.catalogue import perform
@@ -38,6 +39,28 @@ def test_the_arm_takes_its_load_round_a_wall(table: Scene) -> None:
         perform(cell, action)
     assert_clean(cell)
     assert_placed(cell, "cup", "b")
+
+
+def test_a_slow_movement_is_followed_only_if_there_is_no_quicker_one(
+    table: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over = transfer._over
+
+    def slowly(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[np.ndarray]:
+        for references in over(cell, ends, height):
+            path = np.vstack([cell.reference, references])
+            shares = np.linspace(0, len(references), 1 + round(2 * transfer.SLOW_S / CONTROL_PERIOD_S))[1:]
+            yield np.column_stack([np.interp(shares, np.arange(len(path)), joint) for joint in path.T])
+
+    monkeypatch.setattr(transfer, "_over", slowly)
+    quick = Workcell(table, initial_state(table))
+    perform(quick, "transit a")
+    assert quick.data.time < transfer.SLOW_S
+    monkeypatch.setattr(transfer, "_planned", lambda *_: iter(()))
+    slow = Workcell(table, initial_state(table))
+    perform(slow, "transit a")
+    assert slow.data.time > transfer.SLOW_S
+    assert_clean(slow)
 
 
 def test_the_seed_decides_the_way_round(table: Scene) -> None:
