@@ -267,7 +267,7 @@ def test_a_large_model_is_not_listed_to_plan_on_in_it() -> None:
     problem, plan = large.problem(), Planner(large.problem()).cheapest()
     past = Past(plan.actions[:2], (4, 1), plan.states[:2], tuple(state.label for state in plan.states[:2]))
     ahead = continued(problem, past, large.model.transition_system(start=plan.states[2]))
-    assert isinstance(Reduction(ahead, generated=True).product, GeneratedProduct)
+    assert isinstance(Reduction(ahead).product, GeneratedProduct)
     again = Planner(ahead).cheapest()
     assert (again.actions, again.states) == (plan.actions, plan.states)
     spent = sum(problem.system.along(plan.actions[:2])[1][0])

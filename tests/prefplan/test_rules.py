@@ -346,7 +346,7 @@ def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str, pric
     generated = pareto_front(large)
     assert [(p.cost, p.preference) for p in generated] == [(p.cost, p.preference) for p in listed]
     assert generated.reason == listed.reason
-    assert isinstance(Reduction(large, generated=True).product, GeneratedProduct)
+    assert isinstance(Reduction(large).product, GeneratedProduct)
     for plan in generated:
         paid = {purchase.task: purchase.step for purchase in plan.relaxations}
         assert large.broken(Ledger.of_plan(large, plan).labels) == paid

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from prefplan.models.manipulation.action import Action
-from prefplan.models.manipulation.description import Description, Location, Object
-from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.operators import Outcomes
 from prefplan.models.manipulation.state import ManipulationState
 from sim.execution.cost_measurement import Trial, simulate
@@ -24,7 +23,7 @@ class Counted(Skill):
     def __init__(self, skill: Skill, calls: Counter[str]) -> None:
         self.kind, self.travels, self._skill, self._calls = skill.kind, skill.travels, skill, calls
 
-    def outcomes(self, model: Description, state: ManipulationState) -> Outcomes:
+    def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         return self._skill.outcomes(model, state)
 
     def effect(self, action: Action) -> frozenset[str]:
