@@ -134,10 +134,10 @@ def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> Non
     """Drag an object at a pose by at most one stroke along its remaining shift, (3,) m, and raise the hand."""
     before, over = _pressing(cell, obj, pose, left)
     up, heading = before.position - over.position, left / np.linalg.norm(left)
-    travel(cell, [before], height=float(before.position[2]), onward=over)
+    lowest = over.shifted([0.0, 0.0, -cell.scene.robot.gripper.fingertip_m])
+    travel(cell, [before], height=float(before.position[2]), onward=lowest)
     move_tool(cell, [over])
 
-    lowest = over.shifted([0.0, 0.0, -cell.scene.robot.gripper.fingertip_m])
     hold_down = HOLD_DOWN_N + HOLD_DOWN_N_KG * cell.scene.shapes[obj].mass
     try:
         with suppress(_FeltError):

@@ -198,7 +198,9 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
         BlockedError: bodies other than the handled object are in the way.
         SimulationError: the arm would have to change its configuration on the way.
     """
-    checker, obj = cell.collision_checker(), cell.contacts.handled
+    # An empty hand may still be opening or closing on its way to the pose before.
+    checker = cell.collision_checker(width=cell.width if cell.held() is None else None)
+    obj = cell.contacts.handled
     steps = _followed(cell, q, before, pose)
     touches = itertools.chain.from_iterable(checker.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
     met = {other for one, other in touches if obj not in (one, other)}
