@@ -46,7 +46,7 @@ object on stdout and nothing else. Colour and framed tables are for terminals on
 """
 
 
-class Program(click.Group):
+class CommandLine(click.Group):
     """All commands, each loaded when it is called or its help is shown."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -77,7 +77,7 @@ def _show_version(context: click.Context, parameter: click.Parameter, value: boo
         context.exit()
 
 
-@click.group("prefplan", cls=Program, invoke_without_command=True, epilog=verbatim(EPILOG), params=[quiet_option()])
+@click.group("prefplan", cls=CommandLine, invoke_without_command=True, epilog=verbatim(EPILOG), params=[quiet_option()])
 @click.option(
     "--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show the version."
 )
