@@ -168,7 +168,7 @@ class Planner:
         result, reason, began = Result(), None, time.perf_counter()
         try:
             with limits:
-                if is_cheapest and self.problem.measure.contract == "general":
+                if is_cheapest and self.problem.is_general:
                     # Without a bound, the search for a plan that does not exist need not end.
                     reason = infeasible(self._reduction, limits)
                 if reason is None:

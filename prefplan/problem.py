@@ -172,8 +172,7 @@ class Problem:
 
         That is so if no formula counts steps, no task can be relaxed, and no preference has a general contract.
         """
-        general = any(objective.measure.contract == "general" for objective in self.objectives)
-        if general or any(task.relax for task in self.tasks):
+        if self.is_general or any(task.relax for task in self.tasks):
             return False
         return all(dfa.stutter_invariant for dfa in (*self.automata, *self.monitors))
 
@@ -207,6 +206,11 @@ class Problem:
     def resolution(self) -> Number | None:
         """The model's costs were rounded to multiples of this, in the user's units; None if they were not rounded."""
         return None if self.system.resolution is None else to_number(self.system.resolution)
+
+    @property
+    def is_general(self) -> bool:
+        """Whether some preference has a general contract: a detour that changes nothing may then be worth its cost."""
+        return any(objective.measure.contract == "general" for objective in self.objectives)
 
     @property
     def is_bi_objective(self) -> bool:

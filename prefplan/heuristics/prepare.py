@@ -123,10 +123,9 @@ class Prepared:
         self.product, self.options, problem = product, options, product.problem
         if object in (product.costs.dtype, product.extra_price.dtype, product.tolls.dtype):
             raise OverflowError
-        # Under a general contract a detour through states that change nothing may be worth its cost.
-        general = any(o.measure.contract == "general" for o in problem.objectives)
         listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
-        contraction = options.contraction and listed and not several and not general
+        # Contraction leaves out detours, which may be worth their cost if a contract is general.
+        contraction = options.contraction and listed and not several and not problem.is_general
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.space = space_of(product, self.graph)
         self.costs = [self.graph.costs, *more_costs(product)]

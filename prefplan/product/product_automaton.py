@@ -101,9 +101,8 @@ class Product:
                 f"a label can be read in {readings:,} ways, each task relaxed or not; at most {READINGS_LIMIT:,} "
                 "can be searched: let fewer tasks have relax"
             )
-        # Under a general contract a detour may be worth its cost, so that paths have any number of actions.
-        general = any(o.measure.contract == "general" for o in problem.objectives)
-        self.shift = _tie_bits(costs, states) if counts_actions and not general else 0
+        # Where a detour may be worth its cost, paths have any number of actions.
+        self.shift = _tie_bits(costs, states) if counts_actions and not problem.is_general else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
         self.nodes = system.size
         self._lay_out()

@@ -67,8 +67,7 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
     rules = [found for dfa in problem.rule_automata if (found := _rule_after(dfa, labels)) is not None]
     if len(rules) < len(problem.rule_automata):
         return ()
-    general = any(o.measure.contract == "general" for o in problem.objectives)
-    histories = [_histories(dfa, labels, any_price=general) for dfa in problem.weighted_automata]
+    histories = [_histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
     count = math.prod(map(len, histories))
     if count > READINGS_LIMIT:
         raise ModelError(
