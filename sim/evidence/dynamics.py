@@ -160,11 +160,8 @@ class Dynamics:
         forces = np.zeros((len(log.times), len(pads)))
         for k, time in enumerate(log.times):
             span = min(float(time), self._timestep)
-            data.qpos[:], data.qvel[:], data.ctrl[:] = (
-                self._world.qpos[k],
-                self._world.qvel[k],
-                self.command(time - span),
-            )
+            data.qpos[:], data.qvel[:] = self._world.qpos[k], self._world.qvel[k]
+            data.ctrl[:] = self.command(time - span)
             mujoco.mj_integratePos(model, data.qpos, data.qvel, -span)
             mujoco.mj_forward(model, data)
             for i, pair in enumerate(data.contact.geom.tolist()):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -26,19 +26,20 @@ class Carriers:
     """
 
     own: np.ndarray
-    least: dict[int, float] = field(default_factory=dict)
+    least: dict[int, float]
 
-    def find(self, data: mujoco.MjData, *, clearance: float, without: np.ndarray) -> Carriers:
+    @classmethod
+    def found(cls, own: np.ndarray, data: mujoco.MjData, *, clearance: float, without: np.ndarray) -> Carriers:
         """Return those that are within a clearance of the load now, m, except for (ngeom,) bool that are none."""
         contact, found = data.contact, dict[int, float]()
         for (one, other), distance, frame in zip(contact.geom.tolist(), contact.dist, contact.frame, strict=True):
             # The normal points from the first geom to the second.
-            carrier, lift = (other, -frame[2]) if self.own[one] else (one, frame[2])
-            if self.own[one] == self.own[other] or without[carrier] or distance >= clearance:
+            carrier, lift = (other, -frame[2]) if own[one] else (one, frame[2])
+            if own[one] == own[other] or without[carrier] or distance >= clearance:
                 continue
             if lift > LEAST_LIFT or (lift > -LEAST_LIFT and distance > -CARRIER_NEARING_M):
                 found[carrier] = min(found.get(carrier, np.inf), float(distance) - CARRIER_NEARING_M)
-        return Carriers(self.own, found)
+        return cls(own, found)
 
     def touching(self, data: mujoco.MjData) -> np.ndarray:
         """Return which of the N contacts are of the load with one of these geoms, no nearer than it may be: (N,)."""

@@ -168,7 +168,7 @@ class CollisionChecker:
         short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
         self._keep(free_step / 2)
         self._place(path[-1])
-        carriers = Carriers(self._is_load).find(self._data, clearance=clearance, without=self._is_robot)
+        carriers = Carriers.found(self._is_load, self._data, clearance=clearance, without=self._is_robot)
         self._place(path[0])
         near = self._met(clearance, carriers)
         least = self._nearest(near) - MAX_NEARING_M
@@ -284,12 +284,12 @@ class CollisionChecker:
     def _near(self, clearance: float, carriers: Carriers | None = None) -> np.ndarray:
         """Return the pairs of geoms within a clearance, m, except for the load and what may touch it: (N, 2)."""
         contact, geoms = self._data.contact, self._data.contact.geom
-        near = np.ones(len(geoms), dtype=bool)
+        near = []
         if clearance < self._clearance:
-            near = contact.dist < contact.includemargin * (clearance / self._clearance)
+            near.append(contact.dist < contact.includemargin * (clearance / self._clearance))
         if carriers is not None and carriers.least:
-            near &= ~carriers.touching(self._data)
-        return np.asarray(geoms[near])
+            near.append(~carriers.touching(self._data))
+        return np.asarray(geoms[np.logical_and.reduce(near)] if near else geoms)
 
     def _nearest(self, others: Collection[int]) -> float:
         """Return the least distance in a contact with one of these geoms, m; infinite if there is none."""

@@ -43,8 +43,8 @@ BLEND_TIME_S = 0.3
 
 HOLD_DISTANCE_M = 0.0085
 """Greatest distance of a held object from the point between the pads. The Panda's pads reach 9.2 mm beyond it; a load
-of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press
-into, by up to 0.3 mm, is farther away."""
+of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press into, by up to 0.3 mm, is
+farther away."""
 
 OBSERVATION_ERRORS = 3
 """Tolerance of that distance for sensor noise, in standard deviations of an observed position."""

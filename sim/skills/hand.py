@@ -164,7 +164,7 @@ def free_pose(
                 return before, pose
             blockers |= {other for _, other in met}
             if any(map(cell.touches_hand, met)):
-                break
+                break  # these bodies are in the way of the hand whatever the elbow does
     if blockers:
         raise BlockedError.beside_fingers(blockers)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach

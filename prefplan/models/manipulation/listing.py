@@ -149,10 +149,8 @@ def table(
     Raises:
         ModelError: the cost of an action was not measured.
     """
-    codes, columns = (
-        listing.codes,
-        tuple(replace(table, entries=table.entries.ravel()[listing.prices]) for table in costs),
-    )
+    codes = listing.codes
+    columns = tuple(replace(each, entries=each.entries.ravel()[listing.prices]) for each in costs)
     for edge in np.flatnonzero(columns[0].entries == UNMEASURED)[:1]:
         before = listing.prices[edge] // len(space.hands) % len(space.hands)
         raise unmeasured(listing.action_names[listing.actions[edge]], space.hands[before])
