@@ -56,6 +56,15 @@ def play(session: Session, until: Callable[[], bool]) -> None:
         time.sleep(0.001)
 
 
+def pause(session: Session) -> None:
+    """Pause, and wait until the simulations, which run ahead, have used up the time that they were allowed."""
+    session.playback.pause()
+    give_up = time.monotonic() + TIMEOUT_S
+    while not all(run._changed._waiters for run in session.playback.runs):  # type: ignore[attr-defined]
+        assert time.monotonic() < give_up
+        time.sleep(0.001)
+
+
 def news(session: Session, side: int = 0) -> str:
     return "\n".join(session.playback.runs[side].statuses[-1].news)
 
@@ -121,7 +130,7 @@ def test_a_plan_is_carried_out_when_it_is_chosen_and_another_beside_it_in_step(s
 def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Session) -> None:
     session.playback.play()
     play(session, lambda: session.playback.time > 0.5)
-    session.playback.pause()
+    pause(session)
     session.meddle("slip")
     session.meddle("knock", "cup")
     (run,) = session.playback.runs
