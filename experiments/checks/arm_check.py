@@ -19,7 +19,7 @@ from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
-    from sim.execution.feasibility import PlaceCheck
+    from sim.capability.feasibility import PlaceCheck
 
 Achievable = Callable[[System, Task], bool]
 """Returns whether a task alone can be satisfied in a system, or else relaxed or skipped.
@@ -49,7 +49,7 @@ def load_simulation(scenario: Scenario) -> None:
     """Load what `check_arm` needs, before any result is known: Ctrl-C during that second ends the process."""
     if _arm_model(scenario) is not None:
         with loading():
-            import sim.execution.feasibility  # noqa: F401
+            import sim.capability.feasibility  # noqa: F401
 
 
 def _arm_model(scenario: Scenario) -> ManipulationModel | None:
@@ -70,9 +70,9 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     if model is None:
         return SceneCheck()
     with loading():
+        from sim.capability.arrangement import allowed_places
+        from sim.capability.feasibility import Feasibility
         from sim.errors import SimulationError
-        from sim.execution.arrangement import allowed_places
-        from sim.execution.feasibility import ArmCheck
         from sim.world.scene import build_scene
 
     try:
@@ -87,7 +87,7 @@ def check_arm(scenario: Scenario, limits: Limits, *, robot: str | None, quick: b
     places: list[PlaceCheck] | None = None
     try:
         with interruptible(limits):
-            arm = ArmCheck(scene)
+            arm = Feasibility(scene)
             if (fault := arm.check_start()) is not None:
                 return SceneCheck((fault,), warnings)
             if quick:

@@ -30,7 +30,7 @@ from prefplan.scenario.decode import Scenario
 from prefplan.text.names import NAME
 
 if TYPE_CHECKING:
-    from sim.execution.feasibility import PlaceCheck
+    from sim.capability.feasibility import PlaceCheck
 
 SEARCHES = {
     "additive": "plans are compared by cost and penalty alone; no --max-cost is needed",

@@ -17,8 +17,8 @@ from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario
 from prefplan.text.names import NAME
-from sim.execution.arrangement import allowed_places
-from sim.execution.feasibility import ArmCheck
+from sim.capability.arrangement import allowed_places
+from sim.capability.feasibility import Feasibility
 from sim.world.scene import Scene, build_scene
 
 MAX_BYTES = 3e9
@@ -47,7 +47,7 @@ def _faults_of_plan(scenario: Scenario, scene: Scene, plan: Plan) -> list[str] |
     If the arm can do what the plan needs, every task can be achieved. If not, what it cannot do of that, or with the
     objects that tasks name, may suffice to refuse one: what else it cannot do cannot help.
     """
-    problem, model, arm = scenario.problem(), scene.model, ArmCheck(scene)
+    problem, model, arm = scenario.problem(), scene.model, Feasibility(scene)
     if arm.check_start() is not None:
         return None
     tried, achievable = cache(arm.check), partial(is_achievable, limits=Limits(bytes=MAX_BYTES))

@@ -17,8 +17,8 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
+from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
-from sim.execution.arrangement import beginning
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
 from sim.simulation.rollout import Effort

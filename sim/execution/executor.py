@@ -15,19 +15,19 @@ from prefplan.errors import choices
 from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.system import System
+from sim.capability.graspable import ungraspable_because
+from sim.capability.rehearsal import unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.execution.conduct import objection
 from sim.execution.fault_injection import FaultInjector
 from sim.execution.faults import Fault
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
-from sim.execution.rehearsal import unable_to_begin
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
 from sim.simulation.rollout import Rollout, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
-from sim.skills.obtaining import why_lost
 from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
@@ -178,8 +178,8 @@ class Execution:
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
         poses, _ = poses_at_rest(cell)
         cell.destination = None  # not known before the next plan
-        lost = partial(why_lost, cell)
-        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, why_lost=lost)
+        lost = partial(ungraspable_because, cell)
+        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, lost_because=lost)
         self.scene, self.lost = found.scene, found.lost
         cell.scene = found.scene
         if self.steps:

@@ -55,12 +55,12 @@ def reground(
     hand: str,
     held: str | None,
     marks: frozenset[tuple[str, str]],
-    why_lost: Callable[[str], str | None],
+    lost_because: Callable[[str], str | None],
 ) -> Regrounded:
     """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
 
-    The scene is as it was built from the scenario; `why_lost` returns why the hand cannot grasp an object, or None. The
-    other arguments are those of `observe`.
+    The scene is as it was built from the scenario; `lost_because` returns why the hand cannot grasp an object, or None.
+    The other arguments are those of `observe`.
     """
     model = scene.model
     known = [obj.name for obj in model.objects]
@@ -72,7 +72,7 @@ def reground(
     names = dict(zip(loose, unused_names(model, "spot", len(loose), taken=loose), strict=True))
     where = {obj: slot.location for obj, slot in rests.items()} | names
     lost = dict.fromkeys(gone, "fell from the table")
-    lost |= {obj: why for obj in names if (why := why_lost(obj)) is not None}
+    lost |= {obj: why for obj in names if (why := lost_because(obj)) is not None}
     temporary = []
     for obj, name in names.items():
         on = tuple(dict.fromkeys(where[below] for below in carriers(seen, obj)))

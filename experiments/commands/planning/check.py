@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from experiments.checks.checkup import Checkup
     from prefplan.limits import Limits
     from prefplan.text.names import DisplayNames
-    from sim.execution.feasibility import PlaceCheck
+    from sim.capability.feasibility import PlaceCheck
 
 
 @command

@@ -20,7 +20,7 @@ from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load, loads
-from sim.execution.feasibility import ArmCheck, PlaceCheck
+from sim.capability.feasibility import Feasibility, PlaceCheck
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 
@@ -245,10 +245,10 @@ def test_ctrl_c_leaves_what_is_known(run: Run, island: Path, monkeypatch: pytest
 def test_ctrl_c_before_the_start_is_checked_leaves_unknown_whether_the_arm_can_work(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def pressed(_: ArmCheck) -> None:
+    def pressed(_: Feasibility) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ArmCheck, "check_start", pressed)
+    monkeypatch.setattr(Feasibility, "check_start", pressed)
     (tmp_path / "cup.toml").write_text(cup_scenario())
     result = run("check", "cup.toml", "--json")
     assert (result.status, result.json["scene"], result.json["places"]) == (130, None, None)

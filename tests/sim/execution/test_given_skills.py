@@ -8,9 +8,9 @@ from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.operators import Outcomes
 from prefplan.models.manipulation.state import ManipulationState
+from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.execution.cost_measurement import Trial, simulate
 from sim.execution.executor import Execution
-from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
 from sim.skills.skill import Skill
@@ -56,7 +56,7 @@ def test_an_execution_moves_to_its_start_by_the_skill_given() -> None:
 
 def test_a_check_tries_the_skills_given() -> None:
     scene, (skills, calls) = build_scene(model(), meshes=False), counted()
-    arm = ArmCheck(scene, skills)
+    arm = Feasibility(scene, skills)
     assert arm.check_start() is None
     assert calls == {"transit": 1}
     assert arm.check("cup", "there") == PlaceCheck("cup", "there")

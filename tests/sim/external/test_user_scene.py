@@ -18,10 +18,10 @@ from scipy.spatial.transform import Rotation
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, load
+from sim.capability.feasibility import Feasibility
 from sim.errors import SimulationError
 from sim.evidence.certificate import certify
 from sim.evidence.replay import RecordedWorld
-from sim.execution.feasibility import ArmCheck
 from sim.external.bundle import packed
 from sim.geometry.mjcf import solid_geoms
 from sim.rendering.cameras import camera_names
@@ -263,7 +263,7 @@ def test_a_body_that_lies_reaches_as_far_as_its_shapes(mug: Scene) -> None:
 def test_what_is_held_by_a_part_of_it_is_tried_out(tmp_path: Path) -> None:
     scenario = write(tmp_path, ("at = [0, 0, 0.7]", "at = [0, 0]"), ("[0.6, 0, 0.7]", "[0.6, 0]"))
     (tmp_path / "lab.xml").write_text(BRACKET)
-    assert ArmCheck(scene_in(scenario)).check("cup", "tray").reason is None
+    assert Feasibility(scene_in(scenario)).check("cup", "tray").reason is None
 
 
 @pytest.mark.parametrize(

@@ -36,10 +36,10 @@ def see(scene: Scene) -> See:
         for obj, point in points.items():
             poses[obj] = ObjectPose(poses[obj].shape, np.array(point), np.eye(3))
 
-        def why_lost(obj: str) -> str | None:
+        def lost_because(obj: str) -> str | None:
             return None if np.hypot(*poses[obj].position[:2]) < reach else "is out of reach"
 
-        return reground(scene, data, poses, hand=hand, held=held, marks=marks, why_lost=why_lost)
+        return reground(scene, data, poses, hand=hand, held=held, marks=marks, lost_because=lost_because)
 
     return regrounded
 
@@ -75,8 +75,8 @@ def test_where_costs_are_measured_the_slots_are_seen_that_objects_lie_in(scene: 
     second = scene.slots["bin1"][1].position + [0.0, 0.0, 0.0225]
     poses["pink"] = replace(poses["pink"], position=second)
     see = partial(reground, data=data, poses=poses, hand="home", held=None, marks=frozenset())
-    assert see(measured, why_lost=lambda obj: None).state.slots == (("pink", 1),)
-    assert see(scene, why_lost=lambda obj: None).state.slots == ()
+    assert see(measured, lost_because=lambda obj: None).state.slots == (("pink", 1),)
+    assert see(scene, lost_because=lambda obj: None).state.slots == ()
 
 
 def test_what_it_lies_on_cannot_be_taken_before_it_is_gone(see: See) -> None:
@@ -115,7 +115,7 @@ def test_what_fell_before_is_not_observed_any_more(scene: Scene) -> None:
     data = initial_state(scene)
     poses = true_poses(scene, data)
     del poses["pink"]
-    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), why_lost=lambda obj: None)
+    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
     assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     system = found.scene.model.transition_system()
@@ -147,7 +147,7 @@ def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene) ->
     data = initial_state(scene)
     poses = true_poses(scene, data)
     poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), rotation=tilted(21))
-    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), why_lost=lambda obj: None)
+    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
     assert found.state.place["pink"] == "spot1"
     poses["pink"] = replace(poses["pink"], rotation=tilted(19))
     assert observe(found.scene, data, poses, hand="home", held=None).place["pink"] == "table"
@@ -172,7 +172,7 @@ def test_unknown_objects_join_the_model_also_in_the_hand(scene: Scene) -> None:
     poses = true_poses(stocked, data)
     poses["foreign1"] = ObjectPose(stocked.shapes["foreign1"], np.array([0.45, 0.30, 0.0265]), np.eye(3))
     for held, place in ((None, {"foreign1": "san"}), ("foreign1", {})):
-        found = reground(stocked, data, poses, hand="home", held=held, marks=frozenset(), why_lost=lambda obj: None)
+        found = reground(stocked, data, poses, hand="home", held=held, marks=frozenset(), lost_because=lambda obj: None)
         assert found.state == ManipulationState("home", held, (*scene.model.initial_state.places, *place.items()))
         system = found.scene.model.transition_system()
         assert {"transport foreign1 bin1", "release foreign1 bin2"} <= set(system.action_names)

@@ -8,9 +8,9 @@ import pytest
 from skill_runs import assert_clean, assert_good, assert_placed, contacts, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.errors import BlockedError
 from sim.execution.executor import execute
-from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
@@ -98,14 +98,14 @@ def test_a_place_right_behind_a_tower_is_reached_with_a_tilted_hand() -> None:
     scene = table(
         Location("a", at=(0.4, 0.3)), Location("b", at=(0.6, 0.0)), *places, objects=(Object("cup", "a"), *blocks)
     )
-    assert ArmCheck(scene).check("cup", "b") == PlaceCheck("cup", "b")
+    assert Feasibility(scene).check("cup", "b") == PlaceCheck("cup", "b")
     assert_good(execute(scene, THERE_AND_BACK, seed=1))
 
 
 @pytest.mark.parametrize("at", [(0.86, 0.0), (0.3, 0.81)])
 def test_places_that_the_hand_reaches_only_tilted_are_used(at: tuple[float, float]) -> None:
     scene = table(Location("a", at=at), Location("b", at=(0.5, 0.2)))
-    assert [ArmCheck(scene).check("cup", place).reason for place in "ab"] == [None, None]
+    assert [Feasibility(scene).check("cup", place).reason for place in "ab"] == [None, None]
     assert_good(execute(scene, [*THERE_AND_BACK[:4], "grasp cup", "transport cup a", "release cup a"], seed=1))
 
 

@@ -7,10 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
+from sim.capability.arrangement import arranged
+from sim.capability.diagnosis import Diagnosis
+from sim.capability.rehearsal import Rehearsal, unable_to_begin
 from sim.errors import BlockedError, SimulationError
-from sim.execution.arrangement import arranged
-from sim.execution.refusal import Remedies
-from sim.execution.rehearsal import Rehearsal, unable_to_begin
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
 from sim.skills.skill import Skill, SkillError
@@ -40,14 +40,14 @@ class PlaceCheck:
     put: bool = True
 
 
-class ArmCheck:
+class Feasibility:
     """Finds what the arm can do in a scene with the objects at their starts."""
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
-        self._remedies = Remedies(scene, self._cell, skills)
+        self._diagnosis = Diagnosis(scene, self._cell, skills)
 
     def check_start(self) -> str | None:
         """Return why the hand cannot reach its start location; None if it can, or does not start at a location."""
@@ -85,9 +85,9 @@ class ArmCheck:
             if brought >= BROUGHT:
                 return PlaceCheck(obj, location)
             return PlaceCheck(
-                obj, location, f"to put it there: {self._remedies.reason(staying, error)}", put=may_change
+                obj, location, f"to put it there: {self._diagnosis.reason(staying, error)}", put=may_change
             )
-        reason = self._remedies.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
+        reason = self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
         return PlaceCheck(obj, location, reason, take=may_change, put=may_change or brought >= BROUGHT)
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:

@@ -11,9 +11,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from sim.capability.arrangement import positions, staged
+from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
-from sim.execution.arrangement import positions, staged
-from sim.execution.rehearsal import Rehearsal
 from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.motion.joint_limits import missing_turns
 from sim.simulation.kinematic_cell import KinematicCell
@@ -37,7 +37,7 @@ GRASPS_TRIED = 12
 """Number of grasps for which the missing joint angles are computed."""
 
 
-class Remedies:
+class Diagnosis:
     """Finds the least change of a scene after which a failed rehearsal would succeed."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:

@@ -12,10 +12,10 @@ from scenario_texts import CORNER, shipped
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.scenario.decode import loads
+from sim.capability.arrangement import allowed_places, arranged
+from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.errors import SimulationError
-from sim.execution.arrangement import allowed_places, arranged
 from sim.execution.executor import Execution
-from sim.execution.feasibility import ArmCheck, PlaceCheck
 from sim.motion.joint_limits import missing_turns
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
@@ -38,7 +38,7 @@ def check_cup(at: tuple[float, ...], *fixtures: Fixture, cup: Object = CUP) -> P
     """Return the check of a suction cup, which has few grasps, with the object `cup` at its start."""
     places = (Location("here", at=at),)
     model = ManipulationModel("home", COSTS, places, (cup,), fixtures=fixtures, robot="panda_suction")
-    return ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
+    return Feasibility(build_scene(model, meshes=False)).check("cup", "here")
 
 
 def missing(found: PlaceCheck, words: str) -> float:
@@ -57,7 +57,7 @@ def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> Non
 def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: float) -> None:
     places = (Location("near", at=(distance, 0.0)), Location("far", at=(0.5, 0.2)))
     scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
-    assert ArmCheck(scene).check("cube", "near") == PlaceCheck("cube", "near")
+    assert Feasibility(scene).check("cube", "near") == PlaceCheck("cube", "near")
 
 
 def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -> None:
@@ -81,7 +81,7 @@ def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distanc
         places = [Location("a", at=(0.5, y)), *(Location(name, at=at) for name, at in beside.items())]
         objects = tuple(Object(f"in_{place.name}", place.name) for place in places)
         scene = build_scene(ManipulationModel("home", COSTS, tuple(places), objects), meshes=False)
-        return ArmCheck(scene).check("in_a", "a")
+        return Feasibility(scene).check("in_a", "a")
 
     found = check(0.0)
     match = re.fullmatch(
@@ -108,7 +108,7 @@ def test_that_a_board_is_too_low_for_the_hand_is_found_without_the_arm(monkeypat
         return search(arm, goal, seed, margin)
 
     monkeypatch.setattr(Arm, "_search", counted)
-    missing(ArmCheck(low_pantry()).check("jar", "deep"), r"(?:out of reach below pantry|.* too low .*) by (\d+) cm")
+    missing(Feasibility(low_pantry()).check("jar", "deep"), r"(?:out of reach below pantry|.* too low .*) by (\d+) cm")
     assert len(searches) < 400
 
 
@@ -134,17 +134,17 @@ def test_a_hand_that_cannot_be_where_it_starts_is_told_as_in_a_run() -> None:
     model = ManipulationModel("under", COSTS, places, (Object("cup", "here"),), fixtures=(shelf,))
     scene = build_scene(model, meshes=False)
     words = "model.start: the hand cannot begin over 'under': the way is blocked by fixture low"
-    assert ArmCheck(scene).check_start() == words
+    assert Feasibility(scene).check_start() == words
     with pytest.raises(SimulationError, match=re.escape(words)):
         Execution(scene, initial_state(scene))
     elsewhere = build_scene(replace(model, start="here"), meshes=False)
-    assert ArmCheck(elsewhere).check_start() is None
+    assert Feasibility(elsewhere).check_start() is None
 
 
 def test_an_object_in_a_corner_is_drawn_free_as_in_a_run() -> None:
     model = loads(CORNER).model
     assert isinstance(model, ManipulationModel)
-    found = ArmCheck(build_scene(model, meshes=False))
+    found = Feasibility(build_scene(model, meshes=False))
     assert found.check("cup", "tray") == PlaceCheck("cup", "tray")
 
 
@@ -153,7 +153,7 @@ def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_t
     objects = Object("cup", "here"), Object("jar", "front")
     walls = [Fixture(name, "box", at=(0.5, y, 0.06), size=(0.2, 0.02, 0.12)) for name, y in (("a", 0.04), ("b", -0.04))]
     model = ManipulationModel("home", COSTS, places, objects, fixtures=tuple(walls), robot="panda_suction")
-    found = ArmCheck(build_scene(model, meshes=False)).check("cup", "here")
+    found = Feasibility(build_scene(model, meshes=False)).check("cup", "here")
     assert not found.take and not found.put
     assert found.reason == "no room for the fingers: they would touch fixture a and fixture b and table"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from sim.capability.arrangement import Places, positions, staged
 from sim.errors import SimulationError
-from sim.execution.arrangement import Places, positions, staged
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import perform
 from sim.skills.skill import Skill

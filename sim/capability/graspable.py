@@ -11,16 +11,16 @@ from sim.skills.hand import frame_of, free_pose
 from sim.skills.turning import find_turn
 
 
-def why_lost(cell: Workcell, obj: str) -> str | None:
+def ungraspable_because(cell: Workcell, obj: str) -> str | None:
     """Return why the hand cannot grasp an object where it is, even with other objects moved away; None if it can.
 
     The text continues a sentence that begins with the object's name.
     """
     with cell.contacts.handling(obj):
-        return _why_lost(cell, obj, cell.observe(obj))
+        return _because(cell, obj, cell.observe(obj))
 
 
-def _why_lost(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
+def _because(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
     frame = frame_of(pose, pose.yaw)
     options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
     for grasp in options:
