@@ -8,12 +8,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib.util import find_spec
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from experiments.checks.arm_check import SceneCheck, check_arm, load_simulation, tasks_out_of_reach
 from experiments.checks.propositions import size_of, uncarried
 from experiments.cli.progress import Tell
+from experiments.cli.start import loading
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
@@ -21,6 +22,7 @@ from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptibl
 from prefplan.logic.mtbdd import same
 from prefplan.logic.syntax import split
 from prefplan.models.graph_file import GraphFileModel
+from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
@@ -31,6 +33,7 @@ from prefplan.text.names import NAME
 
 if TYPE_CHECKING:
     from sim.capability.feasibility import PlaceCheck
+    from sim.capability.scene_check import SceneCheck
 
 SEARCHES = {
     "additive": "plans are compared by cost and penalty alone; no --max-cost is needed",
@@ -152,17 +155,22 @@ def check(
     limits = Limits(max_seconds, min(max_memory, MEMORY_SHARE * available_memory()))
     with limits:
         problem = scenario.problem()
-    load_simulation(scenario)
+    model = _arm_model(scenario)
     tasks = tuple(_check_task(problem, i, limits) for i in range(len(problem.tasks)))
-    arm = SceneCheck() if limits.out_of_time else check_arm(scenario, limits, robot=robot, quick=quick, tell=tell)
-    needs = tasks_out_of_reach(
-        problem, [task.achievable is True for task in tasks], arm.places or (), partial(is_achievable, limits=limits)
-    )
+    arm: SceneCheck | None = None
+    needs: list[str] = []
+    if model is not None and not limits.out_of_time:
+        from sim.capability.scene_check import check_scene, tasks_out_of_reach
+
+        arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
+        wanted = [task.achievable is True for task in tasks]
+        needs += tasks_out_of_reach(problem, wanted, arm.places or (), partial(is_achievable, limits=limits))
     size = size_of(problem.system, limits)
+    finished = size["states"] is not None and all(task.achievable is not None for task in tasks)
     return Checkup(
         kind=scenario.model.kind,
         interrupted=limits.interrupted,
-        complete=size["states"] is not None and arm.complete and all(task.achievable is not None for task in tasks),
+        complete=finished and (arm is None or arm.complete),
         dropped=scenario.model.network.dropped if isinstance(scenario.model, GraphFileModel) else 0,
         tasks=tasks,
         contract=problem.measure.contract,
@@ -170,12 +178,25 @@ def check(
             PreferenceCheck(one.name, one.measure.contract, problem.cost_names[one.cost]) for one in problem.objectives
         ),
         costs=problem.cost_names,
-        scene=None if arm.faults is None else not arm.faults,
-        faults=(*(arm.faults or ()), *needs),
-        warnings=(*arm.warnings, *_warnings(problem, size["propositions"], tasks)),
-        places=arm.places,
+        scene=None if arm is None or arm.faults is None else not arm.faults,
+        faults=(*((arm.faults if arm else None) or ()), *needs),
+        warnings=(*(arm.warnings if arm else ()), *_warnings(problem, size["propositions"], tasks)),
+        places=arm.places if arm else None,
         **size,
     )
+
+
+def _arm_model(scenario: Scenario) -> ManipulationModel | None:
+    """Return the model of a scenario if an arm can be simulated in it, and load what that takes.
+
+    That is done before any result is known: Ctrl-C during that second ends the process.
+    """
+    model = scenario.model
+    if not isinstance(model, ManipulationModel) or find_spec("mujoco") is None:
+        return None
+    with loading():
+        import sim.capability.scene_check  # noqa: F401
+    return model
 
 
 def _check_task(problem: Problem, i: int, limits: Limits) -> TaskCheck:

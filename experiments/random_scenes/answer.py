@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import cache, partial
+from functools import partial
 
-from experiments.checks.arm_check import tasks_out_of_reach
 from experiments.checks.checkup import check, is_achievable
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
@@ -19,6 +18,7 @@ from prefplan.scenario.decode import Scenario
 from prefplan.text.names import NAME
 from sim.capability.arrangement import allowed_places
 from sim.capability.feasibility import Feasibility
+from sim.capability.scene_check import tasks_out_of_reach
 from sim.world.scene import Scene, build_scene
 
 MAX_BYTES = 3e9
@@ -50,27 +50,28 @@ def _faults_of_plan(scenario: Scenario, scene: Scene, plan: Plan) -> list[str] |
     problem, model, arm = scenario.problem(), scene.model, Feasibility(scene)
     if arm.check_start() is not None:
         return None
-    tried, achievable = cache(arm.check), partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
-    uses = list(_uses(model, plan))
-    lacking = [(obj, location) for kind, obj, location in uses if not getattr(tried(obj, location), kind)]
+    achievable = partial(is_achievable, limits=Limits(bytes=MAX_BYTES))
+    lacking = [
+        (obj, location) for kind, obj, location in _uses(model, plan) if arm.unavailable_because(kind, obj, location)
+    ]
     if not lacking:
         return []
     words = {word for task in problem.tasks for word in re.findall(NAME, task.formula)}
     named = {obj.name for obj in model.objects if any(at(obj.name, place.name) in words for place in model.locations)}
     wanted = [True] * len(problem.tasks)
     for pairs in (lacking, [(obj, location) for obj, location in allowed_places(model) if obj in named]):
-        places = [tried(obj, location) for obj, location in dict.fromkeys(pairs)]
+        places = [arm.check(obj, location) for obj, location in dict.fromkeys(pairs)]
         if faults := list(tasks_out_of_reach(problem, wanted, places, achievable)):
             return faults
     return None
 
 
 def _uses(model: ManipulationModel, plan: Plan) -> Iterator[tuple[str, str, str]]:
-    """Yield whether the arm has to take or to put, an object and a location, for each grasp and release of a plan."""
+    """Yield the kind, the object and the location of each grasp and release of a plan."""
     places = dict(model.initial_state.place)
     for kind, obj, *location in (text.split() for text in plan.actions if text.split()[0] in ("grasp", "release")):
         if kind == "grasp":
-            yield "take", obj, places[obj]
+            yield kind, obj, places[obj]
         else:
             places[obj] = location[0]
-            yield "put", obj, location[0]
+            yield kind, obj, location[0]

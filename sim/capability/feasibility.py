@@ -1,12 +1,19 @@
-"""Feasibility checks before a run: each object at each location is tried out with the skills of a run."""
+"""What the arm can do: each object at each location is tried out with the skills of a run, but without physics.
+
+feasibility = Feasibility(build_scene(model))
+feasibility.unavailable_because("grasp", "blue", "bin")        # "out of reach by 5 cm", or None if it can be done
+system.without(feasibility.barred([("blue", "bin")]))          # the model without what the arm cannot do
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
+from prefplan.models.manipulation.action import at
+from prefplan.models.system import Barred
 from sim.capability.arrangement import arranged
 from sim.capability.diagnosis import Diagnosis
 from sim.capability.rehearsal import Rehearsal, unable_to_begin
@@ -39,12 +46,20 @@ class PlaceCheck:
     take: bool = True
     put: bool = True
 
+    @property
+    def barred(self) -> Barred:
+        """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
+        grasp = frozenset({at(self.obj, self.location)}), f"grasp {self.obj}"
+        release = frozenset[str](), f"release {self.obj} {self.location}"
+        return [entry for possible, entry in ((self.take, grasp), (self.put, release)) if not possible]
+
 
 class Feasibility:
-    """Finds what the arm can do in a scene with the objects at their starts."""
+    """Finds what the arm can do in a scene with the objects at their starts; each answer is found once."""
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
+        self._known: dict[tuple[str, str], PlaceCheck] = {}
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
         self._diagnosis = Diagnosis(scene, self._cell, skills)
@@ -57,11 +72,33 @@ class Feasibility:
         _, error = self._run(Rehearsal((f"transit {start}",), dict(model.initial_state.place), "", start))
         return None if error is None else unable_to_begin(self._scene, error)
 
+    def unavailable_because(self, kind: str, obj: str, location: str) -> str | None:
+        """Return why the arm cannot do an action in any state in which the model allows it; None if it may do it.
+
+        Args:
+            kind: `grasp` or `release`; other kinds depend on where they begin, and are never said to be impossible.
+            obj: a movable object.
+            location: where it is grasped or released; the model must allow it there (`allowed_places`).
+        """
+        if kind not in ("grasp", "release"):
+            return None
+        found = self.check(obj, location)
+        return None if (found.take if kind == "grasp" else found.put) else found.reason
+
+    def barred(self, pairs: Iterable[tuple[str, str]]) -> Barred:
+        """Return what the arm cannot do with pairs of an object and a location, as `System.without` takes it."""
+        return [entry for obj, location in pairs for entry in self.check(obj, location).barred]
+
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return whether an object can be brought to a location, put down and grasped again; the model must allow it.
 
         Other objects are at their starts; those on it or in its place are left out.
         """
+        if (obj, location) not in self._known:
+            self._known[obj, location] = self._check(obj, location)
+        return self._known[obj, location]
+
+    def _check(self, obj: str, location: str) -> PlaceCheck:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]

@@ -13,7 +13,6 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
 from experiments.checks import checkup, propositions
-from experiments.checks.arm_check import tasks_out_of_reach
 from experiments.scenarios import first_sentence, introduction
 from prefplan.front import UnfinishedError
 from prefplan.limits import Limits
@@ -21,6 +20,7 @@ from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load, loads
 from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.scene_check import tasks_out_of_reach
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scenario_texts import CORNER, shipped
 
+from prefplan.errors import ModelError
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.scenario.decode import loads
@@ -186,3 +187,19 @@ def test_others_are_left_where_they_start_unless_they_are_in_the_way() -> None:
     assert arranged(model, "fish", "plate2") == {"soup": "board", "pie": "pile", "fish": "plate2"}
     assert arranged(model, "mug", "counter") == start | {"mug": "counter"}
     assert arranged(model, "soup", "pile") == {"soup": "pile", "pie": "board", "fish": "counter", "mug": "plate2"}
+
+
+def test_what_the_arm_cannot_do_is_left_out_of_the_model() -> None:
+    places = (Location("here", at=(0.5, 0.0)), Location("far", at=(0.83, 0.0)))
+    model = ManipulationModel("home", COSTS, places, (CUP,), fixtures=(POST,), robot="panda_suction")
+    feasibility = Feasibility(build_scene(model, meshes=False))
+    assert feasibility.unavailable_because("grasp", "cup", "here") is None
+    assert re.fullmatch(r"out of reach by \d cm", feasibility.unavailable_because("release", "cup", "far") or "")
+    barred = feasibility.barred([("cup", "here"), ("cup", "far")])
+    assert set(barred) == {(frozenset({"cup_far"}), "grasp cup"), (frozenset(), "release cup far")}
+    system = model.transition_system().without(barred)
+    state = system.start
+    for action in ("transit here", "grasp cup", "transport cup far"):
+        state, _ = system.step(state, action)
+    with pytest.raises(ModelError, match="release cup far"):
+        system.step(state, "release cup far")
