@@ -13,8 +13,8 @@ from .execution.closed_loop import ClosedLoop as ClosedLoop
 from .execution.closed_loop import Pursuit as Pursuit
 from .execution.executor import Execution as Execution
 from .execution.executor import execute as execute
-from .execution.faults import Fault as Fault
-from .execution.faults import read_fault as read_fault
+from .execution.faults.fault import Fault as Fault
+from .execution.faults.fault import read_fault as read_fault
 from .export.gltf import encode_glb as encode_glb
 from .motion.trajectory import ToolPose as ToolPose
 from .perception.sensors import ExactSensor as ExactSensor

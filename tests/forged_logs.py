@@ -15,7 +15,7 @@ from sim.evidence.certificate import certify
 from sim.evidence.log import ARRAYS, Log, log_of
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import Fault, spares_for
 from sim.world.randomization import perturbed, read_perturbation
 from sim.world.scene import build_scene, initial_state
 
@@ -26,7 +26,7 @@ def log_of_run(
     """Return the log of the cheapest plan, carried out to its end."""
     assert isinstance(scenario.model, ManipulationModel)
     problem = scenario.problem()
-    scene = build_scene(scenario.model, spares=sum(fault.kind == "foreign" for fault in faults))
+    scene = build_scene(scenario.model, spares=spares_for(faults))
     if perturbation:
         assert seed is not None
         scene = perturbed(scene, read_perturbation(perturbation), seed=seed)

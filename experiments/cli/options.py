@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import wraps
 from typing import Any, TypedDict
 
@@ -26,6 +27,18 @@ from experiments.cli.values import (
 
 Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
+
+
+class FaultOption(click.Option):
+    """An option whose help ends with the kinds of faults; they are loaded when it is shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option and its help."""
+        with loading(), suppress(ModuleNotFoundError):  # without the simulation there are no faults
+            from sim.execution.faults.fault import KINDS
+
+            self.help = f"{str(self.help).partition(':')[0]}: {', '.join(kind.form() for kind in KINDS.values())}."
+        return super().get_help_record(ctx)
 
 
 def several(*options: Decorator) -> Decorator:
@@ -92,9 +105,9 @@ fault = click.option(
     "--fault",
     "faults",
     multiple=True,
+    cls=FaultOption,
     metavar="FAULT",
-    help="Inject a fault at action K, or at the next one where it is possible; may be repeated: slip@K, move:OBJECT@K, "
-    "knock:OBJECT@K, miss:N@K, foreign:LOCATION@K, blind:SECONDS@K.",
+    help="Inject a fault at action K, or at the next one where it is possible; may be repeated",
 )
 perturb = click.option(
     "--perturb",

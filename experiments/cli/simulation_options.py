@@ -11,7 +11,7 @@ from experiments.cli.options import LookOptions
 from prefplan.errors import PrefplanError, check_known, prefixed
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from sim.execution.faults import Fault, read_fault
+from sim.execution.faults.fault import Fault, read_fault
 from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS

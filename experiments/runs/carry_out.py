@@ -23,7 +23,7 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import Fault, spares_for
 from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
 from sim.rendering.quality import DRAFT, Quality
@@ -38,7 +38,7 @@ class Conditions(TypedDict, total=False):
     Attributes:
         seed: of all random numbers; None for the nominal scene.
         perturbation: greatest random changes of the scene, drawn with the seed; None for 5 mm and 5 degrees.
-        faults: faults to inject; the scene must hold a spare object for each `foreign` among them.
+        faults: faults to inject; the scene must hold the spare objects that they need.
         sensor: observes the objects, with the perturbation's bias added; None for a sensor with its noise as well.
         choice: the plan to follow after a mismatch: `cost` (default), `preference`, or for `bounded` and a number the
             cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
@@ -59,7 +59,7 @@ def scene_of(
     Args:
         scenario: what is to be carried out.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        faults: faults to inject; the scene gets a spare object for each `foreign` among them.
+        faults: faults to inject; the scene gets the spare objects that they need.
         measuring: whether actions are only measured; then a scenario may have several costs and preferences.
 
     Raises:
@@ -78,8 +78,7 @@ def scene_of(
             "`prefplan plan` with this scenario"
         )
     try:
-        spares = sum(fault.kind == "foreign" for fault in faults)
-        scene = build_scene(scenario.model, robot=robot, spares=spares)
+        scene = build_scene(scenario.model, robot=robot, spares=spares_for(faults))
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
     for warning in scene.warnings:

@@ -20,7 +20,7 @@ from prefplan.text.layout import condense, number
 from prefplan.text.names import DisplayNames
 from sim.evidence.certificate import Certificate
 from sim.execution.closed_loop import Pursuit
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import Fault
 from sim.simulation.rollout import Event, Rollout
 
 NEWS = {

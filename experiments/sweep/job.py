@@ -23,7 +23,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import Fault, spares_for
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
@@ -106,7 +106,7 @@ def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
     try:
         scenario, model = _unpacked(sweep.packed)
         faults = sweep.rollout_faults(number, model)
-        scene = _scene(sweep.packed, sweep.robot, sum(fault.kind == "foreign" for fault in faults))
+        scene = _scene(sweep.packed, sweep.robot, spares_for(faults))
         began, cpu = time.perf_counter(), time.thread_time()
         outcome = carry_out(
             scenario,
@@ -200,5 +200,5 @@ def _unpacked(packed: bytes) -> tuple[Scenario, ManipulationModel]:
 
 @lru_cache(maxsize=MAX_FAULTS + 1)
 def _scene(packed: bytes, robot: str | None, spares: int) -> Scene:
-    """Return the scene with this many spare objects for `foreign` faults, compiled once per process."""
+    """Return the scene with this many spare objects for faults, compiled once per process."""
     return build_scene(_unpacked(packed)[1], robot=robot, spares=spares)

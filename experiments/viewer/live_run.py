@@ -15,16 +15,15 @@ from prefplan.ledger import Entry
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
-from sim.execution.fault_injection import FaultInjector
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import KINDS, Fault
+from sim.execution.pull import Pull
 from sim.execution.run_ledger import ledger_of
+from sim.simulation.observer import Observer
 from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.workcell import Workcell
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a mismatch is not interrupted."""
-
-WHY_REFUSED = {"slip": "nothing hangs in the hand", "knock": "the hand holds it", "move": "the hand holds it"}
-"""Why a fault cannot happen, by its kind."""
 
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 """Returns the closed loop of a plan at its start, given a function to call before each action."""
@@ -70,6 +69,16 @@ class _Stopped(Exception):
     """The run was cancelled."""
 
 
+class _Pace(Observer):
+    """Calls a live run before every control period."""
+
+    def __init__(self, live: LiveRun, loop: ClosedLoop) -> None:
+        self._live, self._loop = live, loop
+
+    def before_period(self, cell: Workcell) -> None:
+        self._live.before_period(self._loop)
+
+
 class LiveRun(threading.Thread):
     """One run of a plan, simulated as fast as possible up to the time allowed.
 
@@ -91,7 +100,7 @@ class LiveRun(threading.Thread):
         self.failure: Exception | None = None
         self._begin = begin
         self._until = until
-        self._pulled: tuple[str, np.ndarray] | None = None
+        self._pull = Pull()
         self._changed = threading.Condition()
         self._stopping = False
 
@@ -99,13 +108,7 @@ class LiveRun(threading.Thread):
         """Carry the plan out."""
         try:
             loop = self._begin(lambda done, total, action: self._note(loop) if action else None)
-            inject_faults = loop.run.cell.disturb
-
-            def before_period() -> None:
-                self._before_period(loop)
-                inject_faults()
-
-            loop.run.cell.disturb = before_period
+            loop.run.cell.observers[:0] = [_Pace(self, loop), self._pull]
             self._note(loop)
             self._record(loop)
             loop.pursue()
@@ -120,8 +123,8 @@ class LiveRun(threading.Thread):
     @property
     def pulled(self) -> str | None:
         """The object that the user pulls."""
-        pulled = self._pulled
-        return pulled[0] if pulled else None
+        target = self._pull.target
+        return target[0] if target else None
 
     def allow(self, time: float) -> None:
         """Let the simulation continue at least to a time, s."""
@@ -129,18 +132,18 @@ class LiveRun(threading.Thread):
             self._until = max(self._until, time)
             self._changed.notify()
 
-    def meddle(self, kind: str, *, target: str = "", amount: float = 0.0) -> None:
+    def inject(self, kind: str, argument: str = "") -> None:
         """Let a `Fault` happen as soon as the simulation continues, or log why it cannot; no effect after the end."""
         if not (self.statuses and self.statuses[-1].ended):
-            self.waiting.append(Fault(kind, 1, target, amount))
+            self.waiting.append(KINDS[kind](1, argument))
 
     def pull(self, obj: str, target: np.ndarray) -> None:
         """Pull an object towards a (3,) point, m, until another call or `let_go`."""
-        self._pulled = obj, target
+        self._pull.target = obj, target
 
     def let_go(self) -> None:
         """Stop pulling."""
-        self._pulled = None
+        self._pull.target = None
 
     def cancel(self) -> None:
         """End the simulation soon."""
@@ -167,7 +170,7 @@ class LiveRun(threading.Thread):
         """Return the last status up to a time, s, or the first one."""
         return self.statuses[max(bisect.bisect_right(self.statuses, time, key=lambda status: status.time) - 1, 0)]
 
-    def _before_period(self, loop: ClosedLoop) -> None:
+    def before_period(self, loop: ClosedLoop) -> None:
         """Wait until more time is allowed, record a frame when one is due, and apply the user's faults and pulls."""
         run = loop.run
         now = float(run.cell.data.time)
@@ -177,20 +180,13 @@ class LiveRun(threading.Thread):
             raise _Stopped
         if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE_HZ - 1e-6:
             self._record(loop)
-        self._meddle(run.injector, action=len(run.steps) + 1, refuse=run.cell.log_event)
-        if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):
-            self._note(loop)
-
-    def _meddle(self, injector: FaultInjector, *, action: int, refuse: Callable[..., None]) -> None:
+        self._pull.action = action = len(run.steps) + 1
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
-            if not injector.inject(fault):
-                refuse("refused", fault=str(fault), reason=WHY_REFUSED.get(fault.kind, "it cannot happen now"))
-        pulled = self._pulled
-        if pulled is None:
-            injector.let_go()
-        else:
-            injector.pull(*pulled)
+            if not run.injector.inject(fault):
+                run.cell.log_event("refused", fault=str(fault), reason=fault.refusal)
+        if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):
+            self._note(loop)
 
     def _record(self, loop: ClosedLoop) -> None:
         cell = loop.run.cell

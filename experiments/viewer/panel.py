@@ -23,8 +23,8 @@ BLIND_S = 2.0
 TO_OBJECT = {"Knock over": "knock", "Move away": "move"}
 """Kinds of faults that happen to an object, by their buttons."""
 
-TO_ARM = {"Drop what it holds": "slip", f"Blind {BLIND_S:g} s": "blind"}
-"""Kinds of faults that happen to the arm, by their buttons."""
+TO_ARM = {"Drop what it holds": ("slip", ""), f"Blind {BLIND_S:g} s": ("blind", f"{BLIND_S:g}")}
+"""Kinds of faults that happen to the arm, and their arguments, by their buttons."""
 
 COLOURS = {"blue": "#228be6", "orange": "#fd7e14"}
 """Colours of the left and the right plan, as viser's names and for HTML."""
@@ -43,13 +43,13 @@ class Actions:
         choose: carries out a plan of the front, by index.
         beside: carries out another plan beside it, by index; None for none.
         restart: carries out the same plans again from the start.
-        meddle: lets a fault happen: its kind, target and amount.
+        inject: lets a fault happen: its kind and argument.
     """
 
     choose: Callable[[int], None]
     beside: Callable[[int | None], None]
     restart: Callable[[], None]
-    meddle: Callable[[str, str, float], None]
+    inject: Callable[[str, str], None]
 
 
 class Panel:
@@ -75,8 +75,8 @@ class Panel:
         self._add_playback(actions)
         with gui.add_folder("Front"):
             self._add_front(actions)
-        with gui.add_folder("Meddle"):
-            self._add_meddling(objects, actions)
+        with gui.add_folder("Inject faults"):
+            self._add_faults(objects, actions)
         self._text = gui.add_html("")
 
     def update(self, shown: Sequence[int]) -> None:
@@ -135,7 +135,7 @@ class Panel:
         row.on_click(lambda event: actions.choose(index))
         return row
 
-    def _add_meddling(self, objects: Mapping[str, str], actions: Actions) -> None:
+    def _add_faults(self, objects: Mapping[str, str], actions: Actions) -> None:
         gui = self._gui
         gui.add_html(HINT)
         obj = gui.add_dropdown(
@@ -143,8 +143,8 @@ class Panel:
         )
         to_object = gui.add_button_group("It", tuple(TO_OBJECT), hint="disturb the object")
         to_arm = gui.add_button_group("The arm", tuple(TO_ARM), hint="disturb the arm or its camera")
-        to_object.on_click(lambda event: actions.meddle(TO_OBJECT[to_object.value], objects[obj.value], 0.0))
-        to_arm.on_click(lambda event: actions.meddle(TO_ARM[to_arm.value], "", BLIND_S))
+        to_object.on_click(lambda event: actions.inject(TO_OBJECT[to_object.value], objects[obj.value]))
+        to_arm.on_click(lambda event: actions.inject(*TO_ARM[to_arm.value]))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         """Show the time to which a user drags the slider; when the program moves it, there is no client."""
@@ -162,7 +162,7 @@ def _set(handle: Any, **properties: Any) -> None:
 def announced(run: LiveRun, *, playing: bool) -> list[str]:
     """Return a line for each thing that the user did and that has no effect yet."""
     when = "the run continues" if playing else "you press Play"
-    lines = [f"{fault.kind} {fault.target}".strip() + f": happens when {when}" for fault in [*run.waiting]]
+    lines = [f"{fault.kind} {fault.argument}".strip() + f": happens when {when}" for fault in [*run.waiting]]
     if run.pulled and not playing:
         lines.append(f"pull {run.pulled}: an object moves only while the plan plays")
     return lines

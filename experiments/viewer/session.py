@@ -85,7 +85,7 @@ class Session:
         dress(server, show.title)
         self.stages = [Stage(server, show.scene)]
         self._attend(0)
-        actions = Actions(self.choose, self.beside, self.restart, self.meddle)
+        actions = Actions(self.choose, self.beside, self.restart, self.inject)
         model = show.scene.model
         objects = {model.display.obj(obj.name): obj.name for obj in model.objects}
         self._panel = Panel(server, show.title, self.playback, plans=show.plans, objects=objects, actions=actions)
@@ -122,11 +122,11 @@ class Session:
         """Carry out the same plans again from the start."""
         self._begin(self.shown, playing=self.playback.playing)
 
-    def meddle(self, kind: str, target: str = "", amount: float = 0.0) -> None:
-        """Let a fault happen now in every run, see `LiveRun.meddle`."""
+    def inject(self, kind: str, argument: str = "") -> None:
+        """Let a fault happen now in every run, see `LiveRun.inject`."""
         self.playback.catch_up()
         for run in self.playback.runs:
-            run.meddle(kind, target=target, amount=amount)
+            run.inject(kind, argument)
 
     def advance(self, seconds: float) -> None:
         """Advance by some real time, s, and show the new state.
@@ -168,7 +168,7 @@ class Session:
             return self.playback.runs[side]
 
         stage = self.stages[side]
-        stage.on_knock = lambda obj: run().meddle("knock", target=obj)
+        stage.on_knock = lambda obj: run().inject("knock", obj)
         stage.on_pull = lambda obj, target: run().pull(obj, target)
         stage.on_let_go = lambda: run().let_go()
 

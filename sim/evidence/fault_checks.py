@@ -17,8 +17,9 @@ from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES,
 from sim.geometry.mjcf import columns
 from sim.simulation.rollout import FRAME_RATE_HZ, Event
 
-FAULT_KINDS = ("slip", "move", "knock", "miss", "foreign", "blind")
-"""Kinds of faults; on purpose, nothing here is shared with the code that injects them."""
+FAULT_KINDS = {"slip", "move", "knock", "miss", "foreign", "blind"}
+"""Kinds of faults; on purpose, nothing here is shared with the code that injects them. A kind of one's own, of which no
+state shows an effect, is added."""
 
 PUSH_SPEEDS_M_S, TOSS_SPEEDS_M_S, SPINS_RAD_S = (0.24, 0.61), (0.59, 0.61), (7.9, 14.1)
 """Ranges of the horizontal, upward and rotational speeds that a knock gives an object."""

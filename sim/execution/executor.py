@@ -19,8 +19,8 @@ from sim.capability.graspable import ungraspable_because
 from sim.capability.rehearsal import unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.execution.conduct import objection
-from sim.execution.fault_injection import FaultInjector
-from sim.execution.faults import Fault
+from sim.execution.faults.fault import Fault
+from sim.execution.faults.injector import FaultInjector
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses

@@ -26,6 +26,7 @@ from sim.perception.sensors import (
 )
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
+from sim.simulation.observer import Observer
 from sim.simulation.payload import SHIFT_DURATION_S, Payload
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Effort, Event
@@ -70,7 +71,7 @@ class Workcell:
         width: commanded width between the pads at the end of their movement, m; less than that of a held object, so
             that they press it.
         gripper: maps this width to the one that is sent to the hand; faults wrap it.
-        disturb: called before every control period.
+        observers: called before and after every control period.
         destination: location at which the object that is grasped next will be put down; None if that is not known.
     """
 
@@ -118,7 +119,7 @@ class Workcell:
         self.recorder = Recorder(scene)
         self.glowing, self._dark = -1, np.inf
         self.sensor: Sensor = sensor or ExactSensor()
-        self.disturb: Callable[[], None] = lambda: None
+        self.observers: list[Observer] = []
         self.destination: str | None = None
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
         self.recorder.record(data, glow=self.glowing)
@@ -360,7 +361,8 @@ class Workcell:
     def _tick(self) -> None:
         """Simulate one control period, in which the arm and the fingers continue their movements."""
         data, commands, steps = self.data, self._commands, self._substeps
-        self.disturb()
+        for observer in self.observers:
+            observer.before_period(self)
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
         if self._samples_left:
             samples = slice(self._passed, self._passed + steps)
@@ -392,3 +394,5 @@ class Workcell:
             if data.time - self._touched.get(pair, -np.inf) > CONTACT_EPISODE_S:
                 self.log_event("contact", moving=pair[0], other=pair[1])
             self._touched[pair] = data.time
+        for observer in self.observers:
+            observer.after_period(self)

@@ -147,7 +147,6 @@ class GraspSkill(Grasp, Skill):
         """Move the open hand from the pre-grasp pose `before` to the pose in which its fingers close on an object."""
         _open_at(cell, before, target, grasp.opening)
         _check_still(cell, obj, pose)
-        target = self.closing_pose(cell, obj, target)
         move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
 
     def _close(self, cell: Workcell, obj: str, grasp: GraspPose, before: ToolPose) -> np.ndarray:
@@ -175,10 +174,6 @@ class GraspSkill(Grasp, Skill):
             raise blocked or SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
         return forces
-
-    def closing_pose(self, cell: Workcell, obj: str, target: ToolPose) -> ToolPose:
-        """Return the pose of the tool in which the fingers close on an object: that of the chosen grasp, `target`."""
-        return target
 
 
 def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:

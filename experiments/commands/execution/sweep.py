@@ -43,8 +43,9 @@ if TYPE_CHECKING:
 @options.robot
 @click.option(
     "--faults",
+    cls=options.FaultOption,
     metavar="random|KIND",
-    help="One to three random faults in each run, or one of a kind: slip, move, knock, miss, foreign or blind.",
+    help="One to three random faults in each run, or one of a kind; K is drawn, and what follows the colon",
 )
 @click.option(
     "--find-boundary",
@@ -96,9 +97,9 @@ def sweep(
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
-        from experiments.sweep.faults import ANY, possible_faults
+        from experiments.sweep.faults import ANY, possible_kinds
         from experiments.sweep.job import Sweep, pack
-        from sim.execution.faults import SPELLINGS
+        from sim.execution.faults.fault import KINDS
         from sim.world.randomization import KEYS
 
     load_planner(quiet=is_quiet())
@@ -114,12 +115,12 @@ def sweep(
     if key is not None:
         checked("--find-boundary", key, KEYS)
     perturbation, robot = perturbation_of(perturb, seed=seed), robot_of(robot)
-    faults = faults and checked("--faults", faults, (ANY, *SPELLINGS))
+    faults = faults and checked("--faults", faults, (ANY, *KINDS))
     with Bars(quiet=is_quiet()) as bars:
         scene = scene_of(loaded, robot=robot)
         if faults:
             with prefixed("--faults "):
-                possible_faults(scene.model, faults)
+                possible_kinds(scene.model, faults)
         make_folder(folder)
         bars("planning", 0, 0, "")
         planner = pp.Planner(loaded.problem())

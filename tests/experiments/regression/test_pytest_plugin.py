@@ -133,14 +133,14 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
         from functools import partial
 
         import experiments.runs.carry_out
-        from sim.execution.faults import Fault
+        from sim.execution.faults.miss import Miss
 
         def test_it_works(assert_completed):
             outcome = assert_completed("cup.toml", seed=1)
             assert outcome.rollout.placement_error < 0.005
 
         def test_every_grasp_misses(assert_completed, monkeypatch):
-            spoilt = partial(experiments.runs.carry_out.carry_out, faults=[Fault("miss", 1, amount=99)])
+            spoilt = partial(experiments.runs.carry_out.carry_out, faults=[Miss(1, "99")])
             monkeypatch.setattr(experiments.runs.carry_out, "carry_out", spoilt)
             assert_completed("cup.toml", plan="preference", seed=2)
         """

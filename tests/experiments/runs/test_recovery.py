@@ -15,8 +15,8 @@ from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from prefplan import Scenario, load, pareto_front
 from sim.evidence.certificate import certify
-from sim.execution import fault_injection
-from sim.execution.faults import read_fault
+from sim.execution.faults import move
+from sim.execution.faults.fault import read_fault
 from sim.simulation.rollout import FRAME_RATE_HZ
 
 REST_SPEED_M_S = 0.01
@@ -175,7 +175,7 @@ def test_what_was_marked_and_fell_from_the_table_is_not_in_the_way_of_other_task
     recover: Recover, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # It falls from where it is put.
-    monkeypatch.setattr(fault_injection, "is_carried", lambda *place: True)
+    monkeypatch.setattr(move, "is_carried", lambda *place: True)
     outcome = recover(SUPPER, "move:fish@5", seed=3)
     assert outcome.completed and outcome.executed[-1] == "release soup plate"
     assert "fish_cooked" not in outcome.rollout.steps[-1].observed.label

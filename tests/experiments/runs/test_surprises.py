@@ -18,7 +18,7 @@ from experiments.runs.outcome import Outcome
 from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
 from sim.evidence.certificate import certify
-from sim.execution.faults import read_fault
+from sim.execution.faults.fault import read_fault
 from sim.perception.sensors import NoisySensor
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer, transport

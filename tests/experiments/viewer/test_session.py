@@ -131,8 +131,8 @@ def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Se
     session.playback.play()
     play(session, lambda: session.playback.time > 0.5)
     pause(session)
-    session.meddle("slip")
-    session.meddle("knock", "cup")
+    session.inject("slip")
+    session.inject("knock", "cup")
     (run,) = session.playback.runs
     assert [fault.kind for fault in run.waiting] == ["slip", "knock"] and not news(session)
     session.advance(0.0)
@@ -147,7 +147,7 @@ def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Se
     assert "fault slip@1 is not possible now: nothing hangs in the hand" in told and "fault knock:cup@1" in told
     assert re.search(r"after `.*expected .*: (planned|tried) again", told), told
     assert run.statuses[-1].ended == "completed" and not run.waiting
-    session.meddle("knock", "cup")
+    session.inject("knock", "cup")
     assert not run.waiting, "nothing happens after the end"
 
 
@@ -171,7 +171,7 @@ def test_a_click_with_shift_knocks_over_what_is_under_the_pointer(session: Sessi
     eye = np.array([1.0, 0.5, 1.0])
     event = SimpleNamespace(target=cup(session), ray_origin=tuple(eye), ray_direction=tuple(cup_at(session) - eye))
     asyncio.run(session.stages[0]._click(event))  # type: ignore[arg-type]
-    assert [(fault.kind, fault.target) for fault in session.playback.runs[0].waiting] == [("knock", "cup")]
+    assert [(fault.kind, fault.argument) for fault in session.playback.runs[0].waiting] == [("knock", "cup")]
 
 
 def test_the_page_starts_where_the_camera_is(scene: Scene) -> None:

@@ -19,7 +19,7 @@ from sim.errors import LogError
 from sim.evidence import certificate, cost_checks, motion_checks, replay
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
-from sim.execution.faults import read_fault
+from sim.execution.faults.fault import read_fault
 
 
 def test_a_true_log_is_confirmed(arch_log: Log) -> None:

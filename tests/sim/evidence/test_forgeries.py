@@ -16,8 +16,8 @@ from prefplan.scenario.decode import Scenario, loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode, read_log
 from sim.evidence.signature import check_signature, sign
-from sim.execution import fault_injection
-from sim.execution.faults import read_fault
+from sim.execution.faults import move
+from sim.execution.faults.fault import read_fault
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_the_honest_log_is_confirmed_at_every_level(cup_log: Log, scenario: Scen
 @pytest.mark.parametrize("fault", ["knock:cup@1", "slip@3", "miss:1@2", "foreign:tray@1", "move:cup@1"])
 def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With this seed the cup is moved beyond the table: it falls for metres, which is no jump."""
-    monkeypatch.setattr(fault_injection, "is_carried", lambda *place: True)
+    monkeypatch.setattr(move, "is_carried", lambda *place: True)
     late = "latency=30" if fault.startswith("slip") else ""  # the gripper opens later than it is told to
     faults = [read_fault(fault, scenario.model)]  # type: ignore[arg-type]
     log = log_of_run(scenario, seed=3, faults=faults, perturbation=late)

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from forged_logs import telling
+from observers import Before
 from scenario_texts import CUP
 
 from prefplan import ManipulationModel
@@ -18,7 +19,7 @@ from prefplan.scenario.decode import loads
 from sim.evidence.log import Log, log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_DURATION_S, SLIP_GAP_M
+from sim.execution.faults.slip import SLIP_DURATION_S, SLIP_GAP_M
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.world.scene import Scene, build_scene, initial_state
@@ -88,7 +89,7 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
         if begin <= run.cell.data.time < begin + SLIP_DURATION_S:
             run.cell.width = CUBE_EDGE_M + SLIP_GAP_M
 
-    run.cell.disturb = slip
+    Before(run.cell, slip)
     assert run.step("transit desk")
     assert run.step("grasp cup") == (before < 0)
     if before > 0:

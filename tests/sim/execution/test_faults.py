@@ -7,12 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from observers import Before
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
-from sim.execution.fault_injection import SLIP_DURATION_S
-from sim.execution.faults import Fault, read_fault
+from sim.execution.faults.blind import Blind
+from sim.execution.faults.fault import Fault, read_fault
+from sim.execution.faults.foreign import Foreign
+from sim.execution.faults.knock import Knock
+from sim.execution.faults.miss import Miss
+from sim.execution.faults.move import Move
+from sim.execution.faults.slip import SLIP_DURATION_S, Slip
+from sim.execution.pull import Pull
 from sim.perception.sensors import true_poses
 from sim.simulation.workcell import CONTACT_FLICKER_S
 from sim.world.scene import Scene, build_scene, initial_state
@@ -23,12 +30,12 @@ LIFT = ["transit top", "grasp pink"]
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("slip@2", Fault("slip", 2)),
-        ("move:pink@3", Fault("move", 3, "pink")),
-        ("knock:blue@1", Fault("knock", 1, "blue")),
-        ("miss:2@4", Fault("miss", 4, amount=2)),
-        ("foreign:san@5", Fault("foreign", 5, "san")),
-        ("blind:1.5@6", Fault("blind", 6, amount=1.5)),
+        ("slip@2", Slip(2)),
+        ("move:pink@3", Move(3, "pink")),
+        ("knock:blue@1", Knock(1, "blue")),
+        ("miss:2@4", Miss(4, "2")),
+        ("foreign:san@5", Foreign(5, "san")),
+        ("blind:1.5@6", Blind(6, "1.5")),
     ],
 )
 def test_faults_are_read_as_they_are_written(scene: Scene, text: str, fault: Fault) -> None:
@@ -40,7 +47,7 @@ def test_faults_are_read_as_they_are_written(scene: Scene, text: str, fault: Fau
     ("text", "message"),
     [
         ("slp@2", "unknown fault 'slp' (did you mean 'slip'?)"),
-        ("fire", "unknown fault 'fire' (valid: slip, move, knock, miss, foreign, blind)"),
+        ("fire", "unknown fault 'fire' (valid: blind, foreign, knock, miss, move, slip)"),
         ("slip", "must end with @ and the number of an action from 1, as in slip@K"),
         ("move:pink", "must end with @ and the number of an action from 1, as in move:OBJECT@K"),
         ("slip@0", "must end with @ and the number of an action from 1, as in slip@K"),
@@ -106,7 +113,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     assert max(shares.values()) < 1, shares
 
 
-def test_missed_grasps_close_on_nothing_and_disturb_nothing(scene: Scene) -> None:
+def test_missed_grasps_get_no_grip_and_disturb_nothing(scene: Scene) -> None:
     run = run_with(scene, LIFT, "miss:1@2")
     assert "the fingers closed without a firm grip on pink" in str(run.reason)
     assert run.steps[-1].observed.place == {"blue": "left", "pink": "top", "green": "right"}
@@ -171,18 +178,17 @@ def test_the_robot_waits_until_it_sees_again_but_not_for_ever(scene: Scene) -> N
 
 def test_a_fault_happens_at_once_if_it_can(scene: Scene) -> None:
     run = run_with(scene, ["transit top"])
-    assert not run.injector.inject(Fault("slip", 1)), "nothing hangs in the hand"
+    assert not run.injector.inject(Slip(1)), "nothing hangs in the hand"
     assert run.step("grasp pink")
-    assert not run.injector.inject(Fault("knock", 2, "pink")), "the hand holds it"
-    tick, cell = run.cell.disturb, run.cell
+    assert not run.injector.inject(Knock(2, "pink")), "the hand holds it"
+    cell = run.cell
     slipped: list[float] = []
 
     def drop_it_high() -> None:
-        if not slipped and cell.data.body("pink").xpos[2] > 0.15 and run.injector.inject(Fault("slip", 3)):
+        if not slipped and cell.data.body("pink").xpos[2] > 0.15 and run.injector.inject(Slip(3)):
             slipped.append(float(cell.data.time))
-        tick()
 
-    cell.disturb = drop_it_high
+    Before(cell, drop_it_high)
     assert not run.step("transport pink bin2")
     (fault,) = (event for event in cell.events if event.kind == "fault")
     assert (fault.detail, fault.time) == ({"fault": "slip@3", "object": "pink"}, slipped[0])
@@ -192,12 +198,14 @@ def test_a_fault_happens_at_once_if_it_can(scene: Scene) -> None:
 def test_what_is_pulled_follows_the_pointer_and_falls_when_it_is_let_go(scene: Scene) -> None:
     run = run_with(scene, ["transit san"])
     pink, target = run.cell.data.body("pink"), np.array([0.5, -0.1, 0.25])
-    run.injector.pull("pink", target)
+    pull = Pull()
+    run.cell.observers.append(pull)
+    pull.target = "pink", target
     run.cell.wait(1.5)
     assert np.linalg.norm(pink.xpos - target) < 0.005
-    run.injector.pull("pink", target - [0.1, 0.0, 0.0])
+    pull.target = "pink", target - [0.1, 0.0, 0.0]
     run.cell.wait(1.0)
-    run.injector.let_go()
+    pull.target = None
     run.cell.wait(1.0)
     assert np.hypot(*(pink.xpos - target)[:2]) > 0.05 and pink.xpos[2] < 0.08
     told = [event.detail for event in run.cell.events if event.kind == "fault"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.execution.faulty_devices import DropoutSensor
+from sim.execution.faults.blind import DropoutSensor
 from sim.perception.sensors import (
     BiasedSensor,
     ExactSensor,

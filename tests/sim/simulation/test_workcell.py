@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from observers import Before
 
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
@@ -53,7 +54,7 @@ def test_the_next_movement_begins_before_the_arm_rests_and_leads_to_its_goal(cel
     low, high = (np.array([0.5, 0.1, z]) for z in (0.15, 0.35))
     move_tool(cell, ToolPose.down(high, 0.0).symmetric_poses(), within=0.02)
     assert 0 < np.linalg.norm(data.site("tcp").xpos - high) < 0.025 and len(cell.ending)
-    cell.disturb = lambda: speeds.append(np.abs(data.qvel[:7]).max())
+    Before(cell, lambda: speeds.append(np.abs(data.qvel[:7]).max()))
     move_tool(cell, ToolPose.down(low, 0.0).symmetric_poses())
     assert np.linalg.norm(data.site("tcp").xpos - low) < 0.002 and not len(cell.ending)
     assert min(speeds[: len(speeds) // 2]) > REST_SPEED_RAD_S

@@ -8,7 +8,7 @@ from scenario_texts import cup_scenario
 
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
-from sim.execution.faults import Fault
+from sim.execution.faults.knock import Knock
 
 TIN = 'kind = "cylinder", size = [0.04, 0.1]'
 
@@ -48,7 +48,7 @@ def test_what_was_knocked_over_beside_a_wall_is_taken(
     text = cup_scenario(places={"desk": "{ at = [0.45, -0.15] }", "tray": f"{{ at = {tray} }}"})
     text = text.replace('start = "desk"', f'start = "desk", {kind}')
     text = text.replace("[model.locations]", f'[model.fixtures]\nwall = {{ kind = "box", {wall} }}\n[model.locations]')
-    log = log_of_run(loads(text), seed=seed, faults=[Fault("knock", 1, "cup")])
+    log = log_of_run(loads(text), seed=seed, faults=[Knock(1, "cup")])
     told = [event.kind for event in log.about.events]
     assert [kind for kind in told if kind in {"drawn free", "grasped", "placed", "contact", "ended"}] == events
     assert certify(log).refuted == ()

@@ -15,12 +15,14 @@ from skill_runs import assert_placed, contacts
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from sim.errors import BlockedError
-from sim.execution.faulty_devices import MissingGrasp
+from sim.execution.faults.fault import Injection
+from sim.execution.faults.miss import Miss
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture, object_pose
 from sim.simulation.workcell import Workcell
 from sim.skills import grasp, hand, turning
-from sim.skills.catalogue import perform
+from sim.skills.catalogue import SKILLS, perform
+from sim.skills.skill import SkillError
 from sim.world.scene import build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -81,15 +83,14 @@ def test_an_object_is_not_set_down_in_a_wall_that_stands_beside_it() -> None:
     assert shifts.tolist() == [[0.0, 0.0], [0.0, 0.1], [0.0, -0.1], [0.1, 0.0]]
 
 
-def test_a_miss_closes_once_over_what_lies_higher_than_it_stands() -> None:
-    cell = lying("box", (0.06, 0.05, 0.03), 0.0)
-    pose = object_pose(cell.scene, cell.data, "x")
-    target = ToolPose.down(pose.position, 0.0)
-    skill = MissingGrasp(grasp.GraspSkill(), misses=1)
-    missed = skill.closing_pose(cell, "x", target)
-    assert missed.position[2] - target.position[2] > 0.05
-    # A grasp that is tried several times, since its path is blocked, is searched again.
-    assert skill.closing_pose(cell, "x", target) == target
+def test_a_hand_that_gives_way_gets_no_grip_on_what_lies_and_then_does() -> None:
+    cell, skills = lying("box", (0.06, 0.05, 0.03), 0.0), dict(SKILLS)
+    perform(cell, "transit near", skills)
+    Miss(1, "1").inject(Injection(cell, skills, iter(()), np.random.default_rng(0), 0.0))
+    with pytest.raises(SkillError, match="without a firm grip on x"):
+        perform(cell, "grasp x", skills)
+    perform(cell, "grasp x", skills)
+    assert cell.held() == "x" and contacts(cell.events) == []
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from observers import Before
 from skill_runs import assert_clean, assert_placed, perform_all
 from small_models import TOWER
 
@@ -291,10 +292,10 @@ def test_an_object_is_not_lowered_onto_one_that_has_come_meanwhile(scene: Scene)
 
     def disturb() -> None:
         if cell.data.time > began + 0.15:
-            cell.disturb = lambda: None
+            cell.observers.clear()
             cell.data.joint("green").qpos[:3] = place + [0.0, 0.028, CUBE_EDGE_M / 2]
 
-    cell.disturb = disturb
+    Before(cell, disturb)
     with pytest.raises(SkillError, match="no room for pink on table: green is 2.3 cm too close"):
         perform(cell, "release pink table")
     assert cell.held() == "pink"
@@ -315,7 +316,7 @@ def test_what_hangs_askew_is_not_pressed_onto_the_table(scene: Scene) -> None:
         pose = object_pose(scene, cell.data, "pink")
         lowest.append(float(pose.position[2]) - scene.shapes["pink"].depth(pose.rotation))
 
-    cell.disturb = look
+    Before(cell, look)
     perform(cell, "release pink table")
     assert min(lowest) > -0.002
     assert_clean(cell)

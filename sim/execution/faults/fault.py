@@ -1,0 +1,150 @@
+"""What all kinds of faults have in common: how they are read, drawn at random and injected."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, MutableMapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from prefplan.errors import choices
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import SimulationError
+from sim.simulation.workcell import Workcell
+from sim.skills.skill import Skill
+
+KINDS: dict[str, type[Fault]] = {}
+"""The kinds of faults by name; a subclass of `Fault` is added when it is defined."""
+
+
+@dataclass(frozen=True)
+class Injection:
+    """What a fault acts on.
+
+    Attributes:
+        cell: the running simulation.
+        skills: of the run, by kind of action; a fault may wrap one.
+        spares: names of objects in store below the table, which no other fault has used.
+        rng: random numbers of this fault alone.
+        delay: random time to wait after the first moment at which the fault can happen, s; 0 if a user injects it.
+    """
+
+    cell: Workcell
+    skills: MutableMapping[str, Skill]
+    spares: Iterator[str]
+    rng: np.random.Generator
+    delay: float
+
+
+@dataclass(frozen=True)
+class Fault(ABC):
+    """A fault to inject.
+
+    Attributes:
+        action: number of the executed action, from 1, at which it falls due; it happens as soon after that as it can.
+        argument: what follows the kind and a colon; empty if nothing does.
+        kind: its name.
+        noun: what the argument is, such as `OBJECT`; empty for none.
+        refusal: why it cannot happen at a moment.
+        spares: number of spare objects that it needs.
+    """
+
+    action: int
+    argument: str = ""
+    kind: ClassVar[str]
+    noun: ClassVar[str] = ""
+    refusal: ClassVar[str] = "it cannot happen now"
+    spares: ClassVar[int] = 0
+
+    def __init_subclass__(cls) -> None:
+        """Add the kind to those that `read_fault` reads; a class without a name is a base of others."""
+        if "kind" in vars(cls):
+            KINDS[cls.kind] = cls
+
+    def __str__(self) -> str:
+        """Return the fault as `read_fault` reads it."""
+        return f"{self.kind}{':' if self.argument else ''}{self.argument}@{self.action}"
+
+    @classmethod
+    def form(cls) -> str:
+        """Return how faults of this kind are written, such as `move:OBJECT@K`."""
+        return f"{cls.kind}{':' if cls.noun else ''}{cls.noun}@K"
+
+    @classmethod
+    def candidates(cls, model: ManipulationModel, rng: np.random.Generator) -> Sequence[str]:
+        """Return arguments, one of which is drawn at random; with some, the fault may be impossible in the scene."""
+        return [""]
+
+    def objection(self, model: ManipulationModel) -> str | None:
+        """Return why the argument is none of this kind; None if it is one."""
+        return None
+
+    def unavailable_because(self, model: ManipulationModel) -> str | None:
+        """Return why the fault cannot happen in a model's scene, whatever is done there; None if it can."""
+        return None
+
+    @abstractmethod
+    def inject(self, injection: Injection) -> dict[str, str] | None:
+        """Let the fault happen now; return details for its event, such as the `object`, or None if it cannot."""
+
+    def attempts(self, injection: Injection) -> Iterator[dict[str, str] | None]:
+        """Yield the result of `inject` in every control period in which the fault is due, until it happens."""
+        while True:
+            yield self.inject(injection)
+
+
+def unknown(name: str, names: Sequence[str], noun: str) -> str | None:
+    """Return that a name is none of several; None if it is one of them."""
+    return None if name in names else f"unknown {noun} {name!r} {choices(name, names)}"
+
+
+def never_grasps(model: ManipulationModel) -> str | None:
+    """Return that no object is ever grasped in a model's scene; None if one may be."""
+    return "no object is ever grasped" if all(obj.fixed for obj in model.objects) else None
+
+
+def read_fault(text: str, model: ManipulationModel) -> Fault:
+    """Return the fault that a text describes.
+
+    Raises:
+        SimulationError: it describes none, names an object or a location that the model does not have, or cannot happen
+            in its scene.
+    """
+    name = re.split("[:@]", text)[0]
+    if name not in KINDS:
+        raise SimulationError(f"{text!r}: unknown fault {name!r} {choices(name, KINDS)}")
+    kind = KINDS[name]
+    head, _, number = text.rpartition("@")
+    if not re.fullmatch("0*[1-9][0-9]*", number) or not head:
+        raise SimulationError(f"{text!r}: must end with @ and the number of an action from 1, as in {kind.form()}")
+    before, colon, argument = head.partition(":")
+    if bool(colon) != bool(kind.noun) or before != name:
+        raise SimulationError(f"{text!r}: is written {kind.form()}")
+    fault = kind(int(number), argument)
+    if words := fault.objection(model):
+        raise SimulationError(f"{text!r}: {words}")
+    if reason := fault.unavailable_because(model):
+        raise SimulationError(f"{text!r}: cannot happen: {reason}")
+    return fault
+
+
+def draw_fault(kind: str, action: int, model: ManipulationModel, rng: np.random.Generator) -> Fault:
+    """Return a random fault of a kind that can happen in a model's scene.
+
+    Raises:
+        SimulationError: none can; the message says why.
+    """
+    options = [KINDS[kind](action, argument) for argument in KINDS[kind].candidates(model, rng)]
+    reasons = [fault.unavailable_because(model) for fault in options]
+    possible = [fault for fault, reason in zip(options, reasons, strict=True) if reason is None]
+    if not possible:
+        raise SimulationError("; ".join(sorted({reason for reason in reasons if reason})))
+    return possible[rng.integers(len(possible))]
+
+
+def spares_for(faults: Sequence[Fault]) -> int:
+    """Return the number of spare objects that a scene must hold for some faults."""
+    return sum(fault.spares for fault in faults)

@@ -1,0 +1,81 @@
+"""Miss: the fingers get no grip on the object."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.operators import Grasp
+from sim.execution.faults.fault import Fault, Injection, never_grasps
+from sim.simulation.workcell import Workcell
+from sim.skills.skill import Skill
+
+MAX_MISSES = 2
+"""Greatest random number of grasps in a row that miss: fewer than the robot tries."""
+
+GIVING_WAY_M = 0.004
+"""By how much the fingers open when they touch the object, m."""
+
+
+class Miss(Fault):
+    """In the next grasps, the fingers give way when they touch the object."""
+
+    kind = "miss"
+    noun = "N"
+
+    @classmethod
+    def candidates(cls, model: ManipulationModel, rng: np.random.Generator) -> Sequence[str]:
+        """See `Fault.candidates`."""
+        return [str(rng.integers(1, MAX_MISSES, endpoint=True))]
+
+    def objection(self, model: ManipulationModel) -> str | None:
+        """See `Fault.objection`."""
+        if re.fullmatch("0*[1-9][0-9]*", self.argument):
+            return None
+        return f"{self.argument!r} does not say how many grasps are missed, as in {self.form()}"
+
+    def unavailable_because(self, model: ManipulationModel) -> str | None:
+        """See `Fault.unavailable_because`."""
+        return never_grasps(model)
+
+    def inject(self, injection: Injection) -> dict[str, str]:
+        """See `Fault.inject`."""
+        injection.skills["grasp"] = _WithoutGrip(injection.skills["grasp"], int(self.argument))
+        return {}
+
+
+class _WithoutGrip(Grasp, Skill):
+    """A skill for grasping that is carried out with a hand that gets no grip, the first few times."""
+
+    def __init__(self, skill: Skill, times: int) -> None:
+        self._skill, self._times = skill, times
+
+    def perform(self, cell: Workcell, action: Action) -> None:
+        """See `Skill.perform`."""
+        hold = cell.gripper
+        if self._times:
+            self._times -= 1
+            cell.gripper = _giving_way(cell)
+        try:
+            self._skill.perform(cell, action)
+        finally:
+            cell.gripper = hold
+
+
+def _giving_way(cell: Workcell) -> Callable[[float], float]:
+    """Return a gripper that opens a little when a pad touches the object, and does not close again."""
+    hold, gripper = cell.gripper, cell.scene.robot.gripper
+    least = -np.inf
+
+    def command(width: float) -> float:
+        nonlocal least
+        if cell.contacts.pad_forces.any():
+            fingers = np.array([cell.data.joint(finger).qpos[0] for finger in gripper.joints])
+            least = max(least, gripper.opened(fingers) + GIVING_WAY_M)
+        return hold(max(width, least))
+
+    return command

@@ -1,0 +1,44 @@
+"""A user pulls an object, as with the mouse in the viewer."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sim.simulation.observer import Observer
+from sim.simulation.workcell import Workcell
+
+PULL_RATE_RAD_S = 15.0
+"""Natural frequency of the critically damped spring by which a user pulls an object."""
+
+MAX_PULL_N = 8.0
+"""Greatest force of that spring: less than a third of the hand's gripping force."""
+
+
+class Pull(Observer):
+    """Pulls an object towards a point by a spring while there is a target.
+
+    Attributes:
+        target: the object's name and the (3,) point, m; None to let go.
+        action: number of the action that is carried out, from 1, for the event.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a target."""
+        self.target: tuple[str, np.ndarray] | None = None
+        self.action = 1
+        self._pulled: str | None = None
+
+    def before_period(self, cell: Workcell) -> None:
+        """Apply the force of the spring."""
+        obj, point = self.target or (None, None)
+        if self._pulled is not None and obj != self._pulled:
+            cell.data.body(self._pulled).xfrc_applied[:] = 0.0
+        if obj is not None and obj != self._pulled:
+            cell.log_event("fault", fault=f"pull:{obj}@{self.action}", object=obj)
+        self._pulled = obj
+        if obj is None:
+            return
+        mass, joint = float(cell.scene.mujoco.body(obj).mass[0]), cell.data.joint(obj)
+        spring = PULL_RATE_RAD_S**2 * (point - joint.qpos[:3]) - 2 * PULL_RATE_RAD_S * joint.qvel[:3]
+        force = mass * (spring - cell.scene.mujoco.opt.gravity)
+        cell.data.body(obj).xfrc_applied[:3] = force * min(1.0, MAX_PULL_N / float(np.linalg.norm(force)))

@@ -1,0 +1,21 @@
+"""An observer that calls a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sim.simulation.observer import Observer
+from sim.simulation.workcell import Workcell
+
+
+class Before(Observer):
+    """Calls a function before every control period of a workcell."""
+
+    def __init__(self, cell: Workcell, function: Callable[[], None]) -> None:
+        """Begin to observe a workcell."""
+        self._function = function
+        cell.observers.append(self)
+
+    def before_period(self, cell: Workcell) -> None:
+        """Call the function."""
+        self._function()
