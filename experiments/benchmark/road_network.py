@@ -11,9 +11,8 @@ import gzip
 from pathlib import Path
 from typing import NamedTuple
 
+import networkx as nx
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from experiments import scenarios
 from experiments.cli.files import write_bytes
@@ -130,10 +129,9 @@ def _denser_downtown(place: np.ndarray) -> np.ndarray:
 
 def _connected(roads: Roads) -> Roads:
     """Return the largest part of which every crossing can be reached from every other one, sorted."""
-    size = len(roads.points)
-    links = csr_array((np.ones(len(roads.sources), dtype=np.int8), (roads.sources, roads.targets)), shape=(size, size))
-    _, part = connected_components(links, directed=True, connection="strong")
-    inside = part == np.argmax(np.bincount(part))
+    links = nx.DiGraph(zip(roads.sources.tolist(), roads.targets.tolist(), strict=True))
+    inside = np.zeros(len(roads.points), dtype=np.bool_)
+    inside[list(max(nx.strongly_connected_components(links), key=len))] = True
     number = np.cumsum(inside) - 1
     kept = np.flatnonzero(inside[roads.sources] & inside[roads.targets])
     kept = kept[np.lexsort((roads.targets[kept], roads.sources[kept]))]

@@ -55,14 +55,22 @@ def size_of(system: System, limits: Limits) -> dict[str, Any]:
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:
-    """Return the indices of the reachable states, the start's first."""
-    # Importing scipy.sparse takes a third of a command's start-up time, and few commands need it.
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import breadth_first_order
+    """Return the indices of the reachable states, breadth first from the start.
 
-    steps = (np.ones(len(system.targets), dtype=np.int8), system.targets, system.offsets)
-    graph = csr_array(steps, shape=(system.size, system.size))
-    return breadth_first_order(graph, system.start, return_predecessors=False)
+    Raises:
+        LimitError: a limit was reached.
+    """
+    met = np.zeros(system.size, dtype=np.bool_)
+    layers, layer = list[np.ndarray](), np.array([system.start])
+    while len(layer):
+        check_limits()
+        met[layer] = True
+        layers.append(layer)
+        first, counts = system.offsets[layer], system.offsets[layer + 1] - system.offsets[layer]
+        before = np.cumsum(counts) - counts
+        ahead = system.targets[np.repeat(first - before, counts) + np.arange(counts.sum())]
+        layer = np.unique(ahead[~met[ahead]])
+    return np.concatenate(layers)
 
 
 def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
