@@ -51,7 +51,7 @@ else:
             except metadata.PackageNotFoundError:
                 return "unknown"
         if not name.startswith("__") or name == "__all__":
-            offered = {name: found for name, found in vars(import_module("prefplan.api")).items() if name[0].isalpha()}
+            offered = {name: value for name, value in vars(import_module("prefplan.api")).items() if name[0].isalpha()}
             globals().update(offered, __all__=sorted(offered))
         try:
             return globals()[name]

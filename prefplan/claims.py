@@ -100,8 +100,8 @@ def judge(
     skipped = [b.task for b in claims.relaxations if b.assume is None] if offered.holds else []
     task_costs = [spent[-1] if end is None else spent[end] for end in ends.values()]
     priced = [*ends, *(rule.name for rule in rules if rule.skip is not None)]
-    paid = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
-    mu = _mu(preference, list(ends), priced[len(ends) :], task_costs, paid)
+    violations = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
+    mu = _mu(preference, list(ends), priced[len(ends) :], task_costs, violations)
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 
@@ -111,8 +111,10 @@ def judge(
     checks += [_check_rule(rule, broken[rule.name], claims) for rule in rules]
     checks.append(_check_number("total cost", claims.cost, to_number(spent[-1])))
     checks += [_check_number(f"task cost {name}", claims.task_costs.get(name), cost) for name, cost in derived.items()]
-    violations = [(name, claims.violation_costs.get(name), amount) for name, amount in zip(priced, paid, strict=True)]
-    checks += [_check_number(f"violation cost {name}", c, to_number(v)) for name, c, v in violations if c or v]
+    for name, violation in zip(priced, violations, strict=True):
+        claim = claims.violation_costs.get(name)
+        if claim or violation:
+            checks.append(_check_number(f"violation cost {name}", claim, to_number(violation)))
     unknown = sorted({*claims.task_costs, *claims.violation_costs} - {*priced})
     if unknown:
         checks.append(Check(f"task {unknown[0]}", False, "there is no such task"))
@@ -123,19 +125,19 @@ def judge(
 
 
 def _mu(
-    preference: Preference, tasks: list[str], rules: list[str], costs: list[Fraction], paid: list[Fraction]
+    preference: Preference, tasks: list[str], rules: list[str], costs: list[Fraction], violations: list[Fraction]
 ) -> int | float:
     """Return mu of the costs of tasks, and of what was paid for them and the rules that may be broken."""
     terms = preference.terms(tasks, *([rules] if rules else []))
-    return to_number(Measure.of(terms, len(tasks), len(rules)).value([*costs, *[Fraction(0)] * len(rules)], paid))
+    return to_number(Measure.of(terms, len(tasks), len(rules)).value([*costs, *[Fraction(0)] * len(rules)], violations))
 
 
 def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:
     """Return after how many actions a task is satisfied on the trace, read with the relaxations used, or None."""
-    bought = [purchase for purchase in claims.relaxations if purchase.task == task.name]
-    if any(purchase.assume is None for purchase in bought):
+    purchases = [purchase for purchase in claims.relaxations if purchase.task == task.name]
+    if any(purchase.assume is None for purchase in purchases):
         return None
-    read = [label | {b.assume for b in bought if b.assume and b.step == k} for k, label in enumerate(trace)]
+    read = [label | {p.assume for p in purchases if p.assume and p.step == k} for k, label in enumerate(trace)]
     return satisfied_at(task.tree, read)
 
 
@@ -145,8 +147,8 @@ def _check_rule(rule: Rule, broken: int | None, claims: Claims) -> Check:
     if broken is None:
         return Check(name, True, "kept")
     when = f"broken by action {broken}" if broken else "broken at the start"
-    paid = any(bought.rule and bought.task == rule.name for bought in claims.relaxations)
-    return Check(name, True, f"{when}, which was paid for") if paid else claims.against(name, when)
+    is_paid = any(purchase.rule and purchase.task == rule.name for purchase in claims.relaxations)
+    return Check(name, True, f"{when}, which was paid for") if is_paid else claims.against(name, when)
 
 
 def _check_relaxations(
@@ -154,35 +156,35 @@ def _check_relaxations(
 ) -> Check:
     """Check that every relaxation is one that the problem offers, at that step and for that price."""
     by_name = {task.name: task for task in tasks}
-    for bought in claims.relaxations:
-        if bought.rule:
-            rule, step = rules.get(bought.task, (None, None))
-            if not rule or rule.skip is None or not prints_as(rule.skip, bought.cost) or step != bought.step:
-                words = f"{bought.task} is not a rule that may be broken at step {bought.step} for {bought.cost}"
+    for purchase in claims.relaxations:
+        if purchase.rule:
+            rule, step = rules.get(purchase.task, (None, None))
+            if not rule or rule.skip is None or not prints_as(rule.skip, purchase.cost) or step != purchase.step:
+                words = f"{purchase.task} is not a rule that may be broken at step {purchase.step} for {purchase.cost}"
                 return Check("relaxations", False, words)
             continue
-        task = by_name.get(bought.task)
-        problem = f"there is no task {bought.task}" if task is None else _objection(bought, task, trace)
+        task = by_name.get(purchase.task)
+        problem = f"there is no task {purchase.task}" if task is None else _objection(purchase, task, trace)
         if problem:
             return Check("relaxations", False, problem)
     number = len(claims.relaxations)
     return Check("relaxations", True, f"{number} used, as offered" if number else "none is used")
 
 
-def _objection(bought: Purchase, task: Task, trace: Sequence[Label]) -> str | None:
+def _objection(purchase: Purchase, task: Task, trace: Sequence[Label]) -> str | None:
     """Return why a relaxation of a task is not valid, or None if it is."""
-    if bought.assume is None:
-        if task.skip is not None and prints_as(task.skip, bought.cost) and bought.step == 0:
+    if purchase.assume is None:
+        if task.skip is not None and prints_as(task.skip, purchase.cost) and purchase.step == 0:
             return None
-        return f"{task.name} cannot be skipped for {bought.cost} at step {bought.step}"
-    what = f"{bought.assume} at step {bought.step} of {task.name}, for {bought.cost},"
-    if not 0 <= bought.step < len(trace):
+        return f"{task.name} cannot be skipped for {purchase.cost} at step {purchase.step}"
+    what = f"{purchase.assume} at step {purchase.step} of {task.name}, for {purchase.cost},"
+    if not 0 <= purchase.step < len(trace):
         return f"{what} lies beyond the last action"
-    offers = [r for r in task.relax if r.assume == bought.assume and prints_as(r.cost, bought.cost)]
+    offers = [r for r in task.relax if r.assume == purchase.assume and prints_as(r.cost, purchase.cost)]
     if not offers:
         return f"{what} is not offered"
-    label = trace[bought.step]
-    if bought.assume in label or not any(holds(offer.condition, label) for offer in offers):
+    label = trace[purchase.step]
+    if purchase.assume in label or not any(holds(offer.condition, label) for offer in offers):
         return f"{what} is not offered there: {', '.join(sorted(label)) or 'nothing'} holds"
     return None
 
@@ -202,7 +204,7 @@ def _check_completed(claims: Claims, done: list[str], missing: list[str], skippe
     if claims.completed and missing:
         return Check("completed", False, f"not satisfied: {', '.join(missing)}")
     if not claims.completed:
-        found = f"{', '.join(missing)} not satisfied" if missing else "though every task is satisfied"
-        return Check("completed", True, f"not claimed: {found}")
+        why = f"{', '.join(missing)} not satisfied" if missing else "though every task is satisfied"
+        return Check("completed", True, f"not claimed: {why}")
     words = f"{', '.join(done)} satisfied" if done else "nothing had to be done"
     return Check("completed", True, words + (f"; {', '.join(sorted(skipped))} skipped" if skipped else ""))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.plan import PAIR, Plan, Plans, point_of, worth
+from prefplan.plan import PAIR, Plan, Plans, objectives_text, point_of
 from prefplan.text.layout import counted, in_columns, listed, number
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ class Reason:
             return f"tasks {names} cannot be satisfied together, though any fewer of them can"
         if self.kind == "rule":
             return f"every plan breaks {'the rule' if len(self.tasks) == 1 else 'one of the rules'} {names}"
-        known = "" if self.smallest is None else f"; the smallest possible is {self.smallest}"
-        return f"no plan lies within the bound{known}"
+        least = "" if self.smallest is None else f"; the smallest possible is {self.smallest}"
+        return f"no plan lies within the bound{least}"
 
 
 class NoPlanError(PrefplanError):
@@ -261,7 +261,7 @@ class Front(Sequence[Plan]):
 
     def __repr__(self) -> str:
         """Return the number of plans, the first and the last point, and what is missing, in one line."""
-        ends = " to ".join(dict.fromkeys(worth(plan) for plan in (*self.plans[:1], *self.plans[-1:])))
+        ends = " to ".join(dict.fromkeys(objectives_text(plan) for plan in (*self.plans[:1], *self.plans[-1:])))
         return f"<Front of {counted(len(self), 'plan')}: {'; '.join(filter(None, (ends, self.missing)))}>"
 
     def __str__(self) -> str:

@@ -26,7 +26,7 @@ class Entry:
     Attributes:
         cost: total cost so far (equation 1).
         task_costs: c_i by task name (equation 2); for a task that is not satisfied, the total cost so far.
-        violation_costs: v_i, the price paid so far, by name of each task and each rule that may be broken.
+        violation_costs: v_i, the price so far, by name of each task and each rule that may be broken.
         satisfied: names of the tasks that are satisfied.
         preference: mu of these costs (Definition 5), the first of several; it never falls from one entry to the next.
     """
@@ -76,12 +76,12 @@ class Ledger:
         """
         states: dict[str, tuple[int, ...] | None] = {}
         for task, automaton in zip(problem.tasks, problem.automata, strict=True):
-            bought = [purchase for purchase in relaxations if purchase.task == task.name]
-            if any(purchase.assume is None for purchase in bought):
+            purchases = [purchase for purchase in relaxations if purchase.task == task.name]
+            if any(purchase.assume is None for purchase in purchases):
                 states[task.name] = None
                 continue
             read = list(labels)
-            for purchase in bought:
+            for purchase in purchases:
                 if purchase.assume is not None and purchase.step < len(read):
                     read[purchase.step] |= {purchase.assume}
             states[task.name] = automaton.run(read)
@@ -124,11 +124,11 @@ class Ledger:
     @cached_property
     def satisfied(self) -> dict[str, int | None]:
         """After how many actions each task is satisfied, by name; None if it is not."""
-        found: dict[str, int | None] = {}
+        steps: dict[str, int | None] = {}
         for name, automaton in zip(self.problem.names, self.problem.automata, strict=True):
             states = self.states[name] or ()
-            found[name] = states.index(automaton.accepting) if automaton.accepting in states else None
-        return found
+            steps[name] = states.index(automaton.accepting) if automaton.accepting in states else None
+        return steps
 
     @property
     def order(self) -> tuple[str, ...]:
@@ -148,13 +148,13 @@ class Ledger:
 
     def entry(self, step: int) -> Entry:
         """Return the costs after a number of actions, 0 <= step <= K."""
-        costs, paid = self._costs(step)
+        costs, violations = self._costs(step)
         first = self.problem.objectives[0].cost if self.problem.objectives else 0
         names = self.problem.names
         return Entry(
             cost=to_number(self._spent(step)),
             task_costs=dict(zip(names, map(to_number, costs), strict=False)),
-            violation_costs=dict(zip(self.problem.priced, map(to_number, paid), strict=True)),
+            violation_costs=dict(zip(self.problem.priced, map(to_number, violations), strict=True)),
             satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
             preference=to_number(self.problem.measure.value(*self._costs(step, first))),
         )
@@ -178,8 +178,8 @@ class Ledger:
         """Return the costs, in one of the costs, and violation costs of all `priced` after a number of actions."""
         done = [step if at is None else min(at, step) for at in self.satisfied.values()]
         done += [0] * (len(self.problem.priced) - len(done))
-        paid = dict.fromkeys(self.problem.priced, Fraction(0))
+        violations = dict.fromkeys(self.problem.priced, Fraction(0))
         for purchase in self.relaxations:
             if purchase.step <= step:
-                paid[purchase.task] += exact(purchase.cost)
-        return [self._spent(k, cost) for k in done], list(paid.values())
+                violations[purchase.task] += exact(purchase.cost)
+        return [self._spent(k, cost) for k in done], list(violations.values())

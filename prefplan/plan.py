@@ -98,7 +98,7 @@ class Plan:
     def listing(self, *, most: int | None = None, whole: str = "") -> str:
         """Return `steps`, with at most some of the actions; arguments as in `prefplan.text.layout.numbered`."""
         actions = numbered(list(map(self.display.action, self.actions)), most=most, whole=whole)
-        relaxed = [f"  {bought.words(self.display.task(bought.task))}" for bought in self.relaxations]
+        relaxed = [f"  {purchase.words(self.display.task(purchase.task))}" for purchase in self.relaxations]
         return "\n".join([actions or "(nothing to do)", *relaxed])
 
     def _repr_svg_(self) -> str:
@@ -112,29 +112,29 @@ class Plan:
                 [*map(self.display.action, self.actions)],
                 costs,
                 satisfied,
-                title=worth(self),
+                title=objectives_text(self),
                 cost=next(iter(self.objectives)),
             )
         spent = [*accumulate(map(exact, costs), initial=Fraction(0))]
         done = {name: bisect_left(spent, exact(cost)) for name, cost in satisfied.items() if cost is not None}
-        return map_picture(self.map, cast(Sequence[Cell], self.states), done, title=worth(self))
+        return map_picture(self.map, cast(Sequence[Cell], self.states), done, title=objectives_text(self))
 
     @property
     def _skipped(self) -> set[str]:
         """The tasks that are skipped."""
-        return {bought.task for bought in self.relaxations if bought.assume is None and not bought.rule}
+        return {purchase.task for purchase in self.relaxations if purchase.assume is None and not purchase.rule}
 
     def __str__(self) -> str:
         """Return the plan as `prefplan plan` prints it: its costs, when each task is satisfied, and its actions."""
         counted = next(iter(self.objectives))
-        lines = [worth(self)]
+        lines = [objectives_text(self)]
         for name, cost in self.task_costs.items():
             what = "not satisfied" if name in self._skipped else f"satisfied at {counted} {number(cost)}"
             lines.append(f"  {self.display.task(name)} {what}")
         return "\n".join([*lines, self.steps])
 
 
-def worth(plan: Plan, *, penalty: str = "penalty") -> str:
+def objectives_text(plan: Plan, *, penalty: str = "penalty") -> str:
     """Return the objectives of a plan in words; `penalty` is what a preference without a name is called."""
     called = {PAIR[1]: penalty}
     return ", ".join(f"{called.get(name, name)} {number(value)}" for name, value in plan.objectives.items())

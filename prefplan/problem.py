@@ -90,10 +90,10 @@ class Problem:
         """
         self.preferences = named = preferences_of(preference)
         self.system = system = system_of(system, start=start)
-        self.past, known = past, system.propositions
+        self.past, propositions = past, system.propositions
         self.preference = named[0].preference if named else WeightedSum({})
-        self.tasks = tuple(replace(task, propositions=known) for task in named_formulas(Task, tasks, "tasks"))
-        self.rules = tuple(replace(rule, propositions=known) for rule in named_formulas(Rule, rules, "rules"))
+        self.tasks = tuple(replace(task, propositions=propositions) for task in named_formulas(Task, tasks, "tasks"))
+        self.rules = tuple(replace(rule, propositions=propositions) for rule in named_formulas(Rule, rules, "rules"))
         if not self.tasks:
             raise PrefplanError("tasks: a problem needs at least one task")
         if len(self.tasks) > TASK_LIMIT:
@@ -116,7 +116,7 @@ class Problem:
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         skips = [*(task.skip for task in self.tasks), *(rule.skip for rule in self.rules)]
         prices += [exact(skip) for skip in skips if skip is not None]
-        price, units = common_unit(prices), list(self.system.shared_units)
+        price, units = common_unit(prices), [table.shared_unit for table in self.system.costs]
         if self.past.costs:
             units[0] = common_unit([units[0], *map(exact, self.past.costs)])
         count, rules = len(self.tasks), self.priced[len(self.tasks) :]
@@ -145,26 +145,28 @@ class Problem:
 
     def _check_claims(self) -> None:
         """Test contracts that the user declared on costs of the sizes that occur."""
+        costs = self.system.costs
         for named, objective in zip(self.preferences, self.objectives, strict=True):
             for formula in objective.measure.formulas:
                 if formula.claimed:
-                    largest, unit = self.system.greatest_costs[objective.cost], objective.units.cost
+                    # A plan that meets no state twice costs no more than this.
+                    largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.units.cost
                     span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
                     check_never_falls(formula, self.priced, named.key, span)
                     check_contract(formula, self.priced, named.key, span)
 
     def broken(self, labels: Sequence[frozenset[str]]) -> dict[str, int]:
         """Return, by name, after how many actions a trace breaks each rule that it breaks."""
-        found = {rule.name: dfa.first_accepted(labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
-        return {name: step for name, step in found.items() if step is not None}
+        broken = {rule.name: dfa.first_accepted(labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
+        return {name: step for name, step in broken.items() if step is not None}
 
     @cached_property
     def task_propositions(self) -> frozenset[str]:
         """The propositions on which the tasks, their relaxations and the rules depend."""
-        found = frozenset(name for dfa in (*self.automata, *self.monitors) for name in dfa.propositions)
+        names = frozenset(name for dfa in (*self.automata, *self.monitors) for name in dfa.propositions)
         for relaxation in (relaxation for task in self.tasks for relaxation in task.relax):
-            found |= {relaxation.assume} | propositions_of(relaxation.condition)
-        return found
+            names |= {relaxation.assume} | propositions_of(relaxation.condition)
+        return names
 
     @cached_property
     def stutter_invariant(self) -> bool:
@@ -220,12 +222,12 @@ class Problem:
     @cached_property
     def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
         """The automata of the tasks, with relaxations."""
-        found, unit = [], self.units.price
+        automata, unit = [], self.units.price
         for task, dfa in zip(self.tasks, self.automata, strict=True):
-            bought = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
+            relaxations = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
             skip = None if task.skip is None else int(exact(task.skip) / unit)
-            found.append(WeightedAutomaton(dfa, bought, skip))
-        return tuple(found)
+            automata.append(WeightedAutomaton(dfa, relaxations, skip))
+        return tuple(automata)
 
     @cached_property
     def rule_automata(self) -> tuple[RuleAutomaton, ...]:

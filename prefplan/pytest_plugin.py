@@ -82,5 +82,5 @@ def _is_own(name: str) -> bool:
 
 def _taken_out() -> dict[str, ModuleType]:
     """Unload the modules of `PACKAGES`, and return them."""
-    found = [name for name in sys.modules if name.partition(".")[0] in PACKAGES]
-    return {name: sys.modules.pop(name) for name in found}
+    loaded = [name for name in sys.modules if name.partition(".")[0] in PACKAGES]
+    return {name: sys.modules.pop(name) for name in loaded}

@@ -23,8 +23,8 @@ from prefplan.problem import Problem
 
 def continued(problem: Problem, past: Past, system: System) -> Problem:
     """Return the problem in which every plan begins with the past; the start of `system` is the present."""
-    known = problem.system.propositions | system.propositions
-    ahead = system.with_first_cost().knowing(known)
+    names = problem.system.propositions | system.propositions
+    ahead = replace(system, costs=system.costs[:1], propositions=names)
     return Problem(ahead, problem.tasks, problem.preference, rules=problem.rules, past=past)
 
 
@@ -124,13 +124,13 @@ def _breaking(problem: Problem, past: Past, system: System) -> str:
 def valued(problem: Problem, past: Past, plan: Plan, system: System) -> Plan:
     """Return a plan for some of the tasks, which begins with the past, with the costs and mu it has for all tasks."""
     labels, costs = past.along(system, plan.actions)
-    worth = Ledger.of(problem, plan.actions, costs[0], labels, plan.relaxations).final
+    entry = Ledger.of(problem, plan.actions, costs[0], labels, plan.relaxations).final
     return replace(
         plan,
-        preference=worth.preference,
-        preferences=dict.fromkeys(plan.preferences, worth.preference),
-        task_costs=worth.task_costs,
-        violation_costs=worth.violation_costs,
+        preference=entry.preference,
+        preferences=dict.fromkeys(plan.preferences, entry.preference),
+        task_costs=entry.task_costs,
+        violation_costs=entry.violation_costs,
     )
 
 

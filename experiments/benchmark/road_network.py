@@ -131,7 +131,7 @@ def _connected(roads: Roads) -> Roads:
     """Return the largest part of which every crossing can be reached from every other one, sorted."""
     links = nx.DiGraph(zip(roads.sources.tolist(), roads.targets.tolist(), strict=True))
     inside = np.zeros(len(roads.points), dtype=np.bool_)
-    inside[list(max(nx.strongly_connected_components(links), key=len))] = True
+    inside[max(map(list, nx.strongly_connected_components(links)), key=len)] = True
     number = np.cumsum(inside) - 1
     kept = np.flatnonzero(inside[roads.sources] & inside[roads.targets])
     kept = kept[np.lexsort((roads.targets[kept], roads.sources[kept]))]

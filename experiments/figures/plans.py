@@ -11,7 +11,7 @@ from experiments.figures.front import draw_front
 from experiments.figures.maps import map_of
 from prefplan.errors import PrefplanError
 from prefplan.front import Front
-from prefplan.plan import worth
+from prefplan.plan import objectives_text
 from prefplan.scenario.decode import Scenario
 
 PANEL_IN = 3.1
@@ -44,7 +44,9 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     rows = math.ceil((len(front) + 1) / columns)
     shape = min(1.6, max(0.6, plan_map.size[1] / plan_map.size[0]))
     most = max(len(plan.relaxations) for plan in front)
-    titles = [textwrap.fill(f"{i}: {worth(plan, penalty='μ =')}", TITLE_LETTERS) for i, plan in enumerate(front)]
+    titles = [
+        textwrap.fill(f"{i}: {objectives_text(plan, penalty='μ =')}", TITLE_LETTERS) for i, plan in enumerate(front)
+    ]
     more_lines = max(title.count("\n") for title in titles)
     size = (columns * PANEL_IN, rows * (PANEL_IN * shape + 0.35 + 0.14 * most + LINE * more_lines))
     with drawing(size=size, layout=True) as figure:

@@ -11,7 +11,7 @@ import viser
 from experiments.cli.browser import template
 from experiments.viewer.live_run import LiveRun, Status
 from experiments.viewer.playback import Playback
-from prefplan.plan import Plan, worth
+from prefplan.plan import Plan, objectives_text
 from prefplan.problem import Task
 
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
@@ -170,7 +170,7 @@ def announced(run: LiveRun, *, playing: bool) -> list[str]:
 
 def plan_label(index: int, plan: Plan) -> str:
     """Return the label of a plan: its index, cost and penalty."""
-    return f"{index}: {worth(plan)}"
+    return f"{index}: {objectives_text(plan)}"
 
 
 def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:

@@ -192,10 +192,11 @@ class ProjectedBackward:
     def _backward(self, found: Projection, costs: np.ndarray) -> Backward:
         """Return what fills tables of a projection with some costs."""
         problem = self.product.problem
-        system = replace(found.system, costs=(CostTable(DEFAULT_COST, costs, problem.units.cost),))
+        only = CostTable(DEFAULT_COST, costs, problem.units.cost)
+        system = replace(found.system, costs=(only,), propositions=problem.system.propositions)
         if not all(problem.automata[i].stutter_invariant for i in found.tasks):
             system = _with_idling(system)
-        product = Product(problem.over(system.knowing(problem.system.propositions), found.tasks), counts_actions=False)
+        product = Product(problem.over(system, found.tasks), counts_actions=False)
         return Backward(product, whole_graph(product))
 
 

@@ -42,8 +42,8 @@ class CostTable:
     @property
     def shared_unit(self) -> Fraction:
         """The largest unit of which every cost is a multiple, in the user's units."""
-        known = self.entries[self.entries != UNMEASURED]
-        return self.unit * (int(np.gcd.reduce(known, axis=None, initial=0)) or 1)
+        measured = self.entries[self.entries != UNMEASURED]
+        return self.unit * (int(np.gcd.reduce(measured, axis=None, initial=0)) or 1)
 
     @property
     def greatest(self) -> Fraction:
@@ -75,7 +75,7 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
         ModelError: a cost is negative, has no names, or other names than the first; the message begins with the key.
     """
     names: tuple[str, ...] | None = None
-    first = first_told = ""
+    first = first_text = ""
     checked = set[Number]()
     for where, cost in costs:
         if isinstance(cost, int | float) and cost in checked:
@@ -85,10 +85,10 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
             if not here:
                 raise ModelError(f"{where}: names no cost")
             check_names(here, where=where)
-            names, first, first_told = here, where, _told(cost)
+            names, first, first_text = here, where, _text_of(cost)
         if set(here) != set(names):
             raise ModelError(
-                f"{where}: gives {_told(cost)}, but {first} gives {first_told}; every cost has the same names"
+                f"{where}: gives {_text_of(cost)}, but {first} gives {first_text}; every cost has the same names"
             )
         for name in here:
             at = f"{where}.{name}" if isinstance(cost, Mapping) else where
@@ -98,7 +98,7 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
             checked.add(cost)
 
 
-def _told(cost: Cost) -> str:
+def _text_of(cost: Cost) -> str:
     if isinstance(cost, Mapping):
         return f"the costs {', '.join(cost)}" if cost else "no cost"
     return "a number (the cost 'cost')"

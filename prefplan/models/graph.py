@@ -69,12 +69,12 @@ class GraphModel:
         states[self.start] = None
         for name in self.labels:
             check_known("labels", "state", name, states)
-        seen: set[tuple[str, str]] = set()
+        leaving: set[tuple[str, str]] = set()
         for i, edge in enumerate(self.transitions):
             action = (edge.source, edge.action or edge.target)
-            if action in seen:
+            if action in leaving:
                 raise ModelError(f"transitions[{i}]: action {action[1]!r} leaves state {edge.source!r} twice")
-            seen.add(action)
+            leaving.add(action)
         check_costs_agree((f"transitions[{i}].cost", edge.cost) for i, edge in enumerate(self.transitions))
 
     @property
@@ -83,7 +83,7 @@ class GraphModel:
         return names_of(self.transitions[0].cost) if self.transitions else (DEFAULT_COST,)
 
     @property
-    def known_propositions(self) -> frozenset[str]:
+    def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use."""
         return self.propositions.union(*self.labels.values())
 

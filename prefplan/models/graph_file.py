@@ -95,7 +95,7 @@ class GraphFileModel:
         return tuple(named) if isinstance(named, Mapping) else (DEFAULT_COST,)
 
     @property
-    def known_propositions(self) -> frozenset[str]:
+    def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use; files are read if they may have labels (errors as in `network`)."""
         with_labels = isinstance(self.file, str) and ending(self.file) in (".graphml", ".json")
         if with_labels or ending(self.nodes or "") == ".csv":

@@ -138,12 +138,12 @@ class GridModel:
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
-            propositions=self.known_propositions,
+            propositions=self.valid_propositions,
             map=CellMap(self.size, self.regions, self.obstacles, self._rough),
         )
 
     @property
-    def known_propositions(self) -> frozenset[str]:
+    def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use."""
         return frozenset(self.regions) | self.propositions
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Hashable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Hashable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -19,21 +19,8 @@ if TYPE_CHECKING:
 Barred = Collection[tuple[frozenset[str], str]]
 """(propositions, action): the action does not exist in states where all the propositions hold."""
 
-Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...]]
-"""(K,) actions, and the (K + 1,) states before the first action and after each."""
-
-
-@dataclass(frozen=True)
-class Quotient:
-    """A smaller system that has, for some propositions, the same plans with the same costs as another.
-
-    Attributes:
-        system: the smaller system.
-        lift: maps a trajectory of the smaller system to one of the other, with the same costs and propositions.
-    """
-
-    system: TransitionSystem
-    lift: Callable[[Trajectory], Trajectory]
+Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...], list[frozenset[str]], list[tuple[Fraction, ...]]]
+"""(K,) actions, (K + 1,) states and labels before the first one and after each, and for each cost its (K,) values."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +63,6 @@ class System(ABC):
         """The names of the costs."""
         return tuple(table.name for table in self.costs)
 
-    @property
-    def shared_units(self) -> tuple[Fraction, ...]:
-        """For each cost, the largest unit of which all its values are multiples, in the user's units."""
-        return tuple(table.shared_unit for table in self.costs)
-
-    @property
-    def greatest_costs(self) -> tuple[Fraction, ...]:
-        """For each cost, a bound of what a plan costs that meets no state twice, in the user's units."""
-        return tuple(table.greatest * self.most_states for table in self.costs)
-
     @abstractmethod
     def decode(self, state: Any) -> Hashable:
         """Return the name of a state in plans."""
@@ -107,34 +84,27 @@ class System(ABC):
         target, costs = self.steps(state, action)
         return target, to_number(costs[0])
 
-    def along(self, actions: Iterable[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
-        """Return the trace of K actions from the start, (K + 1,) labels, and for each cost its (K,) values.
+    def trajectory(self, actions: Iterable[str]) -> Trajectory:
+        """Return what happens along K actions from the start on.
 
         Raises:
             ModelError: if an action is not applicable in its state.
         """
-        state, costs, labels = self.start, list[tuple[Fraction, ...]](), [self.label(self.start)]
+        states, actions, costs = [self.start], tuple(actions), list[tuple[Fraction, ...]]()
         for action in actions:
-            state, each = self.steps(state, action)
+            state, each = self.steps(states[-1], action)
+            states.append(state)
             costs.append(each)
-            labels.append(self.label(state))
-        return labels, [tuple(each[d] for each in costs) for d in range(len(self.costs))]
-
-    def with_first_cost(self) -> Self:
-        """Return the system without its further costs."""
-        return replace(self, costs=self.costs[:1])
-
-    def knowing(self, propositions: frozenset[str]) -> Self:
-        """Return the system with other `propositions`."""
-        return replace(self, propositions=propositions)
+        columns = [tuple(each[d] for each in costs) for d in range(len(self.costs))]
+        return actions, tuple(map(self.decode, states)), list(map(self.label, states)), columns
 
     @abstractmethod
     def without(self, barred: Barred) -> Self:
         """Return the system without some actions in some states; see `Barred`."""
 
     @abstractmethod
-    def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
-        """Return a system to search in place of this one if only some propositions matter.
+    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> System:
+        """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
 
         Args:
             names: the propositions that matter.
@@ -164,10 +134,10 @@ class Past:
         return to_number(sum(map(exact, self.costs), Fraction(0)))
 
     def along(self, system: System, actions: Sequence[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
-        """Return the trace of actions that begin with these and go on from a system's start; see `along` there.
+        """Return the trace of actions that begin with these and go on from a system's start, and their costs.
 
         Raises:
             ModelError: if an action is not applicable in its state.
         """
-        labels, (first, *more) = system.along(actions[len(self.actions) :])
+        _, _, labels, (first, *more) = system.trajectory(actions[len(self.actions) :])
         return [*self.labels, *labels], [(*map(exact, self.costs), *first), *more]

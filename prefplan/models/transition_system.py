@@ -12,7 +12,7 @@ import numpy as np
 from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, in_units, to_number
 from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, amount, check_costs_agree, names_of
-from prefplan.models.system import Barred, Quotient, System
+from prefplan.models.system import Barred, System
 from prefplan.text.names import check_names
 
 if TYPE_CHECKING:
@@ -77,9 +77,9 @@ class TransitionSystem(System):
         """This system."""
         return self
 
-    def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
-        """See `System.quotient`; here this system."""
-        return Quotient(self, lambda trajectory: trajectory)
+    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> TransitionSystem:
+        """See `System.reduced`; here this system."""
+        return self
 
     def decode(self, state: int) -> Hashable:
         """See `System.decode`."""
@@ -203,8 +203,8 @@ class TransitionSystem(System):
         Raises:
             ModelError: a proposition is not a valid name.
         """
-        known = frozenset(propositions).union(*label_of.values())
-        check_names(known, where="propositions")
+        propositions = frozenset(propositions).union(*label_of.values())
+        check_names(propositions, where="propositions")
         order = np.argsort(sources, kind="stable")
         columns = {name: in_units(each, resolution) for name, each in costs.items()}
         distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
@@ -221,7 +221,7 @@ class TransitionSystem(System):
             labels=labels,
             action_names=action_names,
             label_sets=tuple(distinct),
-            propositions=known,
+            propositions=propositions,
             resolution=next(rounded for _, _, rounded in columns.values()),
         )
 

@@ -159,8 +159,8 @@ class _Trials:
         for spent in sorted((self.draw(), self.draw())):
             costs = [self.below(spent) if i in satisfied else spent for i in tasks]
             later = [c if i in satisfied else c + more for i, (c, more) in enumerate(zip(costs, growth, strict=True))]
-            paid = [self.draw() if self._formula.violations else Fraction(0) for _ in tasks]
-            points += [self.at(costs, paid), self.at(later, paid)]
+            violations = [self.draw() if self._formula.violations else Fraction(0) for _ in tasks]
+            points += [self.at(costs, violations), self.at(later, violations)]
         cheap, cheap_end, dear, dear_end = points
         error = TOLERANCE * max(1, abs(cheap_end.value), abs(dear_end.value))
         unequal = abs((cheap_end.value - cheap.value) - (dear_end.value - dear.value)) > error

@@ -13,9 +13,10 @@ import numpy as np
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
 from prefplan.product.moves import generated
-from prefplan.product.product_automaton import CODE_LIMIT, Product, Trajectory
+from prefplan.product.product_automaton import CODE_LIMIT, Product
 
 LETTERS_LIMIT = 2**14
 """Most pairs of a state and a letter of one automaton that are tabulated."""
@@ -67,10 +68,7 @@ class GeneratedProduct(Product):
 
     def trajectory(self, steps: np.ndarray) -> Trajectory:
         """Return what happens in the problem's own system along (K,) states of the model after the start."""
-        whole = self.problem.system
-        assert isinstance(whole, ManipulationSystem)
-        actions, states = whole.lifted([self.start_node, *steps.tolist()], self.model)
-        return actions, states, *whole.along(actions)
+        return self.problem.system.trajectory(self.model.actions_through([self.start_node, *steps.tolist()]))
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""

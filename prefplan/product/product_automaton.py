@@ -7,7 +7,7 @@ Labels on which every automaton has the same transitions form a *class*.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -19,6 +19,7 @@ from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.models.costs import CostTable
+from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
 from prefplan.product.moves import Generated
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
@@ -31,10 +32,6 @@ BARRED = -1
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
 count cannot overflow. In larger products counting would cost speed."""
-
-
-Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...], list[frozenset[str]], list[tuple[Fraction, ...]]]
-"""(K,) actions, (K + 1,) states and labels before the first and after each, and for each cost the (K,) values."""
 
 
 class Product:

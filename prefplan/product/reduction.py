@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.system import Quotient
+from prefplan.models.system import System, Trajectory
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.product_automaton import Product, Trajectory
+from prefplan.product.product_automaton import Product
 
 
 class Reduction:
@@ -27,19 +27,11 @@ class Reduction:
         self.problem, self.build_seconds = problem, 0.0
 
     @cached_property
-    def quotient(self) -> Quotient:
-        """The smaller system, listed."""
-        return self.problem.system.quotient(
+    def system(self) -> System:
+        """The smaller system."""
+        return self.problem.system.reduced(
             self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant
         )
-
-    @cached_property
-    def model(self) -> ManipulationSystem | None:
-        """The smaller system, unless its states are listed."""
-        system = self.problem.system
-        if not isinstance(system, ManipulationSystem):
-            return None
-        return system.reduced(self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant)
 
     @cached_property
     def product(self) -> Product:
@@ -51,24 +43,28 @@ class Reduction:
 
     def product_of(self, problem: Problem) -> Product:
         """Return the product of the smaller system and the tasks of a problem over the same system."""
-        if self.model is not None and GeneratedProduct.suits(problem, self.model):
-            return GeneratedProduct(problem, self.model)
+        if isinstance(self.system, ManipulationSystem) and GeneratedProduct.suits(problem, self.system):
+            return GeneratedProduct(problem, self.system)
         return self.listed_product(problem)
 
     def listed_product(self, problem: Problem) -> Product:
         """Return the same, its states listed."""
-        return Product(problem) if self.quotient.system is problem.system else QuotientProduct(problem, self.quotient)
+        return ReducedProduct(problem, self.system) if isinstance(self.system, ManipulationSystem) else Product(problem)
 
 
-class QuotientProduct(Product):
-    """The product of a smaller system than the problem's own."""
+class ReducedProduct(Product):
+    """The product of a smaller system than the problem's own, with all its states listed."""
 
-    def __init__(self, problem: Problem, quotient: Quotient) -> None:
-        """Take a problem, and the quotient of its system."""
-        super().__init__(problem.over(quotient.system))
-        self._whole, self._lift = problem.system, quotient.lift
+    def __init__(self, problem: Problem, smaller: ManipulationSystem) -> None:
+        """Take a problem, and its smaller system."""
+        super().__init__(problem.over(smaller.listed))
+        self._whole, self._smaller = problem.system, smaller
 
     def trajectory(self, steps: np.ndarray) -> Trajectory:
         """Return what happens in the problem's own system along (K,) edges of the smaller one from the start on."""
-        actions, states = self._lift(super().trajectory(steps)[:2])
-        return actions, states, *self._whole.along(actions)
+        listed = self._smaller.listed
+        codes = [
+            self._smaller.space.encode(listed.states[state], where="state")
+            for state in [listed.start, *listed.targets[steps].tolist()]
+        ]
+        return self._whole.trajectory(self._smaller.actions_through(codes))

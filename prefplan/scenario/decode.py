@@ -151,12 +151,12 @@ def from_dict(
             model = _model(file.model, path.parent)
             if measured and isinstance(model, ManipulationModel):
                 model = with_measured_costs(model, path)
-            known = model.known_propositions
+            propositions = model.valid_propositions
         preferences = _preferences(file)
         if not preferences and len(model.cost_names) == 1:
             raise ScenarioError('preference: missing; write [preference] and below it, for example, kind = "order"')
-    tasks = tuple(replace(task, propositions=known) for task in file.tasks)
-    rules = tuple(replace(rule, propositions=known) for rule in file.rules)
+    tasks = tuple(replace(task, propositions=propositions) for task in file.tasks)
+    rules = tuple(replace(rule, propositions=propositions) for rule in file.rules)
     first = preferences[0].preference if preferences else WeightedSum({})
     several = None if [NamedPreference(DEFAULT_PREFERENCE, first)] == preferences else tuple(preferences)
     return Scenario(name, path, model, tasks, first, rules, preferences=several)

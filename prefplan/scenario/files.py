@@ -43,8 +43,8 @@ def path_of(scenario: str | Path) -> Path:
         return named
     if path.suffix or path.exists() or len(path.parts) > 1:
         return path
-    known = sorted({*names(), *(file.stem for file in Path().glob("*.toml") if is_scenario(file))})
-    raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, known)}")
+    valid = sorted({*names(), *(file.stem for file in Path().glob("*.toml") if is_scenario(file))})
+    raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, valid)}")
 
 
 def is_scenario(path: Path) -> bool:

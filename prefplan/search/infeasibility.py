@@ -72,7 +72,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         )
     else:
         # Costs do not matter here.
-        system = reduction.quotient.system
+        system = reduction.system.listed
         free_of_cost = replace(system.costs[0], entries=np.zeros(len(system.targets), dtype=np.int64))
         system = replace(system, costs=(free_of_cost,))
         product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))

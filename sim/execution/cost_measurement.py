@@ -93,7 +93,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     whole = replace(model, costs=numbered).transition_system()
-    system = whole.quotient((), stutter_invariant=False).system
+    system = whole.reduced((), stutter_invariant=False).listed
     alike = [obj.name for obj in model.objects if not obj.fixed] if whole.is_large else []
     number = system.costs[0].entries
     order = np.argsort(number, kind="stable")

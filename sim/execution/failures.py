@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
@@ -65,7 +66,7 @@ class Failures:
         rules = [Rule(name, formula) for name, formula in zip(names, self._detours.values(), strict=False)]
         # An object may have been grasped at a temporary location, which the problem does not know.
         sources = {at(obj, source) for obj, source, _ in self._detours}
-        system = problem.system.knowing(problem.system.propositions | sources)
+        system = replace(problem.system, propositions=problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules)
         return with_rules(knowing, rules, labels)
 

@@ -270,5 +270,5 @@ def test_a_large_model_is_not_listed_to_plan_on_in_it() -> None:
     assert isinstance(Reduction(ahead).product, GeneratedProduct)
     again = Planner(ahead).cheapest()
     assert (again.actions, again.states) == (plan.actions, plan.states)
-    spent = sum(problem.system.along(plan.actions[:2])[1][0])
+    spent = sum(problem.system.trajectory(plan.actions[:2])[3][0])
     assert again.cost == plan.cost - spent + 5

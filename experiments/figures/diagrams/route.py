@@ -14,7 +14,7 @@ from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
 from prefplan.front import Front
 from prefplan.models.system import System
-from prefplan.plan import Plan, worth
+from prefplan.plan import Plan, objectives_text
 from prefplan.text.layout import number
 
 MOST_EDGES = 90
@@ -91,7 +91,7 @@ def draw(system: System, front: Front, path: Path) -> None:
     diagrams = {}
     for i, plan in enumerate(front):
         found = route(system, plan)
-        title = f"{i}: {worth(plan, penalty='μ =')}"
+        title = f"{i}: {objectives_text(plan, penalty='μ =')}"
         diagrams[f"{title}. {found.note}" if found.note else title] = Diagram(found.nodes, found.edges)
     node_link.draw(diagrams, path)
 

@@ -152,5 +152,5 @@ class StateCodes:
         resting = [(obj, places[obj]) for obj in self.objects if obj in places]
         if self.held == len(self.locations):
             return {obj: self.locations.index(place) for obj, place in resting}
-        found = slots_at_start(resting, dict(state.slots), self._counts)
-        return {obj: self._slots.index((place, found[obj])) for obj, place in resting}
+        slots = slots_at_start(resting, dict(state.slots), self._counts)
+        return {obj: self._slots.index((place, slots[obj])) for obj, place in resting}

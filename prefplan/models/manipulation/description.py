@@ -112,12 +112,12 @@ def check_locations(locations: tuple[Location, ...]) -> None:
             raise ModelError(f"{where}.at: {-place.height:g} m below the table top; the height is at least 0")
     supports = {place.name: place.on for place in locations}
     for name in names:
-        below, seen = set(supports[name]), set()
+        below, passed = set(supports[name]), set()
         while below:
             if name in below:
                 raise ModelError(f"locations.{name}.on: it would rest on itself")
-            seen |= below
-            below = {deeper for support in below for deeper in supports[support]} - seen
+            passed |= below
+            below = {deeper for support in below for deeper in supports[support]} - passed
 
 
 def check_objects(model: ManipulationModel) -> None:

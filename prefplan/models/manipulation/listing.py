@@ -165,7 +165,7 @@ def table(
         labels=labels,
         action_names=listing.action_names,
         label_sets=label_sets,
-        propositions=space.model.known_propositions,
+        propositions=space.model.valid_propositions,
     )
 
 

@@ -119,11 +119,11 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
         raise ModelError(f"the file of measurements cannot be read; {remedy} (delete it first)") from None
     try:
         # Format 1 had no key for it.
-        found = data.get("format", 1) if "actions" in data else None
-        if found in range(1, FORMAT):
+        version = data.get("format", 1) if "actions" in data else None
+        if version in range(1, FORMAT):
             raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
-        if found != FORMAT:
-            raise ValueError(found)
+        if version != FORMAT:
+            raise ValueError(version)
         digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
         actions = tuple(_measurement(entry) for entry in data["actions"])
     except (AttributeError, KeyError, TypeError, ValueError):

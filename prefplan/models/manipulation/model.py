@@ -137,7 +137,7 @@ class ManipulationModel:
         return frozenset(name for obj in self.objects for name, _ in self.propositions_of(obj.name))
 
     @property
-    def known_propositions(self) -> frozenset[str]:
+    def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use."""
         return self.own_propositions | self.propositions
 

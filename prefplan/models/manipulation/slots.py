@@ -63,26 +63,26 @@ def free_slot(taken: Sequence[int] | np.ndarray, first: Integer, end: Integer) -
 
 
 def slots_at_start(
-    places: Sequence[tuple[str, str]], known: Mapping[str, int], capacities: Mapping[str, int]
+    places: Sequence[tuple[str, str]], given: Mapping[str, int], capacities: Mapping[str, int]
 ) -> dict[str, int]:
-    """Return the slot of every object at the start: its known slot, else the first free one, in the objects' order.
+    """Return the slot of every object at the start: its given slot, else the first free one, in the objects' order.
 
     Args:
         places: each object and the location where it rests.
-        known: slots of some objects.
+        given: slots of some objects.
         capacities: number of slots of each location.
 
     Raises:
         ModelError: there are too many objects at a location.
     """
-    found = dict(known)
-    taken = {(place, known[obj]) for obj, place in places if obj in known}
+    slots = dict(given)
+    taken = {(place, given[obj]) for obj, place in places if obj in given}
     for obj, place in places:
-        if obj in found:
+        if obj in slots:
             continue
         slot = next((i for i in range(capacities[place]) if (place, i) not in taken), None)
         if slot is None:
             raise ModelError(f"start: no room for {obj!r} at {place!r}, which has room for {capacities[place]}")
-        found[obj] = slot
+        slots[obj] = slot
         taken.add((place, slot))
-    return found
+    return slots

@@ -185,7 +185,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     unpack(moves.radices, state, before)
     held = _count_objects(moves, before, counts)
     here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
-    found: Integer = 0
+    count: Integer = 0
     met_empty = False
     for x in range(locations):
         if x == here or (held >= 0 and not _accepts(moves, counts, x)):
@@ -194,35 +194,35 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
             if met_empty:
                 continue
             met_empty = True
-        after = steps.digits[found]
+        after = steps.digits[count]
         _copy(before, after)
         if held < 0:
             after[0] = x
-            found = _end_step(moves, steps, found, TRANSIT, x)
+            count = _end_step(moves, steps, count, TRANSIT, x)
         else:
             after[0] = moves.above[_slot_at(moves, before, x)]
-            found = _end_step(moves, steps, found, TRANSPORT, locations + objects + held * locations + x)
+            count = _end_step(moves, steps, count, TRANSPORT, locations + objects + held * locations + x)
     if here == locations:
-        return found
+        return count
     if held >= 0:
         if _accepts(moves, counts, here):
             slot = _slot_at(moves, before, here)
-            after = steps.digits[found]
+            after = steps.digits[count]
             _copy(before, after)
             after[0], after[1 + held] = moves.above[slot], slot
             if moves.mark[here, held]:
                 after[moves.mark[here, held]] = 1
             action = locations + objects + (objects + held) * locations + here
-            found = _end_step(moves, steps, found, RELEASE, action)
+            count = _end_step(moves, steps, count, RELEASE, action)
     elif _is_clear(moves, counts, here):
         for o in range(objects):
             slot = before[1 + o]
             if moves.location[slot] == here and moves.movable[o]:
-                after = steps.digits[found]
+                after = steps.digits[count]
                 _copy(before, after)
                 after[0], after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
-                found = _end_step(moves, steps, found, GRASP, locations + o)
-    return found
+                count = _end_step(moves, steps, count, GRASP, locations + o)
+    return count
 
 
 @bare_kernel

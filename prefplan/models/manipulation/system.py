@@ -20,7 +20,7 @@ from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symmetry import most_states, symmetry_of
-from prefplan.models.system import Barred, Quotient, System, Trajectory
+from prefplan.models.system import Barred, System
 from prefplan.models.transition_system import TransitionSystem
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def transition_system(model: ManipulationModel, start: ManipulationState) -> Sys
     system = ManipulationSystem(
         start=space.decode(space.encode(start, where="start")),
         costs=cost_tables(model, model.kinds, space.hands),
-        propositions=model.known_propositions,
+        propositions=model.valid_propositions,
         display=model.display,
         space=space,
         operators=tuple(model.operators),
@@ -150,11 +150,13 @@ class ManipulationSystem(System):
         names = (self.space.objects, self.space.locations)
         objects, locations = ({name: k for k, name in enumerate(each, start=1)} for each in names)
         for operator in self.operators:
-            found = list(operator.outcomes(self.space.model, state))
-            for action, _ in found:
+            outcomes = list(operator.outcomes(self.space.model, state))
+            for action, _ in outcomes:
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-            yield from sorted(found, key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0)))
+            yield from sorted(
+                outcomes, key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0))
+            )
 
     def _price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
         """Return the index of an action's cost in the entries of a `CostTable`, in one dimension.
@@ -190,7 +192,7 @@ class ManipulationSystem(System):
             self.steps(state, str(action))
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
-        """Return a smaller model to search instead; arguments as in `System.quotient`."""
+        """See `System.reduced`; the smaller model may be listed."""
         symmetry, start = symmetry_of(
             self.space.model, self.start, names, self.barred, stutter_invariant=stutter_invariant
         )
@@ -206,24 +208,14 @@ class ManipulationSystem(System):
             visible=symmetry.visible,
         )
 
-    def quotient(self, names: Collection[str], *, stutter_invariant: bool) -> Quotient:
-        """See `System.quotient`."""
-        smaller = self.reduced(names, stutter_invariant=stutter_invariant)
+    def actions_through(self, codes: Sequence[int]) -> list[str]:
+        """Return actions that lead through canonical states given by their codes, the start's first.
 
-        def lift(trajectory: Trajectory) -> Trajectory:
-            codes = [smaller.space.encode(state, where="state") for state in trajectory[1]]  # type: ignore[arg-type]
-            return self.lifted(codes, smaller)
-
-        return Quotient(smaller.listed, lift)
-
-    def lifted(self, codes: Sequence[int], smaller: ManipulationSystem) -> Trajectory:
-        """Return the trajectory that corresponds to one through states of a smaller model, given by their codes."""
-        state, actions = smaller.start, list[str]()
+        A larger model that was reduced to this one has them, too, with the same costs.
+        """
+        state, actions = self.start, list[str]()
         for wanted in codes[1:]:
             # The successor determines the action's kind and the poses of the hand, and so its cost.
-            action, state = next(each for each in smaller.outcomes(state) if smaller.canonical(each[1]) == wanted)
+            action, state = next(each for each in self.outcomes(state) if self.canonical(each[1]) == wanted)
             actions.append(str(action))
-        states = [self.start]
-        for text in actions:
-            states.append(next(after for action, after in self.outcomes(states[-1]) if str(action) == text))
-        return tuple(actions), tuple(states)
+        return actions
