@@ -53,9 +53,10 @@ def exact(value: Number, where: str = "") -> Fraction:
     if isinstance(value, Fraction):
         return value
     prefix = f"{where}: " if where else ""
-    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
+    # The usual types come first: a test for an abstract class takes longer than the rest.
+    if isinstance(value, bool) or not isinstance(value, (float, int, Decimal, numbers.Real)):
         raise ModelError(f"{prefix}must be a number, not {value!r}")
-    if isinstance(value, numbers.Integral):
+    if not isinstance(value, (float, Decimal)) and isinstance(value, (int, numbers.Integral)):
         if abs(int(value)).bit_length() > LARGEST_EXPONENT * math.log2(10):
             raise ModelError(f"{prefix}must lie between -1e{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}")
         return Fraction(int(value))
@@ -76,7 +77,7 @@ def exact(value: Number, where: str = "") -> Fraction:
             return Fraction(int(value))
         if digits > FLOAT_DIGITS:
             number = Decimal(f"{float(value):.{FLOAT_DIGITS}g}")
-    return Fraction(number)
+    return Fraction(*number.as_integer_ratio())
 
 
 def to_number(value: Fraction | float) -> int | float:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from prefplan.drawing.cell_map import CellMap
 from prefplan.exact_costs import Number, exact, to_number
@@ -30,7 +30,6 @@ class System(ABC):
     A state is whatever the system uses for one: a number if states are listed.
 
     Attributes:
-        is_large: whether there may be too many states to list.
         start: s0.
         costs: every cost of the actions, the first one first.
         propositions: every name that a formula over this system may use.
@@ -38,8 +37,6 @@ class System(ABC):
         map: of a grid, for pictures.
         display: what people are shown in place of names of objects and locations in actions.
     """
-
-    is_large: ClassVar[bool] = False
 
     start: Any
     costs: tuple[CostTable, ...]

@@ -7,8 +7,6 @@ from dataclasses import replace
 from itertools import chain, combinations
 from typing import TypeVar
 
-import numpy as np
-
 from prefplan.errors import LimitError
 from prefplan.front import Reason
 from prefplan.heuristics.prepare import Options, Prepared
@@ -16,8 +14,6 @@ from prefplan.limits import Limits
 from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
-from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
 from prefplan.search.boa_star import BiObjectiveSearch
 
@@ -66,17 +62,8 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
         for task in tasks
     )
-    if isinstance(reduction.product, GeneratedProduct):
-        product = reduction.product_of(
-            Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
-        )
-    else:
-        # Costs do not matter here.
-        system = reduction.system.listed
-        free_of_cost = replace(system.costs[0], entries=np.zeros(len(system.targets), dtype=np.int64))
-        system = replace(system, costs=(free_of_cost,))
-        product = Product(Problem(system, free, nothing, rules=rules, past=reduction.problem.past))
-    search = BiObjectiveSearch(Prepared(product, Options(heuristic=1)), cost_only=True)
+    problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
+    search = BiObjectiveSearch(Prepared(reduction.product_of(problem), Options(heuristic=1)), cost_only=True)
     result = search.run(limits)
     if result.ended is not None:
         raise LimitError(result.ended)

@@ -17,6 +17,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
+from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
 from sim.perception.grounding import hand_over, slot_of
@@ -94,7 +95,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     whole = replace(model, costs=numbered).transition_system()
     system = whole.reduced((), stutter_invariant=False).listed
-    alike = [obj.name for obj in model.objects if not obj.fixed] if whole.is_large else []
+    alike = [obj.name for obj in model.objects if not obj.fixed] if isinstance(whole, ManipulationSystem) else []
     number = system.costs[0].entries
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(len(pairs) + 1))

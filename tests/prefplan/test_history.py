@@ -247,7 +247,7 @@ def test_fronts_after_a_past_agree_with_exhaustive_search_under_rules() -> None:
         names = [f"rule{k}" for k in range(len(prices))]
         rules = [Rule(*pair, skip=price) for *pair, price in zip(names, texts, prices, strict=True)]
         weights = {**problem.preference.weights, "rule0": 1, "rule1": 2}
-        known = problem.system.knowing(frozenset("abc"))
+        known = replace(problem.system, propositions=frozenset("abc"))
         ruled = Problem(known, problem.tasks, WeightedSum(weights, over="violation"), rules=rules)
         monitors = [JudgedRule(*each) for each in zip(names, bad, prices, strict=True)]
         everything = [*problem.names, *names]

@@ -14,6 +14,7 @@ from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
 from prefplan.front import Front
 from prefplan.models.system import System
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan, objectives_text
 from prefplan.text.layout import number
 
@@ -108,7 +109,7 @@ def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | Non
         which = "those with propositions that the plan visits, its first and its last"
     if len(shown) > MOST_STATES:
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
-    size = "very many" if system.is_large else system.listed.size
+    size = system.size if isinstance(system, TransitionSystem) else "very many"
     return shown, f"Drawn of {size} states: {which}."
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.errors import PrefplanError
 from prefplan.models.system import System
+from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.layout import number
 
 MOST_STATES = 40
@@ -29,7 +30,7 @@ def diagram(system: System) -> Diagram:
     """
     order = reachable(system)
     if order is None:
-        size = "very many" if system.is_large else system.listed.size
+        size = system.size if isinstance(system, TransitionSystem) else "very many"
         raise SystemSizeError(
             f"the transition system has {size} states, and only one of up to {MOST_STATES} can be drawn "
             "so that it can be read"
@@ -49,9 +50,9 @@ def diagram(system: System) -> Diagram:
 
 def reachable(system: System) -> list[int] | None:
     """Return the states that can be reached, the start first; None if they are too many to be drawn."""
-    if system.is_large:
+    if not isinstance(system, TransitionSystem):
         return None
-    system, order = system.listed, [system.start]
+    order = [system.start]
     for state in order:
         targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))
         order += [target for target in targets if target not in order]

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -64,8 +64,6 @@ class ManipulationSystem(System):
         alike: names of the objects that may be exchanged.
         visible: the propositions that are kept in the labels of listed states; None for all.
     """
-
-    is_large: ClassVar[bool] = True
 
     space: StateCodes
     operators: tuple[Operator, ...]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     # Of measured costs, locations are merged or not.
     monkeypatch.setattr(projected_backward, "APART_ENTRIES", seed % 2 * projected_backward.APART_ENTRIES)
     bounds = Prepared(searched, Options()).bounds
-    system = searched.model.listed.knowing(problem.system.propositions)
+    system = replace(searched.model.listed, propositions=problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
     exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())
