@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-
 import prefplan as pp
 from experiments.cli import output
-from experiments.cli.status import NO_PLAN
+from experiments.cli.status import NO_PLAN, tell
 
 
 def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanError, *, as_json: bool) -> int:
@@ -18,7 +16,7 @@ def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanErr
 
 def no_plan(reason: pp.Reason, problem: pp.Problem | None = None) -> int:
     """Print on stderr why there is no plan, for a given problem also the likely mistake, and return the exit status."""
-    print(f"prefplan: {reason}", file=sys.stderr, flush=True)
+    tell(reason)
     if problem is not None and reason.kind == "task":
         from experiments.checks.propositions import size_of, uncarried
         from prefplan.limits import Limits
@@ -26,5 +24,5 @@ def no_plan(reason: pp.Reason, problem: pp.Problem | None = None) -> int:
         carried = size_of(problem.system, Limits())["propositions"]
         for i, task in enumerate(problem.tasks):
             for line in uncarried(i, task, carried) if task.name in reason.tasks else ():
-                print(f"prefplan: {line}", file=sys.stderr)
+                tell(line)
     return NO_PLAN

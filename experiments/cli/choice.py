@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Unpack, cast
 
 import prefplan as pp
+from experiments.cli.status import tell
 from prefplan.errors import check_known, choices
 from prefplan.scenario.files import FOLDER
 
@@ -113,4 +113,4 @@ def tell_if_unchecked(scenario: pp.Scenario, *, quiet: bool = False) -> None:
     """
     own = isinstance(scenario.model, pp.ManipulationModel) and scenario.path.resolve().parent != FOLDER.resolve()
     if own and not quiet:
-        print(f"prefplan: not checked against the arm: `prefplan check {scenario.path}`", file=sys.stderr)
+        tell(f"not checked against the arm: `prefplan check {scenario.path}`")

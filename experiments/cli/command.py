@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from experiments.cli.start import missing
-from experiments.cli.status import BAD_INPUT, FAILED, INTERRUPTED
+from experiments.cli.status import BAD_INPUT, FAILED, INTERRUPTED, tell
 from prefplan.errors import LimitError, PrefplanError
 
 QUIET = "prefplan.quiet"
@@ -73,15 +73,16 @@ def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> 
         return end.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx else " ".join(called)
-        print(f"{path}: {error.format_message()}\nUsage: `{path} --help`", file=sys.stderr)
+        tell(error.format_message(), who=path)
+        print(f"Usage: `{path} --help`", file=sys.stderr)
         return BAD_INPUT
     except PrefplanError as error:
         from prefplan.front import UnfinishedError  # loads numpy, which other errors may do without
 
-        print(f"prefplan: {error}", file=sys.stderr)
+        tell(error)
         return FAILED if isinstance(error, (UnfinishedError, LimitError)) else BAD_INPUT
     except ModuleNotFoundError as error:
         return missing(error, command=called[-1])
     except KeyboardInterrupt:
-        print("prefplan: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED

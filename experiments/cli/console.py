@@ -1,11 +1,15 @@
-"""Text output: framed tables and colour on a terminal, plain columns elsewhere."""
+"""Text output: framed tables and colour on a terminal, plain columns elsewhere; foreign text is escaped everywhere."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
 import rich.console
+from rich.segment import Segment
 from rich.table import Table
+
+from prefplan.text.printable import printable_lines
 
 UNLIMITED = 10_000
 """Line width without a terminal, so that nothing wraps."""
@@ -17,9 +21,9 @@ COLUMN_GAP = (0, 2, 0, 0)
 class Console(rich.console.Console):
     """Standard output that may be a terminal, a file, or a pipe whose reader closes it early."""
 
-    def __init__(self, *, highlight: bool = True) -> None:
-        """Write to stdout; `highlight` colours numbers, paths and strings on a terminal."""
-        super().__init__(soft_wrap=True, highlight=highlight)
+    def __init__(self, *, highlight: bool = True, stderr: bool = False) -> None:
+        """Write to stdout, or to stderr, where lines wrap; `highlight` colours numbers and paths on a terminal."""
+        super().__init__(soft_wrap=not stderr, highlight=highlight, stderr=stderr)
         if not self.is_terminal:
             self.width = UNLIMITED
 
@@ -33,6 +37,12 @@ class Console(rich.console.Console):
             if not self.is_terminal:
                 table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
         super().print(*objects, **options)
+
+    def _render_buffer(self, buffer: Iterable[Segment]) -> str:
+        """Return what is written: rich's own codes are in styles and control segments, so all text is foreign."""
+        return super()._render_buffer(
+            segment if segment.control else Segment(printable_lines(segment.text), segment.style) for segment in buffer
+        )
 
     def on_broken_pipe(self) -> NoReturn:
         """Let the program's `main` handle the BrokenPipeError; rich would exit with status 1."""

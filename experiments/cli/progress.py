@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import TracebackType
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
@@ -16,6 +15,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.text import Text
+
+from experiments.cli.console import Console
 
 Tell = Callable[[str, int, int, str], None]
 """Reports progress: the stage, how many of its parts are done, of how many (0: unknown), and the next part."""

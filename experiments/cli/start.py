@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from experiments.cli.status import FAILED, INTERRUPTED
+from experiments.cli.status import FAILED, INTERRUPTED, tell
 
 SIMULATION = "pip install '.[sim]', in a clone of prefplan"
 """Installs the simulation."""
@@ -28,7 +28,7 @@ def load_planner(*, quiet: bool = False) -> None:
         from prefplan.warm_up import is_compiled
 
     if not quiet and not is_compiled():
-        print("prefplan: compiling the search, once; this takes 10 to 30 seconds", file=sys.stderr, flush=True)
+        tell("compiling the search, once; this takes 10 to 30 seconds")
 
 
 @contextmanager
@@ -54,15 +54,15 @@ def loading() -> Iterator[None]:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    print("prefplan: interrupted", file=sys.stderr, flush=True)
+    tell("interrupted")
     os._exit(INTERRUPTED)
 
 
 def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:
     """Print on stderr how to install the library that a command needs, and return the exit status."""
     if error.name == "mujoco":  # what `sim` loads first
-        print(f"prefplan: {command} needs the simulation: {SIMULATION}", file=sys.stderr)
+        tell(f"{command} needs the simulation: {SIMULATION}")
     else:
         mend = f"{sys.executable} -m pip install {error.name}"
-        print(f"prefplan: the Python package {error.name} is missing; install it: {mend}", file=sys.stderr)
+        tell(f"the Python package {error.name} is missing; install it: {mend}")
     return FAILED

@@ -1,3 +1,24 @@
-"""Exit statuses of the programs."""
+"""How a program ends and what it tells its user: exit statuses and messages, in which foreign text is escaped."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+from prefplan.text.printable import printable, printable_lines
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
+
+FOREIGN_BREAK = re.compile(r"\n(?! {4})")
+"""A line break that no message has: its further lines are indented by four, those of a table or a verdict by less."""
+
+
+def say(text: object, *, end: str = "\n") -> None:
+    """Print a result on stdout, with its control characters escaped."""
+    print(printable_lines(str(text)), end=end, flush=True)
+
+
+def tell(message: object, *, who: str = "prefplan") -> None:
+    """Print a message on stderr, after the name of what tells it, with its control characters escaped."""
+    text = printable_lines(FOREIGN_BREAK.sub(r"\\n", str(message)))
+    print(f"{printable(who)}: {text}", file=sys.stderr, flush=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict, Unpack
 
 from experiments.cli.progress import Tell
+from experiments.cli.status import tell
 from experiments.runs.captions import captions
 from experiments.runs.outcome import Outcome
 from prefplan.errors import ScenarioError
@@ -82,7 +82,7 @@ def scene_of(
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
     for warning in scene.warnings:
-        print(f"prefplan: warning: {scenario.path}: model.{warning}", file=sys.stderr)
+        tell(f"warning: {scenario.path}: model.{warning}")
     return scene
 
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from prefplan.claims import Check
+from prefplan.text.printable import printable
 from sim.evidence.certificate import Certificate
 from sim.evidence.log import Log
 
@@ -59,7 +60,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, level
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
     verdict = "confirmed" if certificate.confirmed else "refuted"
-    console.print(Text(f"{what}: {verdict}", style="bold"))
+    console.print(Text(printable(f"{what}: {verdict}"), style="bold"))
     for plain, checks in groupby(certificate.checks, key=_is_plain):
         row = list(checks)
         if plain and len(row) > 1:
@@ -67,7 +68,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, level
             row = [Check(f"{row[0].name} to {row[-1].name.split()[1]}", True, words)]
         for check in row:
             mark, style = ("!!", "yellow") if check.finding else ("ok", "green") if check.holds else ("NO", "red")
-            console.print(Text.assemble("  ", (mark, style), f"  {check.name}: {check.words}"))
+            console.print(Text.assemble("  ", (mark, style), printable(f"  {check.name}: {check.words}")))
     if certificate.confirmed:
         console.print(Text(f"  proved: {'; '.join(LEVELS[level] for level in levels)}", style="dim"))
         for level in (level for level in LEVELS if level not in levels):

@@ -8,6 +8,7 @@ from decimal import Decimal
 from itertools import accumulate, groupby
 
 from prefplan.exact_costs import Number
+from prefplan.text.printable import printable
 
 COLUMN_GAP = "  "
 """Between the columns of a table."""
@@ -55,7 +56,7 @@ def numbered(actions: Sequence[str], *, most: int | None = None, whole: str = ""
 
 def _runs(actions: Sequence[str]) -> list[tuple[str, int]]:
     """Return each action with how often it is repeated in a row."""
-    return [(action, len(list(run))) for action, run in groupby(actions)]
+    return [(printable(action), len(list(run))) for action, run in groupby(actions)]
 
 
 def _are_letters(actions: Sequence[str]) -> bool:

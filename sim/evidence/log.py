@@ -10,8 +10,6 @@ import hashlib
 import io
 import json
 import platform
-import zipfile
-import zlib
 from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -25,6 +23,7 @@ from prefplan.exact_costs import exact, to_number
 from prefplan.models.costs import amount
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from sim.errors import LogError
+from sim.evidence.archive import read_arrays
 from sim.external.bundle import packed
 from sim.robots.catalogue import OLD_NAMES
 from sim.simulation.rollout import FRAME_RATE_HZ, Event, Frames, Rollout, Step
@@ -202,16 +201,10 @@ def read_log(path: str | Path) -> Log:
     Raises:
         LogError: the file is missing, broken, no log or of another format; the message names the file.
     """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-        about = _about(path, found["about"])
-    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
-        raise LogError(f"{path}: {str(error.strerror).lower()}") from None
-    except (MemoryError, RecursionError):
-        raise LogError(f"{path}: broken: it claims to be larger than the memory, or is nested too deep") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, NotImplementedError):
-        raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
+    found = read_arrays(path, ("about", *ARRAYS, *MORE_ARRAYS))
+    if "about" not in found:
+        raise LogError(f"{path}: broken, or not a log of `prefplan run`")
+    about = _about(path, found["about"])
     arrays = {}
     for name, row in (ARRAYS | MORE_ARRAYS).items():
         if name not in found:
@@ -243,6 +236,8 @@ def _about(path: str | Path, data: np.ndarray) -> About:
         problem = error.errors()[0]
         where = ".".join(str(part) for part in problem["loc"])
         raise LogError(f"{path}: broken: about.{where}: {problem['msg'].lower()}") from None
+    except (MemoryError, RecursionError):
+        raise LogError(f"{path}: broken: it claims to be larger than the memory, or is nested too deep") from None
     except (ValueError, TypeError):
         raise LogError(f"{path}: broken: about is not the JSON it should be") from None
     return about

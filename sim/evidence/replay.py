@@ -21,7 +21,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
-from sim.external.bundle import in_folder, unpacked
+from sim.external.bundle import unpacked
 from sim.geometry.mjcf import columns, first_met, is_solid, opaque, solid_geoms
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
@@ -300,7 +300,7 @@ def _built(
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("its scenario has no manipulation model")
-        model = in_folder(scenario.model, unpacked(dict(files)))
+        model = unpacked(scenario.model, dict(files))
         scenario = replace(scenario, model=model)
         moving = _robot(model, robot)
         others = joints - len(moving.joints + moving.gripper.joints) - len(model.objects)

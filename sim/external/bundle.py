@@ -6,27 +6,41 @@ import base64
 import binascii
 import functools
 import os
+import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import LogError, SimulationError
 from sim.external.user_scene import scene_files
 
+MAX_ABOVE = 20
+"""Greatest number of `..` in the paths of a log's files."""
+
+PATHS = re.compile("file.*|.*dir")
+"""Names of the attributes of MJCF that hold paths."""
+
 
 def packed(model: ManipulationModel) -> dict[str, str]:
-    """Return the files of a model, encoded in base64, by their paths relative to the scenario's folder.
+    """Return the files of a model, encoded in base64, by their normal paths relative to the scenario's folder.
 
     Raises:
         SimulationError: one of them is missing.
     """
-    found = {obj.file for obj in model.objects if obj.file is not None}
+    return {name: base64.b64encode(_contents(model.folder / name)).decode() for name in _file_names(model)}
+
+
+def _file_names(model: ManipulationModel) -> list[str]:
+    """Return the normal paths of all files of a model, sorted."""
+    found = {os.path.normpath(obj.file) for obj in model.objects if obj.file is not None}
     for name in filter(None, (model.scene, model.robot_setup.mjcf)):
         beside, path = os.path.dirname(name), model.folder / name
-        found |= {os.path.join(beside, os.path.relpath(part, path.parent)) for part in scene_files(path)}
-    return {name: base64.b64encode(_contents(model.folder / name)).decode() for name in sorted(found)}
+        parts = (os.path.relpath(part, path.parent) for part in scene_files(path))
+        found |= {os.path.normpath(os.path.join(beside, part)) for part in parts}
+    return sorted(found)
 
 
 def _contents(path: Path) -> bytes:
@@ -36,35 +50,77 @@ def _contents(path: Path) -> bytes:
         raise SimulationError(f"{path}: {str(error.strerror).lower()}") from None
 
 
-def in_folder(model: ManipulationModel, folder: Path) -> ManipulationModel:
-    """Return a model whose files are looked for in a folder."""
-    return replace(model, folder=folder, robot=replace(model.robot_setup, folder=folder))
+def unpacked(model: ManipulationModel, files: Mapping[str, str]) -> ManipulationModel:
+    """Return a model with packed files, in a temporary folder that is removed when the process ends.
 
-
-def unpacked(files: Mapping[str, str]) -> Path:
-    """Return a temporary folder with packed files at their relative paths; it is removed when the process ends.
+    Nothing outside that folder is read: the files must be exactly those that the model names.
 
     Raises:
-        LogError: a path or the contents of a file are invalid.
+        LogError: a path or the contents of a file are invalid, or the model names other files.
     """
-    return _unpacked(tuple(sorted(files.items())))[1]
+    named = [obj.file for obj in model.objects] + [model.scene, model.robot_setup.mjcf]
+    for name in filter(None, named):
+        if os.path.normpath(name) not in files:
+            raise LogError(f"the log is broken: it does not hold the file {name!r}, which its scenario names")
+    folder = _unpacked(tuple(sorted(files.items())))[1]
+    model = replace(model, folder=folder, robot=replace(model.robot_setup, folder=folder))
+    others = files.keys() ^ set(_file_names(model))
+    if others:
+        raise LogError(f"the log is broken: {min(others)!r} is held or named, but not both")
+    return model
 
 
 @functools.lru_cache(maxsize=8)
 def _unpacked(files: tuple[tuple[str, str], ...]) -> tuple[tempfile.TemporaryDirectory[str], Path]:
     """Return the temporary directory, which is removed with its last reference, and the scenario's folder in it."""
+    contents = {name: _decoded(name, text) for name, text in files}
     root = tempfile.TemporaryDirectory(prefix="prefplan-")
-    # A path may begin with `..`.
-    above = max((Path(name).parts.count(os.pardir) for name, _ in files), default=0)
-    folder = Path(root.name).resolve().joinpath(*["above"] * above)
+    # No path leads out of a folder that is deeper than the paths have `..`.
+    within = [
+        Path(path).parts.count(os.pardir) for name, data in contents.items() for path in (name, *_paths(name, data))
+    ]
+    if sum(within) > MAX_ABOVE:
+        raise LogError("the log is broken: the paths of its files lead too far up")
+    folder = Path(root.name).resolve().joinpath(*["above"] * sum(within))
     folder.mkdir(parents=True, exist_ok=True)
-    for name, contents in files:
+    for name, data in contents.items():
         path = Path(os.path.normpath(folder / name))
-        if not path.is_relative_to(root.name) or "\0" in name:
-            raise LogError(f"the log is broken: {name!r} is no valid path of a file")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(base64.b64decode(contents, validate=True))
-        except (OSError, binascii.Error, ValueError):
+            with path.open("xb") as file:
+                file.write(data)
+        except (OSError, ValueError):
             raise LogError(f"the log is broken: the file {name!r} cannot be unpacked") from None
     return root, folder
+
+
+def _decoded(name: str, text: str) -> bytes:
+    if not _is_normal(name) or name != os.path.normpath(name):
+        raise LogError(f"the log is broken: {name!r} is no valid path of a file")
+    try:
+        return base64.b64decode(text, validate=True)
+    except (binascii.Error, ValueError):
+        raise LogError(f"the log is broken: the file {name!r} cannot be unpacked") from None
+
+
+def _is_normal(path: str) -> bool:
+    return not (os.path.isabs(path) or "\0" in path or "\\" in path or ":" in path)
+
+
+def _paths(name: str, contents: bytes) -> Iterator[str]:
+    """Yield the paths in a file if it is XML.
+
+    Raises:
+        LogError: it is no valid XML, or a path in it is not relative.
+    """
+    if not contents.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return
+    try:
+        root = ElementTree.fromstring(contents.decode("utf-8-sig"))
+    except (ElementTree.ParseError, ValueError):
+        raise LogError(f"the log is broken: the file {name!r} is no valid XML") from None
+    for element in root.iter():
+        for path in (value for key, value in element.attrib.items() if PATHS.fullmatch(key)):
+            if not _is_normal(path):
+                raise LogError(f"the log is broken: {path!r} in {name!r} is no relative path")
+            yield path

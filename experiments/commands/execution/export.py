@@ -11,7 +11,7 @@ from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.start import loading
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH, Choice
 from prefplan.errors import PrefplanError
 
@@ -60,7 +60,7 @@ def export(source: str, to: str, out: Path | None, robot: str | None, force: boo
     data = encode_glb({run.stem: read_log(run)})
     make_folder(path.parent)
     write_bytes(path, data)
-    print(path)
+    say(path)
     return DONE
 
 
@@ -80,5 +80,5 @@ def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bo
     for name, data in files.items():
         make_folder((folder / name).parent)
         write_bytes(folder / name, data)
-    print(folder / name)
+    say(folder / name)
     return DONE

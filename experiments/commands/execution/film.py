@@ -11,7 +11,7 @@ import click
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder
 from experiments.cli.start import loading
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH, number, positive
 from prefplan.errors import PrefplanError
 
@@ -68,5 +68,5 @@ def film(videos: Sequence[Path], file: Path, speed: Decimal | None, height: int 
         fps=FPS[ending],
         speed=times,
     )
-    print(path)
+    say(path)
     return DONE

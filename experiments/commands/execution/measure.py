@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -17,7 +16,7 @@ from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
-from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import PATH
 
 if TYPE_CHECKING:
@@ -86,10 +85,10 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     else:
         _show(Console(highlight=False), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
-        print(f"prefplan: not measured: {failure.reason}", file=sys.stderr)
+        tell(f"not measured: {failure.reason}")
     if interrupted:
         left = total - len(done) - len(failures)
-        print(f"prefplan: interrupted; the same command measures the other {left} actions", file=sys.stderr)
+        tell(f"interrupted; the same command measures the other {left} actions")
         return INTERRUPTED
     return FAILED if failures else DONE
 

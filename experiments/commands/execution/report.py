@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -18,7 +17,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.files import make_folder
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import plan_numbers
 
 if TYPE_CHECKING:
@@ -99,17 +98,17 @@ def report(
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"
         bars("page", 0, 0, "")
         page = write_page(loaded, front, recordings, folder, notices=notices)
-    print(page)
+    say(page)
     for notice in notices:
-        print(f"prefplan: {notice}", file=sys.stderr)
+        tell(notice)
     if interrupted:
-        print("prefplan: interrupted; the same command continues from here", file=sys.stderr)
+        tell("interrupted; the same command continues from here")
         return INTERRUPTED
     if front.reason:
         return no_plan(front.reason, loaded.problem())
     if front.ended:
-        print(f"prefplan: {front.ending}", file=sys.stderr)
+        tell(front.ending)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]
     for i in failed:
-        print(f"prefplan: execution of plan {i} failed {recordings[i].outcome.get('reason')}", file=sys.stderr)
+        tell(f"execution of plan {i} failed {recordings[i].outcome.get('reason')}")
     return FAILED if failed else DONE

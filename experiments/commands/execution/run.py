@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
@@ -21,7 +20,7 @@ from experiments.cli.console import Console
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import PATH, number
 
 if TYPE_CHECKING:
@@ -124,14 +123,14 @@ def _status(outcome: Outcome, *, as_json: bool) -> int:
 
     for event in outcome.rollout.events:
         if event.kind == "not injected":
-            print(f"prefplan: {NEWS[event.kind].format(**event.detail)}", file=sys.stderr)
+            tell(f"{NEWS[event.kind].format(**event.detail)}")
     if outcome.no_video:
-        print(f"prefplan: no video: {outcome.no_video}", file=sys.stderr)
+        tell(f"no video: {outcome.no_video}")
     if outcome.interrupted:
-        print("prefplan: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED
     if outcome.completed:
         return DONE
     if as_json:
-        print(f"prefplan: execution failed {outcome.reason}", file=sys.stderr)
+        tell(f"execution failed {outcome.reason}")
     return FAILED

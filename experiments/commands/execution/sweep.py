@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
 from collections.abc import Callable
 from decimal import Decimal
 from functools import partial
@@ -24,7 +23,7 @@ from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal, read_journal
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import positive, whole
 from prefplan.errors import PrefplanError, choices, prefixed
 
@@ -149,7 +148,7 @@ def sweep(
         interrupted, show = _roll_out(loaded, job, bars) if key is None else _search(loaded, job, key, bars)
     show(as_json=as_json)
     if interrupted:
-        print("prefplan: interrupted; the same command continues it", file=sys.stderr)
+        tell("interrupted; the same command continues it")
         return INTERRUPTED
     return DONE
 
@@ -237,7 +236,7 @@ def _replay(scenario: pp.Scenario, named: str, folder: Path, wanted: int, **show
     if differing:
         made = f"prefplan {header['prefplan']} and MuJoCo {header['mujoco']}"
         told = ", ".join(f"{key} {outcome[key]}, recorded {record[key]}" for key in differing)
-        print(f"prefplan: rollout {wanted} differs from its record, made with {made}: {told}", file=sys.stderr)
+        tell(f"rollout {wanted} differs from its record, made with {made}: {told}")
     elif not shown["as_json"]:
-        print(f"rollout {wanted} ended as recorded: {'completed' if record['completed'] else record['reason']}")
+        say(f"rollout {wanted} ended as recorded: {'completed' if record['completed'] else record['reason']}")
     return status

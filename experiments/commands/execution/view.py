@@ -16,7 +16,7 @@ from experiments.cli.choice import choose, continuation
 from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import port as port_number
 from prefplan.errors import PreferenceError, PrefplanError
 
@@ -89,7 +89,7 @@ def view(
     chosen, choice = plans.index(first), continuation(plan, max_preference)
 
     def ready(address: str) -> None:
-        print(f"{loaded.name}: {address} (Ctrl-C ends it)", flush=True)
+        say(f"{loaded.name}: {address} (Ctrl-C ends it)")
         if not no_open:
             open_page(address)
 

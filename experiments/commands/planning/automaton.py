@@ -8,7 +8,7 @@ from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.start import loading
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 
 
@@ -41,5 +41,5 @@ def automaton(formula: str, format: str, plot: str | None) -> int:
     if format == "table":
         show_table(Console(), found)
     else:
-        print(WRITERS[format](found), end="")
+        say(WRITERS[format](found), end="")
     return DONE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -20,7 +19,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
+from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, tell
 
 if TYPE_CHECKING:
     from experiments.checks.checkup import Checkup
@@ -59,11 +58,11 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     else:
         _show(Console(highlight=False), loaded, found)
     for warning in found.warnings:
-        print(f"prefplan: warning: {warning}", file=sys.stderr)
+        tell(f"warning: {warning}")
     for fault in found.faults:
-        print(f"prefplan: {loaded.path}: {fault}", file=sys.stderr)
+        tell(f"{loaded.path}: {fault}")
     if found.interrupted:
-        print("prefplan: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED
     if found.faults:
         return BAD_INPUT

@@ -12,7 +12,7 @@ from experiments.checks.no_plan import no_plan
 from experiments.cli import options
 from experiments.cli.command import command, is_quiet
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError, prefixed
 
@@ -43,7 +43,7 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
     else:
         status = _automata(loaded, path) if what == "automata" else _system(loaded, path)
     if status == DONE:
-        print(path)
+        say(path)
     return status
 
 

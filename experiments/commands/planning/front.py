@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING
@@ -17,7 +16,7 @@ from experiments.cli.choice import check_bounds, objective_name, tell_if_uncheck
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner, loading
-from experiments.cli.status import DONE, INTERRUPTED
+from experiments.cli.status import DONE, INTERRUPTED, say, tell
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -89,11 +88,11 @@ def front(
     if picture and result:
         draw(found, result, picture)
         if not as_json:
-            print(f"\nPicture: {picture}")
+            say(f"\nPicture: {picture}")
     if result:
         tell_if_unchecked(found, quiet=is_quiet())
     if result.reason:
         return no_plan(result.reason, problem)
     if result.ended:
-        print(f"prefplan: {result.ending}", file=sys.stderr)
+        tell(result.ending)
     return INTERRUPTED if result.ended == "interrupt" else DONE

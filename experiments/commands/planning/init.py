@@ -8,7 +8,7 @@ import click
 
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH, Choice
 from experiments.starters import KINDS, starter
 
@@ -28,5 +28,5 @@ def init(file: Path, kind: str) -> int:
     check_new(file, mend="choose another name, or remove it first")
     make_folder(file.parent)
     write_bytes(file, starter(kind, file=file.name).encode())
-    print(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")
+    say(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")
     return DONE

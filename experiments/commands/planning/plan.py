@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Unpack
 
 import click
@@ -14,7 +13,7 @@ from experiments.cli.choice import choose, tell_if_unchecked
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
-from experiments.cli.status import DONE, FAILED, INTERRUPTED
+from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -79,7 +78,7 @@ def _unfinished(scenario: pp.Scenario, planner: pp.Planner, error: pp.Unfinished
         output.show_plan(Console(), scenario, error.best)
     if error.best:
         tell_if_unchecked(scenario, quiet=is_quiet())
-    print(f"prefplan: {error}", file=sys.stderr)
+    tell(error)
     if error.ended == "interrupt":
         return INTERRUPTED
     return DONE if error.best else FAILED
