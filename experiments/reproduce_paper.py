@@ -1,25 +1,24 @@
-"""Reproduce the examples, case studies and benchmark of the paper, and compare all values with the paper's on one page.
-
-The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs or
-could not be completed, 2 for a wrong call and 130 after Ctrl-C.
-"""
+"""The paper's examples, case studies and benchmark, computed again, and all values beside the paper's on one page."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
+import click
+
 import prefplan as pp
 from experiments.benchmark import table1
 from experiments.case_study_1 import PUBLISHED as FIGURE_3
 from experiments.case_study_2 import PUBLISHED as FIGURE_4
+from experiments.cli.command import call, command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.start import load_planner
-from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
+from experiments.cli.status import DONE, INTERRUPTED
+from experiments.cli.values import PATH
 from experiments.figures import plans
 from experiments.paper import arm
 from experiments.paper.study import Report, Study
@@ -44,41 +43,45 @@ DIFFERENT = 1
 """Exit status when a result differs from the paper."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Reproduce everything, print each study as it ends, write the page, and return the exit status."""
-    options = _options(arguments)
-    console = Console(highlight=False)
-    report = Report(console)
-    load_planner()
-    try:
-        make_folder(options.out)
+@command
+@click.option("--out", type=PATH, default="out/paper", metavar="DIR", help="Folder for the page (default: out/paper).")
+@click.option("--quick", is_flag=True, help="Plan Case Study 3, but do not simulate it.")
+@click.option("--benchmark", is_flag=True, help="Time Table I again, which takes hours (with --quick a minute).")
+def reproduce(out: Path, quick: bool, benchmark: bool) -> int:
+    """Reproduce the paper's examples, case studies and benchmark, and compare all values with the paper's on one page.
 
-        # Examples 1 to 3: a plan that satisfies three tasks, and the value of a preference function.
-        examples(report, options.out)
+    The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs
+    or could not be completed, 2 for a wrong call and 130 after Ctrl-C.
+    """
+    report = Report(Console(highlight=False))
+    load_planner(quiet=is_quiet())
+    make_folder(out)
 
-        # Case Study 1: the Pareto front of five tasks, preferred in an order (Figure 3).
-        case_study_1(report, options.out)
+    # Examples 1 to 3: a plan that satisfies three tasks, and the value of a preference function.
+    examples(report, out)
 
-        # Case Study 2: contradicting tasks, relaxed for a price (Figure 4).
-        case_study_2(report, options.out)
+    # Case Study 1: the Pareto front of five tasks, preferred in an order (Figure 3).
+    case_study_1(report, out)
 
-        # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
-        case_study_3(report, options.out, simulate=not options.quick)
+    # Case Study 2: contradicting tasks, relaxed for a price (Figure 4).
+    case_study_2(report, out)
 
-        # Table I: planning time without and with the heuristic, from the results that ship or measured again.
-        with report.study("Table I", "Planning time without and with the heuristic.") as study:
-            compare_times(study, options.out, benchmark(options) if options.benchmark else RESULTS)
+    # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
+    case_study_3(report, out, simulate=not quick)
 
-        page = options.out / "index.html"
-        report.write(page)
-    except pp.PrefplanError as error:
-        print(f"reproduce_paper: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt:
-        print("reproduce_paper: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    console.print(f"\n{report.reproduced} of {len(report.studies)} reproduced: {page}", markup=False)
+    # Table I: planning time without and with the heuristic, from the results that ship or measured again.
+    with report.study("Table I", "Planning time without and with the heuristic.") as study:
+        compare_times(study, out, measured(out / "table_1", quick=quick) if benchmark else RESULTS)
+
+    page = out / "index.html"
+    report.write(page)
+    print(f"\n{report.reproduced} of {len(report.studies)} reproduced: {page}")
     return DONE if report.reproduced == len(report.studies) else DIFFERENT
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry the command out and return its exit status."""
+    return call(reproduce, "python experiments/reproduce_paper.py", arguments)
 
 
 def examples(report: Report, out: Path) -> None:
@@ -196,29 +199,18 @@ def draw_plans(study: Study, scenario: pp.Scenario, front: pp.Front, figure: Pat
         study.texts.append(f"Plan {i}: {plan.steps}")
 
 
-def benchmark(options: argparse.Namespace) -> Path:
+def measured(folder: Path, *, quick: bool) -> Path:
     """Measure the times of Table I on this machine, which takes hours, and return the folder with the results.
 
     Raises:
         PrefplanError: a front or a least cost is wrong, so that its time means nothing.
     """
-    folder: Path = options.out / "table_1"
-    status = table1.main(["--out", str(folder), *(["--quick"] if options.quick else [])])
+    status = table1.main(["--out", str(folder), *(["--quick"] if quick else [])])
     if status == INTERRUPTED:
         raise KeyboardInterrupt
     if status != DONE:
         raise pp.PrefplanError("the benchmark found wrong answers, see above")
     return folder
-
-
-def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("out", "paper"), help="folder (default: out/paper)")
-    parser.add_argument("--quick", action="store_true", help="plan Case Study 3 but do not simulate it")
-    parser.add_argument(
-        "--benchmark", action="store_true", help="run the benchmark again, which takes hours (with --quick a minute)"
-    )
-    return parser.parse_args(arguments)
 
 
 if __name__ == "__main__":

@@ -1,30 +1,24 @@
-"""Time the planner on groups of cases, each search in a separate process; prints a table for each group.
-
-Times are CPU seconds of the search, its heuristics included, and mostly medians over some instances. The groups:
-
-- `tasks`: instances like those of the paper's Table I, with many tasks.
-- `stopped`: the same, stopped after some seconds: the gap that is proven by then.
-- `ablation`: the planner without one of its components at a time.
-- `large`, `measured`: manipulation models too large to enumerate, also with measured costs.
-- `roads`: fronts of two and of three costs on the roads of a made-up city.
-"""
+"""Groups of cases on which the planner is timed, beside Table I: `python -m experiments.benchmark.cases`."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+import click
+
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.road_costs import COSTS, random_queries, write_files
-from experiments.benchmark.road_front import problem_between
+from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
 from experiments.benchmark.road_network import road_network
 from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
+from experiments.cli.command import call, command
+from experiments.cli.status import DONE
+from experiments.cli.values import Choice, positive
 from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum, load
 
 NAMES = ("problem", "method")
@@ -33,26 +27,17 @@ NAMES = ("problem", "method")
 ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
 """Numbers of tasks of the problems in `ablation`."""
 
-Preferred = Callable[[Sequence[str]], Preference | Sequence[NamedPreference]]
-"""Returns what is preferred, given the names of the tasks."""
+Preferred = Preference | Sequence[NamedPreference]
 
 
-def _weights(tasks: Sequence[str]) -> WeightedSum:
-    return WeightedSum({task: 1 + i % 3 for i, task in enumerate(tasks)})
-
-
-def _order_and_weights(tasks: Sequence[str]) -> list[NamedPreference]:
-    return [NamedPreference("order", Order()), NamedPreference("sum", _weights(tasks))]
-
-
-def _spread(tasks: Sequence[str]) -> Expression:
-    return Expression("max({0}, {1}) - min({0}, {1}) + {2}".format(*tasks))
+def _weights(tasks: int) -> WeightedSum:
+    return WeightedSum({f"phi{1 + i}": 1 + i % 3 for i in range(tasks)})
 
 
 PREFERRED: dict[str, tuple[int, Preferred]] = {
-    "weighted sum": (8, _weights),
-    "order and weighted sum": (6, _order_and_weights),
-    "spread": (7, _spread),
+    "weighted sum": (8, _weights(8)),
+    "order and weighted sum": (6, [NamedPreference("order", Order()), NamedPreference("sum", _weights(6))]),
+    "spread": (7, Expression("max(phi1, phi2) - min(phi1, phi2) + phi3")),
 }
 """Numbers of tasks and preferences, other than an order alone, of further fronts in `ablation`."""
 
@@ -101,20 +86,17 @@ def stopped(folder: Path, seeds: range) -> Iterator[Run]:
 def ablation(folder: Path, seeds: range) -> Iterator[Run]:
     """Yield searches without one component of the planner."""
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
-    problems |= {(FRONT, f"{n} tasks, {name}"): _preferring(made, n, seeds) for name, (n, made) in PREFERRED.items()}
+    for name, (n, preference) in PREFERRED.items():
+        problems[FRONT, f"{n} tasks, {name}"] = [partial(_with_preference, preference, n, seed) for seed in seeds]
     problems |= {(FRONT, name): [partial(_shipped, name)] * len(seeds) for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
         searches = {device: partial(search, kind, options=options) for device, options in DEVICES.items()}
         yield from _runs(f"{kind}, {name}", instances, searches)
 
 
-def _preferring(preference: Preferred, tasks: int, seeds: range) -> list[Callable[[], Problem]]:
-    return [partial(_with_preference, preference, tasks, seed) for seed in seeds]
-
-
 def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
     problem = instance(RANDOM, tasks, seed)
-    return Problem(problem.system, problem.tasks, preference([task.name for task in problem.tasks]))
+    return Problem(problem.system, problem.tasks, preference)
 
 
 def _shipped(name: str) -> Problem:
@@ -154,22 +136,36 @@ def told(run: Run) -> Record:
     return carry_out(run)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table of each group and return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("groups", nargs="+", choices=GROUPS, metavar="GROUP", help="what to time, see above")
-    parser.add_argument("--seeds", type=int, default=3, help="instances of each size (default: 3)")
-    options = parser.parse_args(arguments)
+@command
+@click.argument("groups", nargs=-1, required=True, type=Choice(GROUPS), metavar="GROUP...", help="What to time.")
+@click.option("--seeds", type=positive, default="3", metavar="N", help="Instances of each size (default: 3).")
+def time_groups(groups: Sequence[str], seeds: int) -> int:
+    """Time the planner on groups of cases, each search in a separate process, and print a table for each group.
+
+    Times are CPU seconds of the search, its heuristics included, and mostly medians over some instances.
+
+    Groups:
+      tasks            instances like those of the paper's Table I, with many tasks
+      stopped          the same, stopped after some seconds: the gap that is proven by then
+      ablation         the planner without one of its components at a time
+      large, measured  manipulation models too large to enumerate, also with measured costs
+      roads            fronts of two and of three costs on the roads of a made-up city
+    """
     warm_up()
     search(FRONT, _shipped("case_study_3"))
-    for group in options.groups:
+    for group in groups:
         with tempfile.TemporaryDirectory() as folder:
-            runs = list(GROUPS[group](Path(folder), range(options.seeds)))
+            runs = list(GROUPS[group](Path(folder), range(seeds)))
             # The first search of another kind of model loads further kernels.
             runs[0].search(runs[0].instance())
             found = cells(map(told, runs))
         print(table(found, NAMES), end="\n\n", flush=True)
-    return 0
+    return DONE
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry the command out and return its exit status."""
+    return call(time_groups, "python -m experiments.benchmark.cases", arguments)
 
 
 if __name__ == "__main__":

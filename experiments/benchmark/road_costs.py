@@ -1,14 +1,16 @@
-"""Queries on the roads of the made-up city with several costs: driving time, length and climb."""
+"""Path queries on the roads of the made-up city with several costs: driving time, length and climb."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from experiments.benchmark.road_front import Query
 from experiments.benchmark.road_network import BLOCK_M, Roads, arcs_text
+from prefplan import Problem, Task
+from prefplan.models.graph_file import GraphFileModel
 
 COSTS = ("seconds", "metres", "climb")
 """The costs, in the order of objectives; climbs are in decimetres."""
@@ -18,6 +20,13 @@ HILLS_M = ((30.0, 700.0), (10.0, 190.0))
 
 BLOCKS = (40, 40, 80, 80, 120, 120)
 """Straight-line distance between the ends of each query, blocks."""
+
+
+class Query(NamedTuple):
+    """A path query: source and target nodes."""
+
+    source: int
+    target: int
 
 
 def costs_of(roads: Roads) -> dict[str, np.ndarray]:
@@ -51,3 +60,10 @@ def write_files(roads: Roads, folder: Path) -> None:
     """Write a DIMACS file of each cost, all with the same roads in the same order."""
     for name, column in costs_of(roads).items():
         (folder / f"{name}.gr").write_text(arcs_text(roads._replace(seconds=column), name))
+
+
+def problem_between(folder: Path, costs: Sequence[str], query: Query) -> Problem:
+    """Return a query as a problem without preferences: one task, to reach the target; each cost has a file."""
+    files = {name: f"{name}.gr" for name in costs}
+    model = GraphFileModel(folder, files, query.source, labels={str(query.target): ["goal"]})
+    return Problem(model.transition_system(), [Task("arrive", "F goal")], [])

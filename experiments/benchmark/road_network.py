@@ -6,9 +6,7 @@ one-way, every few blocks a faster road runs through, and only these roads cross
 
 from __future__ import annotations
 
-import argparse
 import gzip
-from pathlib import Path
 from typing import NamedTuple
 
 import networkx as nx
@@ -160,13 +158,10 @@ def coordinates_text(roads: Roads) -> str:
 
 
 def main() -> None:
-    """Write the files, and print the labels for the scenario."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", nargs="?", type=Path, default=scenarios.FOLDER, help="where to write city.*.gz")
-    options = parser.parse_args()
+    """Write the files of the scenario, and print its labels."""
     roads = road_network()
     for ending, text in (("gr", arcs_text(roads)), ("co", coordinates_text(roads))):
-        write_bytes(options.folder / f"city.{ending}.gz", gzip.compress(text.encode(), mtime=0))
+        write_bytes(scenarios.FOLDER / f"city.{ending}.gz", gzip.compress(text.encode(), mtime=0))
     print(f"# {len(roads.points)} crossings, {len(roads.sources)} roads\n\n[model.labels]")
     for kind, crossings in places(roads).items():
         print("\n".join(f'{crossing + 1} = ["{kind}"]' for crossing in crossings))

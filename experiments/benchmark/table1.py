@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
@@ -12,9 +11,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from datetime import date
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import click
 import numba
 
 import experiments.benchmark
@@ -37,12 +38,16 @@ from experiments.benchmark.runs import (
     wrong_fronts,
 )
 from experiments.benchmark.summary import EFFORT, cells, disagreements, table
+from experiments.cli.command import call, command
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.journal import Journal
-from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED
+from experiments.cli.status import DONE
+from experiments.cli.values import PATH, positive
 
 SIZES = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10, 11)}
 """Numbers of tasks: those of the paper and more, up to instances that take minutes or gigabytes."""
+
+SIZE = click.IntRange(2, SIZES[SINGLE][-1])
 
 MANY = {SINGLE: 12, FRONT: 8}
 """Greatest number of tasks with all instances; above it, only `FEW_SEEDS` are run, on random cells."""
@@ -87,70 +92,62 @@ NOTES = (
 )
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Carry the benchmark out and return its exit status."""
-    options = _options(arguments)
-    runs = plan_runs(options.tasks, options.seeds)
-    journal = options.out / "table1.runs.jsonl"
-    try:
-        make_folder(options.out)
-        warm_up()
-        if wrong := wrong_fronts():
-            return _refuse("fronts differ from the known ones, so that times would mean nothing", wrong)
-        results = carry_out_all(runs, journal)
-    except KeyboardInterrupt:
-        print(f"interrupted; the same command continues from {journal}", file=sys.stderr)
-        return INTERRUPTED
-    except prefplan.PrefplanError as error:
-        print(f"table1: {error}", file=sys.stderr)
-        return BAD_INPUT
+@command
+@click.option(
+    "--tasks",
+    "sizes",
+    type=click.IntRange(2, 12),
+    multiple=True,
+    metavar="N",
+    help="Only this number of tasks; may be repeated.",
+)
+@click.option("--seeds", type=positive, metavar="N", help="Instances of each size (default: 10; --quick: 3).")
+@click.option("--quick", is_flag=True, help="2 to 5 tasks, 3 instances: less than a minute.")
+@click.option(
+    "--out", type=PATH, default="out/table1", metavar="DIR", help="Folder for the results (default: out/table1)."
+)
+def benchmark(sizes: Sequence[int], seeds: int | None, quick: bool, out: Path) -> int:
+    """Time the planner on the paper's benchmark (Table I), beside the paper's own method in the same compiled kernels.
+
+    After an interruption, the same command continues.
+    """
+    seeds = seeds or (3 if quick else 10)
+    runs = plan_runs(sorted(set(sizes or (range(2, 6) if quick else SIZES[SINGLE] + SIZES[FRONT]))), seeds)
+    make_folder(out)
+    warm_up()
+    if wrong := wrong_fronts():
+        return _refuse("fronts differ from the known ones, so that times would mean nothing", wrong)
+    results = carry_out_all(runs, out / "table1.runs.jsonl")
     if wrong := disagreements(results):
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
-    few = min(options.seeds, FEW_SEEDS)
+    few = min(seeds, FEW_SEEDS)
     instances = (
-        f"Instances of each size: {options.seeds} for ours, {few} of them for the yardstick and for fronts of more "
-        f"than {MANY[FRONT]} tasks."
+        f"Instances of each size: {seeds} for ours, {few} of them for the yardstick and for fronts of more than "
+        f"{MANY[FRONT]} tasks."
     )
-    report = write(results, options.out, instances)
-    print(markdown(report))
+    print(markdown(write(results, out, instances)))
     return DONE
 
 
-def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    sizes = range(2, SIZES[SINGLE][-1] + 1)
-    parser.add_argument(
-        "--tasks", type=int, nargs="+", choices=sizes, metavar="N", help="numbers of tasks (default: all)"
-    )
-    parser.add_argument("--seeds", type=int, help="instances of each size (default: 10)")
-    parser.add_argument("--quick", action="store_true", help="2 to 5 tasks, 3 instances: less than a minute")
-    parser.add_argument("--out", type=Path, default=Path("out", "table1"), help="folder (default: out/table1)")
-    options = parser.parse_args(arguments)
-    options.tasks = options.tasks or (range(2, 6) if options.quick else sizes)
-    if options.seeds is None:
-        options.seeds = 3 if options.quick else 10
-    return options
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry the command out and return its exit status."""
+    return call(benchmark, "python -m experiments.benchmark.table1", arguments)
 
 
 def plan_runs(sizes: Sequence[int], seeds: int) -> list[Run]:
     """Return all runs, those with few tasks first, and for each instance our method first."""
     runs = []
-    for tasks in sizes:
-        for kind in KINDS:
-            for family in FAMILIES:
-                many = tasks <= MANY[kind]
-                if tasks not in SIZES[kind] or not (many or family == RANDOM):
-                    continue
-                few = min(seeds, FEW_SEEDS)
-                counts = {OURS: seeds if many else few}
-                if tasks <= YARDSTICK_SIZE:
-                    counts |= dict.fromkeys(YARDSTICKS, few)
-                for name, count in counts.items():
-                    what = {"family": family, "kind": kind, "tasks": tasks, "method": name}
-                    searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
-                    runs += [
-                        Run(what | {"seed": i}, partial(instance, family, tasks, i), searched) for i in range(count)
-                    ]
+    for tasks, kind, family in product(sizes, KINDS, FAMILIES):
+        many, few = tasks <= MANY[kind], min(seeds, FEW_SEEDS)
+        if tasks not in SIZES[kind] or not (many or family == RANDOM):
+            continue
+        counts = {OURS: seeds if many else few}
+        if tasks <= YARDSTICK_SIZE:
+            counts |= dict.fromkeys(YARDSTICKS, few)
+        for name, count in counts.items():
+            what = {"family": family, "kind": kind, "tasks": tasks, "method": name}
+            searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
+            runs += [Run(what | {"seed": i}, partial(instance, family, tasks, i), searched) for i in range(count)]
     return runs
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import heapq
 from pathlib import Path
 
-from experiments.benchmark.road_costs import COSTS, random_queries, write_files
-from experiments.benchmark.road_front import problem_between
+from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
 from experiments.benchmark.road_network import road_network
 from prefplan import pareto_front
 

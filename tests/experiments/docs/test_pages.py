@@ -249,7 +249,6 @@ def line_printed_by(line: str, *, shown: bool) -> str:
         parsed(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
         return ""
     line = re.sub(r"^prefplan run ", "prefplan run --no-video ", line)
-    line = re.sub(r"^(prefplan sweep .*)(--replay )", r"\1--no-video \2", line)
     command = line.removesuffix(MISTAKE)
     program = next((name for name in IN_THIS_PROCESS if command.startswith(f"{name} ")), None)
     if program and not FOR_A_SHELL.search(command):
