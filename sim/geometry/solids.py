@@ -10,8 +10,11 @@ import trimesh
 CREASE_RAD = np.radians(40)
 """Faces that meet at a smaller angle are shaded as one smooth surface."""
 
-CORNER_STEPS, EDGE_STEPS = 12, 3
-"""Number of facets of a round corner seen from above, and of a round edge."""
+EDGE_STEPS = 3
+"""Number of facets of a round edge."""
+
+CORNER_SAG_M = 1e-4
+"""Greatest distance between a round corner seen from above and its facets."""
 
 
 def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -58,7 +61,9 @@ def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: boo
 
     The order is from the outer foot upwards. Both ends are filled, unless the profile is `closed`.
     """
-    rings = [_ring(x, y, max(radius, 1e-4), height) for x, y, radius, height in loops]
+    widest = max(radius for _, _, radius, _ in loops)
+    steps = int(np.ceil(np.pi / 4 / np.arccos(1 - min(0.5, CORNER_SAG_M / widest)))) if widest > 0 else 1
+    rings = [_ring(x, y, max(radius, 1e-4), height, steps) for x, y, radius, height in loops]
     count = len(rings[0])
     middles = [] if closed else [[[0.0, 0.0, loops[end][3]]] for end in (0, -1)]
     vertices = np.concatenate([*rings, *middles])
@@ -78,10 +83,10 @@ def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: boo
     return smoothed(solid)
 
 
-def _ring(x: float, y: float, radius: float, height: float) -> np.ndarray:
+def _ring(x: float, y: float, radius: float, height: float, steps: int) -> np.ndarray:
     """Return (N, 3) points of a round-cornered rectangle, anticlockwise seen from above."""
     quarters = np.radians(np.arange(0, 360, 90))[:, None]
-    angles = quarters + np.linspace(0, np.pi / 2, CORNER_STEPS + 1)
+    angles = quarters + np.linspace(0, np.pi / 2, steps + 1)
     centres = (np.array([x, y]) - radius) * [(1, 1), (-1, 1), (-1, -1), (1, -1)]
     outline = centres[:, None] + radius * np.stack([np.cos(angles), np.sin(angles)], -1)
     return np.column_stack([outline.reshape(-1, 2), np.full(outline.size // 2, height)])

@@ -26,7 +26,7 @@ FINISHES = {
 
 LINKS = tuple(FINISHES)
 
-FACES_KEPT = {"link6": 0.2, "link7": 0.2, "hand": 0.4, "finger": 1.0}
+FACES_KEPT = {"link7": 0.15, "hand": 0.4, "finger": 1.0}
 """Share of a link's faces that is kept, 0.08 for the others: 134,000 become 20,000. The wrist has fine curves."""
 
 DETAIL_AREA_M2, DETAIL_FACES = 3e-3, 80
@@ -43,7 +43,7 @@ SLEEVE_M = [(0.0543, -0.008), (0.0553, -0.001), (0.0553, 0.001), (0.0543, 0.008)
 """Outline of a sleeve, radius and height: its edges lie inside the links, whose radius is 55 mm, or 54.4 to 55.3 mm
 after simplification."""
 
-SLEEVE_SIDES = 96
+SLEEVE_SIDES = 48
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.ndimage import binary_erosion, median_filter
+from scipy.ndimage import binary_erosion, map_coordinates, median_filter
 
 from prefplan.models.manipulation.model import Location, ManipulationModel
 from sim.errors import RenderingError
-from sim.rendering import renderer, video
+from sim.rendering import antialias, renderer, video
 from sim.rendering.antialias import smooth_edges
 from sim.rendering.opengl import CURE, check_rendering, gl_backend
 from sim.rendering.quality import DRAFT
@@ -72,6 +72,31 @@ def test_smoothing_softens_a_slanted_edge_and_leaves_flat_areas() -> None:
     edge = abs(columns - 40 - rows / 5) < 2
     assert (smooth[~edge] == frame[~edge]).all()
     assert ((smooth[edge] > 60) & (smooth[edge] < 170)).any()
+
+
+def test_edges_are_blended_as_scipy_interpolates() -> None:
+    frame = np.random.default_rng(0).integers(0, 256, (30, 40, 3), dtype=np.uint8)
+    pixels, greys, at = antialias._without_specks(frame)
+    shade = greys.astype(float)
+    upper_left, upper_right, lower_left, lower_right = (
+        np.roll(shade, (-down, -right), (0, 1)).ravel()[at] for down in (-1, 1) for right in (-1, 1)
+    )
+    along = np.array(
+        [lower_left + upper_left - lower_right - upper_right, lower_left + lower_right - upper_left - upper_right]
+    )
+    bright = upper_left + upper_right + lower_left + lower_right
+    along = np.clip(along / (abs(along).min(axis=0) + np.maximum(bright / 32, 2)), -8, 8)
+    places = [np.array(np.divmod(at, 40)) + share * along for share in (-0.4, 0.0, 0.4)]
+    expected = pixels.astype(float).reshape(-1, 3)
+    expected[at] = np.mean(
+        [
+            [map_coordinates(pixels[..., i].astype(float), place, order=1, mode="nearest") for i in range(3)]
+            for place in places
+        ],
+        axis=0,
+    ).T
+    assert len(at) > 500
+    assert abs(smooth_edges(frame).reshape(-1, 3) - expected).max() <= 1
 
 
 def test_smoothing_fills_in_dark_specks() -> None:
