@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.rollout import Event, Rollout
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform

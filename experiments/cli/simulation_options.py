@@ -16,7 +16,7 @@ from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Look
-from sim.robots.catalogue import OLD_NAMES, ROBOTS
+from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import KEYS, Perturbation, read_perturbation
 from sim.world.scene import Scene
 
@@ -60,7 +60,7 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
 
 def robot_of(name: str | None) -> str | None:
     """Return the value of `--robot`; None without the option."""
-    return name if name is None or name in OLD_NAMES else checked("--robot", name, ROBOTS)
+    return name if name is None else checked("--robot", name, ROBOTS)
 
 
 def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:

@@ -10,7 +10,7 @@ import hashlib
 import io
 import json
 import platform
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
 from sim.evidence.archive import read_arrays
 from sim.external.bundle import packed
-from sim.robots.catalogue import OLD_NAMES
 from sim.simulation.rollout import FRAME_RATE_HZ, Event, Frames, Rollout, Step
 from sim.world.scene import Scene
 
@@ -229,7 +228,6 @@ def _about(path: str | Path, data: np.ndarray) -> About:
         if about["format"] != FORMAT:
             raise LogError(f"{path}: a log of format {about['format']!r}; this version of prefplan reads {FORMAT}")
         about = TypeAdapter(About).validate_python({field.name: about[field.name] for field in fields(About)})
-        about = replace(about, robot=OLD_NAMES.get(about.robot, about.robot))
     except KeyError as error:
         raise LogError(f"{path}: broken: about.{error.args[0]} is missing") from None
     except ValidationError as error:

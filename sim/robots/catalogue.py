@@ -1,7 +1,10 @@
-"""The robots that can be chosen by name."""
+"""The robots that can be chosen by name: every one that a module of `sim.robots.arms` defines."""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,24 +13,24 @@ import numpy as np
 from prefplan.errors import check_known, choices
 from prefplan.models.manipulation.surroundings import RobotSetup
 from sim.errors import RobotError, SimulationError
-from sim.robots.fetch import FETCH
-from sim.robots.menagerie.gen3 import GEN3
-from sim.robots.menagerie.panda import MENAGERIE_PANDA
-from sim.robots.menagerie.ur5e import UR5E
-from sim.robots.menagerie.xarm7 import XARM7
-from sim.robots.own import own_robot
-from sim.robots.panda import PANDA
-from sim.robots.panda_suction import PANDA_SUCTION
+from sim.robots import arms
+from sim.robots.import_mjcf import ImportedArm
 from sim.robots.robot import Robot
-from sim.robots.setup import check_robot
-
-ROBOTS = {robot.name: robot for robot in (PANDA, PANDA_SUCTION, FETCH, MENAGERIE_PANDA, UR5E, XARM7, GEN3)}
+from sim.robots.user_robot import check_robot, user_robot
 
 DEFAULT = RobotSetup.name
 """The robot of a scenario that names none."""
 
-OLD_NAMES = {"default": DEFAULT}
-"""Names in logs of earlier versions, and their current names."""
+
+def _defined() -> Iterator[Robot | ImportedArm]:
+    """Yield every robot of `sim.robots.arms`."""
+    for module in pkgutil.iter_modules(arms.__path__, f"{arms.__name__}."):
+        for value in vars(importlib.import_module(module.name)).values():
+            if isinstance(value, (Robot, ImportedArm)):
+                yield value
+
+
+ROBOTS = {robot.name: robot for robot in _defined()}
 
 
 def robot_named(name: str) -> Robot:
@@ -36,10 +39,18 @@ def robot_named(name: str) -> Robot:
     Raises:
         RobotError: it is unknown, or cannot be loaded.
     """
-    name = OLD_NAMES.get(name, name)
     if name not in ROBOTS:
         raise RobotError(f"unknown robot {name!r} {choices(name, ROBOTS)}")
-    return ROBOTS[name].completed()
+    found = ROBOTS[name]
+    if isinstance(found, Robot):
+        return found
+    try:
+        return found.robot()
+    except (RobotError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise RobotError(
+            f"the robot `{name}` is not available here: {reason}; the robot `{DEFAULT}` needs no download"
+        ) from None
 
 
 def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
@@ -51,7 +62,7 @@ def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
             the key.
     """
     if setup.mjcf is not None and name is None:
-        own = own_robot(setup)
+        own = user_robot(setup)
         if own.name in ROBOTS:  # logs tell robots apart by their names
             own = replace(own, name=Path(setup.mjcf).name)
         return placed(own, setup)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field
 
 import mujoco
 import numpy as np
@@ -24,69 +24,78 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
                 raise RobotError(f"no {kind} {name!r} in its MJCF")
 
 
-def no_hindrance() -> None:
+def always_available() -> None:
     """Return None: the robot is available on every machine."""
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
-    """A robot arm with a gripper; its base is at the origin of its MJCF and faces +x, the table top is at z = 0.
-
-    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
-    defaults in a class of its own, since the main class applies to the whole scene.
+class ArmConstants:
+    """Constants of an arm of n joints, from its data sheet; its base is at the origin of its MJCF and faces +x.
 
     Attributes:
         name: in scenarios and logs.
-        title: description in words.
-        mjcf: module-level function that returns its MjSpec; the argument says whether to use meshes, None if they are
-            installed.
-        base: its root body.
-        joints: of the arm, n in number, from base to wrist. Position actuators bear the same names.
+        joints: from base to wrist.
         velocity_limits: (n,) rad/s, m/s for a sliding joint.
         torque_limits: (n,) N m, N for a sliding joint.
+        home: (n,) rad or m: the tool points down in front of the base.
+        tool: site between the pads: z points out of the hand, the fingers close along y.
         acceleration_limits: (n,) rad/s^2, of planned motions; infinite if unknown, as are jerk and torque rate.
         peak_acceleration_limits: (n,) rad/s^2, which an impact may reach; None for `acceleration_limits`.
         jerk_limits: (n,) rad/s^3.
         torque_rate_limits: (n,) N m/s.
-        home: (n,) rad or m: the tool points down in front of the base.
-        tool: site between the pads: z points out of the hand, the fingers close along y.
-        gripper: its hand.
         nearest_m: least distance of the tool from the axis of the base.
         max_bearing_rad: greatest bearing of the tool from the heading of the base.
         wrist_joints: number of its wrist's joints, the last ones.
         foot_m: half side of the square of the table that is kept free for the base.
         floor_front_m: how far the base of a robot on the floor extends ahead of its axis; None for one on the table.
+        title: description in words.
         payload_kg: greatest mass that it may carry, by its data sheet; None if unknown.
-        find_gripper: derives the gripper from an MJCF that must be downloaded first; None if `gripper` is known.
-        hindrance: returns why it is not available on this machine and how to change that, or None.
+        unavailable_because: returns why it is not available on this machine and how to change that, or None.
         position: (3,) of its base in the scene, m.
         yaw: heading of its base in the scene, rad.
     """
 
     name: str
-    mjcf: Callable[[bool | None], mujoco.MjSpec]
-    base: str
+    _: KW_ONLY
     joints: tuple[str, ...]
     velocity_limits: np.ndarray
     torque_limits: np.ndarray
     home: np.ndarray
     tool: str
-    gripper: Gripper
-    nearest_m: float = 0.0
-    max_bearing_rad: float = np.pi
-    wrist_joints: int = 3
-    foot_m: float = 0.22
     acceleration_limits: np.ndarray | float = np.inf
     peak_acceleration_limits: np.ndarray | float | None = None
     jerk_limits: np.ndarray | float = np.inf
     torque_rate_limits: np.ndarray | float = np.inf
+    nearest_m: float = 0.0
+    max_bearing_rad: float = np.pi
+    wrist_joints: int = 3
+    foot_m: float = 0.22
+    floor_front_m: float | None = None
     title: str = ""
     payload_kg: float | None = None
-    floor_front_m: float | None = None
-    find_gripper: Callable[[], Gripper] | None = None
-    hindrance: Callable[[], str | None] = no_hindrance
+    unavailable_because: Callable[[], str | None] = always_available
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     yaw: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Robot(ArmConstants):
+    """A robot arm with a gripper, ready for scenes, where the table top is at z = 0.
+
+    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
+    defaults in a class of its own, since the main class applies to the whole scene. Position actuators bear the names
+    of the joints.
+
+    Attributes:
+        mjcf: module-level function that returns its MjSpec; the argument says whether to use meshes, None if they are
+            installed.
+        base: its root body.
+        gripper: its hand.
+    """
+
+    mjcf: Callable[[bool | None], mujoco.MjSpec]
+    base: str
+    gripper: Gripper
 
     @property
     def load_limits(self) -> dict[str, np.ndarray | float]:
@@ -99,14 +108,6 @@ class Robot:
             "torques": self.torque_limits,
             "torque_rates": self.torque_rate_limits,
         }
-
-    def completed(self) -> Robot:
-        """Return the robot with its gripper derived, if it is not known yet.
-
-        Raises:
-            RobotError: its MJCF cannot be loaded.
-        """
-        return self if self.find_gripper is None else replace(self, gripper=self.find_gripper(), find_gripper=None)
 
     def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
         """Return the robot's MJCF, with actuators that compensate gravity within their torque limits.

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import mujoco
 
 from sim.external.user_scene import UserScene
-from sim.robots.adapted import PREFIX
+from sim.robots.import_mjcf import PREFIX
 from sim.robots.robot import Robot
 from sim.world.contacts import set_margins
 

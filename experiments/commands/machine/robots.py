@@ -14,7 +14,7 @@ from experiments.cli.start import loading
 from experiments.cli.status import DONE
 
 if TYPE_CHECKING:
-    from sim.robots.robot import Robot
+    from sim.robots.robot import ArmConstants
 
 
 @command
@@ -36,9 +36,9 @@ def robots(as_json: bool) -> int:
     with Bars(quiet=is_quiet()) as bars:
         for number, robot in enumerate(ROBOTS.values()):
             bars("checking", number, len(ROBOTS), robot.name)
-            if robot.hindrance not in reasons:  # several robots share the check for Menagerie
-                reasons[robot.hindrance] = robot.hindrance()
-            found.append(_entry(robot, reasons[robot.hindrance]))
+            if robot.unavailable_because not in reasons:  # several robots share the check for Menagerie
+                reasons[robot.unavailable_because] = robot.unavailable_because()
+            found.append(_entry(robot, reasons[robot.unavailable_because]))
     if as_json:
         output.print_json({"robots": found})
         return DONE
@@ -56,7 +56,7 @@ def robots(as_json: bool) -> int:
     return DONE
 
 
-def _entry(robot: Robot, reason: str | None) -> dict[str, Any]:
+def _entry(robot: ArmConstants, reason: str | None) -> dict[str, Any]:
     """Return the entry of a robot; `reason` is why it is not available, or None."""
     return {
         "name": robot.name,

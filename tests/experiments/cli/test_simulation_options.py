@@ -14,7 +14,7 @@ from experiments.cli import options
 from experiments.cli.simulation_options import camera_of
 from prefplan import PrefplanError
 from prefplan.scenario.decode import loads
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.randomization import KEYS
 from sim.world.scene import Scene, build_scene
 

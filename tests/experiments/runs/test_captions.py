@@ -18,7 +18,7 @@ from prefplan.scenario.decode import load, loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.execution.closed_loop import Pursuit
 from sim.execution.run_ledger import ledger_of
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.rollout import Event, Rollout, Step
 
 

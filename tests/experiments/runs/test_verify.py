@@ -51,7 +51,7 @@ def test_a_run_leaves_its_certificate(signed_log: Path, run: Run) -> None:
 def test_people_see_every_check_also_without_the_meshes(
     signed_log: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sim.robots.panda.mesh_folder", lambda: None)
+    monkeypatch.setattr("sim.robots.arms.panda.mesh_folder", lambda: None)
     log = read_log(signed_log)
     path = tmp_path / "mug.npz"  # under another name, so that the scene is built again
     path.write_bytes(encode(replace(log, about=replace(log.about, scenario="mug"))))

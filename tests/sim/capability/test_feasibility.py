@@ -20,7 +20,7 @@ from sim.execution.executor import Execution
 from sim.motion.joint_limits import missing_turns
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import free_pose

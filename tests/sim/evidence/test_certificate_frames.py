@@ -19,7 +19,7 @@ from sim.evidence.log import Log
 from sim.evidence.object_checks import check_motions
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import check_contacts
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.rollout import Event
 from sim.skills import transfer, transport

@@ -14,7 +14,7 @@ from prefplan.claims import Claims
 from prefplan.plan import Purchase
 from sim.errors import LogError
 from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.rollout import Event
 
 

@@ -24,8 +24,8 @@ from sim.external import meshes
 from sim.external.meshes import mesh_of
 from sim.geometry.antipodes import DIRECTIONS, antipodes
 from sim.geometry.mjcf import solid_geoms
-from sim.robots.panda import PANDA
-from sim.robots.panda_suction import PANDA_SUCTION
+from sim.robots.arms.panda import PANDA
+from sim.robots.arms.panda_suction import PANDA_SUCTION
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
 

@@ -7,7 +7,7 @@ import pytest
 from sim.motion.dynamics import InverseDynamics
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 
 LOAD_KG = 2.5
 

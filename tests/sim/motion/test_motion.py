@@ -9,7 +9,7 @@ import pytest
 from sim.errors import SimulationError
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose, duration, smooth_step, transfer_path, wrap
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 
 PLACES = [(0.50, 0.0, 0.07), (0.45, 0.30, 0.03), (0.38, -0.30, 0.15), (0.75, 0.2, 0.03), (-0.2, 0.5, 0.05)]
 

@@ -7,7 +7,7 @@ from sim.motion.joint_trajectory import JointTrajectory, through
 from sim.motion.kinematics import Arm
 from sim.motion.timing import begun_late, braking_time, summed, timed
 from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import TORQUE_CUTOFF_HZ
 
 STEPS = 5

@@ -14,7 +14,7 @@ from sim.motion.trajectory import ToolPose
 from sim.perception.grounding import NOWHERE, mismatch, slot_of
 from sim.perception.grounding import observe as observe_poses
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M
 

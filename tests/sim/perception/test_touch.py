@@ -7,7 +7,7 @@ import pytest
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.perception.touch import ContactMonitor
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.scene import Scene, initial_state
 
 

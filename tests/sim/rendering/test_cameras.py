@@ -23,7 +23,7 @@ from sim.rendering.cameras import (
     with_strays,
 )
 from sim.rendering.labels import draw_labels, label_boxes
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
 from sim.world.scene import Scene, build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M

@@ -12,14 +12,14 @@ from skill_runs import assert_good
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.executor import execute
-from sim.robots import fetch
+from sim.robots.arms import fetch
 from sim.robots.catalogue import robot_named
 from sim.robots.robot import Robot
 from sim.world.scene import build_scene
 
 from .test_menagerie import stand_in
 
-NEEDS_MESHES = pytest.mark.skipif(fetch.hindrance() is not None, reason="its meshes are not installed")
+NEEDS_MESHES = pytest.mark.skipif(fetch.unavailable_because() is not None, reason="its meshes are not installed")
 
 SLIDING = ["panda", pytest.param("fetch", marks=NEEDS_MESHES), "menagerie"]
 """Robots whose fingers slide."""

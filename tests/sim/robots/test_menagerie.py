@@ -15,10 +15,11 @@ import pytest
 from sim.errors import RobotError
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
+from sim.robots import import_mjcf
+from sim.robots.arms.panda import PANDA, panda_spec
 from sim.robots.catalogue import robot_named
-from sim.robots.menagerie.download import REPOSITORY, fetch
-from sim.robots.menagerie.panda import MENAGERIE_PANDA, menagerie_spec
-from sim.robots.panda import PANDA, panda_spec
+from sim.robots.import_mjcf import PREFIX
+from sim.robots.menagerie import REPOSITORY, menagerie_mjcf
 
 STAND_IN = Path(__file__).parent / "menagerie"
 DESCRIPTION = "robot_descriptions.panda_mj_description"
@@ -51,6 +52,7 @@ def isolate(patch: pytest.MonkeyPatch, folder: Path, settings: str) -> None:
     patch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(folder / "cache"))
     patch.delenv("ROBOT_DESCRIPTION_COMMIT", raising=False)
     patch.delitem(sys.modules, DESCRIPTION, raising=False)
+    import_mjcf._imported.cache_clear()
 
 
 def stand_in(patch: pytest.MonkeyPatch, folder: Path) -> Path:
@@ -71,61 +73,72 @@ def menagerie(tmp_path_factory: pytest.TempPathFactory, monkeymodule: pytest.Mon
 
 @pytest.fixture(scope="module")
 def panda(menagerie: Path) -> mujoco.MjModel:
-    return menagerie_spec().compile()
+    return robot_named("menagerie").spec().compile()
 
 
 def test_it_is_fetched_without_output_by_robot_descriptions_and_kept_in_its_cache(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     repository = stand_in(monkeypatch, tmp_path)
-    path = fetch("panda_mj_description", "menagerie")
+    folder = Path(menagerie_mjcf("panda_mj_description").modelfiledir)
     out, err = capfd.readouterr()
     assert out == "" and "Cloning" in err
-    assert path.is_relative_to(tmp_path / "cache")
-    assert path.read_text() == (repository / "franka_emika_panda/panda.xml").read_text()
+    assert folder.is_relative_to(tmp_path / "cache")
+    assert (folder / "panda.xml").read_text() == (repository / "franka_emika_panda/panda.xml").read_text()
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "none")
     monkeypatch.delitem(sys.modules, DESCRIPTION)
-    assert fetch("panda_mj_description", "menagerie") == path, "what is cached needs no network"
+    again = menagerie_mjcf("panda_mj_description").modelfiledir
+    assert Path(again) == folder, "what is cached needs no network"
 
 
 def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel) -> None:
     own = panda_spec(meshes=False).compile()
     for name in (*PANDA.joints, *PANDA.gripper.joints):
-        assert panda.joint(name).range == pytest.approx(own.joint(name).range)
+        assert panda.joint(PREFIX + name).range == pytest.approx(own.joint(name).range)
     for name in PANDA.joints:
         for field in ("ctrlrange", "forcerange"):
-            assert getattr(panda.actuator(name), field) == pytest.approx(getattr(own.actuator(name), field))
+            assert getattr(panda.actuator(PREFIX + name), field) == pytest.approx(getattr(own.actuator(name), field))
     theirs, ours = mujoco.MjData(panda), mujoco.MjData(own)
     rng = np.random.default_rng(1)
     for q in rng.uniform(*own.jnt_range[:7].T, size=(50, 7)):
         theirs.qpos[:7] = ours.qpos[:7] = q
         mujoco.mj_kinematics(panda, theirs)
         mujoco.mj_kinematics(own, ours)
+        tool = theirs.site(PREFIX + PANDA.tool)
         # Menagerie rounds the hand's orientation to seven digits.
-        assert theirs.site(PANDA.tool).xpos == pytest.approx(ours.site(PANDA.tool).xpos, abs=1e-7)
-        assert theirs.site(PANDA.tool).xmat == pytest.approx(ours.site(PANDA.tool).xmat, abs=1e-6)
+        assert tool.xpos == pytest.approx(ours.site(PANDA.tool).xpos, abs=1e-7)
+        assert tool.xmat == pytest.approx(ours.site(PANDA.tool).xmat, abs=1e-6)
 
 
 def test_only_pads_boxes_and_hulls_collide_and_no_part_of_the_robot_touches_another(panda: mujoco.MjModel) -> None:
-    fingers = {panda.body(name).id for name in ("left_finger", "right_finger")}
+    fingers = {panda.body(f"{PREFIX}{side}_finger").id for side in ("left", "right")}
     colliding = [geom for geom in map(panda.geom, range(panda.ngeom)) if geom.contype[0] or geom.conaffinity[0]]
+    pads = {PREFIX + pad for pad in PANDA.gripper.pads}
     assert {geom.name for geom in colliding if int(geom.bodyid[0]) in fingers} == {
-        *PANDA.gripper.pads,
-        "left_finger_shape",
-        "right_finger_shape",
+        *pads,
+        f"{PREFIX}left_finger_shape",
+        f"{PREFIX}right_finger_shape",
     }
+    assert set(robot_named("menagerie").gripper.pads) == pads
     assert {(int(geom.contype[0]), int(geom.conaffinity[0])) for geom in colliding} == {(2, 1)}
     own = panda_spec(meshes=False).compile()
     for pad in PANDA.gripper.pads:
         for field in ("pos", "size", "friction", "solref", "solimp", "condim", "priority"):
-            assert getattr(panda.geom(pad), field) == pytest.approx(getattr(own.geom(pad), field))
+            assert getattr(panda.geom(PREFIX + pad), field) == pytest.approx(getattr(own.geom(pad), field))
+
+
+def test_its_gripper_is_derived_as_that_of_our_own_panda_is_known(menagerie: Path) -> None:
+    theirs, ours = robot_named("menagerie").gripper, PANDA.gripper
+    for size in ("opening_m", "squeeze_m", "firm_force_n", "finger_depth_m", "fingertip_m", "palm_height_m"):
+        assert getattr(theirs, size) == pytest.approx(getattr(ours, size), abs=0.006), size
+    assert theirs.opened(theirs.positions(0.05)) == pytest.approx(0.05, abs=1e-4)
 
 
 def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
-    place = np.array([0.5, 0.1, 0.1])
-    ours, theirs = (Arm(robot).reach([ToolPose.down(place, 0.0)])[0] for robot in (PANDA, MENAGERIE_PANDA))
+    place, robot = np.array([0.5, 0.1, 0.1]), robot_named("menagerie")
+    ours, theirs = (Arm(one).reach([ToolPose.down(place, 0.0)])[0] for one in (PANDA, robot))
     assert theirs == pytest.approx(ours, abs=1e-4)
-    assert MENAGERIE_PANDA.kinematics().nmesh == 0
+    assert robot.kinematics().nmesh == 0
 
 
 @pytest.mark.parametrize(
@@ -138,38 +151,38 @@ def test_the_arm_of_either_robot_reaches_the_same_way(menagerie: Path) -> None:
 def test_without_an_answer_and_a_cache_the_error_names_the_default_robot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, settings: str, protocol: str, message: str
 ) -> None:
-    monkeypatch.setattr("sim.robots.menagerie.download.ANSWER_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("sim.robots.menagerie.ANSWER_TIMEOUT_S", 0.5)
     isolate(monkeypatch, tmp_path, settings)
     monkeypatch.setenv("GIT_ALLOW_PROTOCOL", protocol)
     with pytest.raises(RobotError, match=message):
-        MENAGERIE_PANDA.spec()
+        robot_named("menagerie")
 
 
 def test_a_commit_that_does_not_exist_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(monkeypatch, tmp_path)
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", "1" * 40)
     with pytest.raises(RobotError, match="cannot be fetched: .*1{40}; the robot `panda`"):
-        MENAGERIE_PANDA.spec()
+        robot_named("menagerie")
 
 
 def test_missing_robot_descriptions_and_git_are_named(
     menagerie: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "robot_descriptions", None)
-    monkeypatch.delitem(sys.modules, DESCRIPTION, raising=False)
-    with pytest.raises(RobotError, match=r"pip install '\.\[menagerie\]', in a clone"):
-        MENAGERIE_PANDA.spec()
+    import_mjcf._imported.cache_clear()
+    with monkeypatch.context() as patch, pytest.raises(RobotError, match=r"pip install '\.\[menagerie\]', in a clone"):
+        patch.setitem(sys.modules, "robot_descriptions", None)
+        robot_named("menagerie")
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(RobotError, match="git, which is not installed; the robot `panda`"):
-        MENAGERIE_PANDA.spec()
+        robot_named("menagerie")
 
 
 @pytest.mark.parametrize(
     ("name", "other", "named"),
     [
         ("joint4", "elbow", "no joint 'joint4'"),
-        ("split", "width", "no actuator of 'split'"),
+        ("actuator8", "grip", "no actuator 'actuator8'"),
         ("<body", "<corpse", "Schema violation|Error"),
     ],
 )
@@ -180,9 +193,8 @@ def test_another_robot_in_its_place_is_refused(
     path = repository / "franka_emika_panda/panda.xml"
     path.write_text(path.read_text().replace(name, other))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", commit(repository))
-    with pytest.raises(RobotError, match=named) as caught:
-        MENAGERIE_PANDA.spec()
-    assert "panda.xml" in str(caught.value)
+    with pytest.raises(RobotError, match=f"the robot `menagerie` is not available here: .*(?:{named})"):
+        robot_named("menagerie")
 
 
 def test_an_unknown_robot_is_refused() -> None:

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.robots.meshes import mesh_folder
-from sim.robots.panda import PANDA, panda_spec
+from sim.robots.arms.panda import PANDA, panda_spec
+from sim.robots.arms.panda_meshes import mesh_folder
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -84,7 +84,7 @@ def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
 
 
 def test_asking_for_meshes_that_are_not_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.panda.mesh_folder", lambda: None)
+    monkeypatch.setattr("sim.robots.arms.panda.mesh_folder", lambda: None)
     with pytest.raises(FileNotFoundError, match="gymnasium-robotics"):
         panda_spec(meshes=True)
     assert panda_spec().compile().nmesh == 0

@@ -12,7 +12,7 @@ from skill_runs import assert_good
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import SimulationError
 from sim.execution.executor import execute
-from sim.robots.panda_suction import FORCE_N, PANDA_SUCTION, SUCTION
+from sim.robots.arms.panda_suction import FORCE_N, PANDA_SUCTION
 from sim.simulation.rollout import Rollout
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
@@ -63,7 +63,7 @@ def test_the_cup_gives_way_and_springs_back() -> None:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model = spec.compile()
     data = mujoco.MjData(model)
-    PANDA_SUCTION.put(data, PANDA_SUCTION.home, width=SUCTION.opening_m)
+    PANDA_SUCTION.put(data, PANDA_SUCTION.home, width=PANDA_SUCTION.gripper.opening_m)
     data.xfrc_applied[model.body("suction_cup").id, 2] = 3.5
     mujoco.mj_step(model, data, 500)
     assert -0.005 < data.joint("suction_cup").qpos[0] < -0.002
@@ -73,13 +73,13 @@ def test_the_cup_gives_way_and_springs_back() -> None:
 
 
 def test_only_flat_faces_that_the_cup_fits_on_are_taken() -> None:
-    box = shape_of(Object("box", "desk", kind="box", size=(0.05, 0.04, 0.02)), SUCTION)
-    normals = {tuple(-np.round(grasp.rotation[:, 2]).astype(int)) for grasp in grasps(box, SUCTION)}
+    box = shape_of(Object("box", "desk", kind="box", size=(0.05, 0.04, 0.02)), PANDA_SUCTION.gripper)
+    normals = {tuple(-np.round(grasp.rotation[:, 2]).astype(int)) for grasp in grasps(box, PANDA_SUCTION.gripper)}
     assert normals == {(0, 0, 1), (0, 0, -1)}
-    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.05, 0.12)), SUCTION)
-    assert {abs(round(float(grasp.rotation[2, 2]))) for grasp in grasps(can, SUCTION)} == {1}
+    can = shape_of(Object("can", "desk", kind="cylinder", size=(0.05, 0.12)), PANDA_SUCTION.gripper)
+    assert {abs(round(float(grasp.rotation[2, 2]))) for grasp in grasps(can, PANDA_SUCTION.gripper)} == {1}
     with pytest.raises(SimulationError, match="0.02 m wide, but the hand grasps objects of at least 0.028 m wide"):
-        shape_of(Object("rod", "desk", kind="cylinder", size=(0.02, 0.05)), SUCTION)
+        shape_of(Object("rod", "desk", kind="cylinder", size=(0.02, 0.05)), PANDA_SUCTION.gripper)
 
 
 def parcel_model(mass: float) -> ManipulationModel:
@@ -103,4 +103,4 @@ def test_what_would_be_torn_off_the_cup_is_refused_whatever_the_arm_can_carry() 
 
 def test_the_space_round_an_object_does_not_depend_on_fingers_that_the_cup_does_not_have() -> None:
     box = Object("box", "desk", kind="box", size=(0.1, 0.1, 0.05))
-    assert extent([shape_of(box, SUCTION)]).opening == 0
+    assert extent([shape_of(box, PANDA_SUCTION.gripper)]).opening == 0

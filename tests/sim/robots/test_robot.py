@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from sim.errors import RobotError
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.robots.robot import Robot
 
 

@@ -7,7 +7,7 @@ import pytest
 from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import Recorder
 from sim.simulation.rollout import Rollout
 from sim.world.scene import Scene, initial_state

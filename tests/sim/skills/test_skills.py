@@ -13,7 +13,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import BiasedSensor, NoisySensor, ObjectPose, object_pose, true_poses
 from sim.perception.touch import HOLD_FORCE_N
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.release import GLOW_DURATION_S

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from prefplan.models.manipulation.model import Object
 from sim.perception.sensors import ObjectPose, Posture
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import ObjectShape, about_z, shape_of
 

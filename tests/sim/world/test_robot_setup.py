@@ -15,8 +15,8 @@ from prefplan.models.manipulation.surroundings import RobotSetup
 from prefplan.scenario.decode import from_dict, loads
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
+from sim.robots.arms.panda import PANDA
 from sim.robots.catalogue import robot_for
-from sim.robots.panda import PANDA
 from sim.world.scene import Scene, build_scene
 
 BASE, YAW = np.array([0.2, -0.4, 0.1]), 70.0

@@ -11,7 +11,7 @@ import pytest
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from sim.errors import SimulationError
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.contacts import CARRIED_SHARE
 from sim.world.layout import arrange
 from sim.world.objects import start_slots

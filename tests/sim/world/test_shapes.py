@@ -12,7 +12,7 @@ from sim.errors import SimulationError
 from sim.execution.executor import execute
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
-from sim.robots.panda import PANDA
+from sim.robots.arms.panda import PANDA
 from sim.world.layout import arrange
 from sim.world.scene import build_scene, initial_state
 from sim.world.shapes import CUBE_EDGE_M, MASSES_KG, opening, shape_of

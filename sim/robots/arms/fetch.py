@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import trimesh
 
+from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid, yaw_quat
 from sim.geometry.solids import smoothed
-from sim.robots.adapted import DAMPING_TIME_S, STIFFNESS_PER_TORQUE, WHOLE_TURN_RAD, add_servo, set_pad
-from sim.robots.gripper import Gripper
-from sim.robots.meshes import asset_folder
-from sim.robots.robot import Robot
+from sim.robots.arms.panda_meshes import asset_folder
+from sim.robots.import_mjcf import ImportedArm, add_servo
 
 FETCH_PREFIX = "robot0:"
 """Prefix of all names in the MJCF."""
@@ -48,6 +46,9 @@ URDF. The MJCF has armatures of 1 and 2.75 and dampings of 50, to follow a mocap
 FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M = 0.1, 1.0
 """Of a finger: those of the Panda's fingers."""
 
+OPENING_M = 0.10
+"""Greatest width of the gripper, by Fetch Robotics' data sheet."""
+
 GRIP_FORCE_N = 60.0
 """Greatest force of a finger, as in the URDF."""
 
@@ -73,36 +74,36 @@ FETCH_MJCF = """<mujoco>
 </mujoco>"""
 
 
-def fetch_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its shoulder's axis over the origin; it has its own meshes, whatever `meshes` is.
+def fetch_mjcf() -> mujoco.MjSpec:
+    """Return the robot with its shoulder's axis over the origin, its torso raised, and an actuator of its gripper.
 
-    Bodies, arm inertias and shapes are the MJCF's. Actuators, dampings and the grip are set here.
+    Bodies, arm inertias and shapes are the MJCF's. Dampings and the grip are set here.
 
     Raises:
         RobotError: gymnasium-robotics is not installed.
     """
+    if reason := unavailable_because():
+        raise RobotError(reason)
     folder, stl = asset_folder("fetch"), asset_folder("stls/fetch")
-    if folder is None or stl is None:
-        raise RobotError(f"the robot `fetch` is not available here: {hindrance()}; the robot `panda` is")
-    return _spec(folder, stl).copy()
-
-
-@cache
-def _spec(folder: Path, stl: Path) -> mujoco.MjSpec:
-    """Return the robot by the folders of its MJCF and of its links' meshes."""
+    assert folder is not None and stl is not None
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
     spec = mujoco.MjSpec.from_string(FETCH_MJCF.format(meshes=stl), include=files)
     _strip(spec)
     _dress(spec, stl)
-    _fix_base(spec)
-    _set_motors(spec)
+    spec.body(f"{FETCH_PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
+    spec.body(f"{FETCH_PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
+    spec.body(f"{FETCH_PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
+    for name in FETCH.joints:
+        joint = spec.joint(name)
+        joint.armature, joint.damping[0], joint.stiffness[0] = ARMATURE_KG_M2, DAMPING_N_M_S, 0.0
     _set_gripper(spec)
     return spec
 
 
-def hindrance() -> str | None:
+def unavailable_because() -> str | None:
     """Return why the robot is not available on this machine; None if it is."""
-    return None if asset_folder("fetch") else "it needs the package gymnasium-robotics: pip install gymnasium-robotics"
+    installed = asset_folder("fetch") and asset_folder("stls/fetch")
+    return None if installed else "it needs the package gymnasium-robotics: pip install gymnasium-robotics"
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
@@ -135,58 +136,33 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         drawn.material, drawn.group, drawn.rgba = f"fetch_{COLOURS.get(link, 'white')}", VISIBLE, [0.5, 0.5, 0.5, 1]
 
 
-def _fix_base(spec: mujoco.MjSpec) -> None:
-    """Put the base on the floor, raise the torso and fix every joint but those of the arm and the fingers."""
-    spec.body(f"{FETCH_PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
-    spec.body(f"{FETCH_PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
-    spec.body(f"{FETCH_PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
-    for joint in list(spec.joints):
-        if joint.name not in (*FETCH.joints, *FETCH.gripper.joints):
-            spec.delete(joint)
-
-
-def _set_motors(spec: mujoco.MjSpec) -> None:
-    for name, limit in zip(FETCH.joints, FETCH.torque_limits, strict=True):
-        joint = spec.joint(name)
-        joint.armature, joint.damping[0], joint.stiffness[0] = ARMATURE_KG_M2, DAMPING_N_M_S, 0.0
-        if not np.any(joint.range):
-            joint.range = [-WHOLE_TURN_RAD, WHOLE_TURN_RAD]
-        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-        joint.parent.gravcomp = 1
-        stiffness = STIFFNESS_PER_TORQUE * limit
-        add_servo(spec, name, joint.range, limit, stiffness, DAMPING_TIME_S * stiffness)
-
-
 def _set_gripper(spec: mujoco.MjSpec) -> None:
     """Give the gripper one actuator for the width between the pads (the whole fingers), and add the tool's site."""
-    hand, gripper = spec.body(f"{FETCH_PREFIX}gripper_link"), FETCH.gripper
-    hand.gravcomp = 1
     # The tool's z axis is the hand's x axis; both have the same y axis, along which the fingers close.
-    hand.add_site(name=FETCH.tool, pos=[TOOL_M, 0, 0], quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0])
+    quat = [np.sqrt(0.5), 0, np.sqrt(0.5), 0]
+    spec.body(f"{FETCH_PREFIX}gripper_link").add_site(name=FETCH.tool, pos=[TOOL_M, 0, 0], quat=quat)
+    fingers = [f"{FETCH_PREFIX}{side}_gripper_finger" for side in ("l", "r")]
     width = spec.add_tendon(name="gripper_width")
-    for name, pad in zip(gripper.joints, gripper.pads, strict=True):
-        joint, geom = spec.joint(name), spec.geom(pad)
-        finger = joint.parent
-        finger.gravcomp, finger.mass, finger.inertia = 1, FINGER_MASS_KG, np.full(3, FINGER_INERTIA_KG_M2)
-        finger.pos[1] -= np.sign(finger.pos[1]) * CLOSED_GAP_M / 2
+    for finger in fingers:
+        joint, geom = spec.joint(f"{finger}_joint"), spec.geom(f"{finger}_link")
+        link = joint.parent
+        link.mass, link.inertia = FINGER_MASS_KG, np.full(3, FINGER_INERTIA_KG_M2)
+        link.pos[1] -= np.sign(link.pos[1]) * CLOSED_GAP_M / 2
         joint.armature, joint.damping[0] = FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M
         joint.solref_limit, joint.solimp_limit = [0.02, 1], [0.9, 0.95, 0.001, 0.5, 2]
-        set_pad(geom, friction=1.2)
-        geom.material, geom.group = "fetch_grey", VISIBLE
-        width.wrap_joint(name, 1.0)
-    together = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=gripper.joints[0], name2=gripper.joints[1])
+        geom.material, geom.group, geom.friction[0] = "fetch_grey", VISIBLE, 1.2
+        width.wrap_joint(joint.name, 1.0)
+    together = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=f"{fingers[0]}_joint", name2=f"{fingers[1]}_joint")
     together.solref, together.solimp[:3] = [0.005, 1], [0.95, 0.99, 0.001]
     together.data[:2] = [0.0, 1.0]
-    reach = [0.0, gripper.opening_m]
-    add_servo(spec, gripper.actuator, reach, GRIP_FORCE_N, 1000.0, 50.0, tendon="gripper_width")
+    add_servo(spec, "gripper", [0.0, OPENING_M], GRIP_FORCE_N, 1000.0, 50.0, tendon="gripper_width")
 
 
-FETCH = Robot(
-    name="fetch",
+FETCH = ImportedArm(
+    "fetch",
     title="Fetch's arm with its parallel gripper, its base and torso fixed",
-    mjcf=fetch_spec,
-    hindrance=hindrance,
-    base=f"{FETCH_PREFIX}base_link",
+    mjcf=fetch_mjcf,
+    unavailable_because=unavailable_because,
     joints=tuple(
         f"{FETCH_PREFIX}{name}_joint"
         for name in (
@@ -209,21 +185,7 @@ FETCH = Robot(
     # The tool 0.5 m from the shoulder's axis and 0.4 m above the table.
     home=np.array([0.0, -0.6, 0.0, 1.2, 0.0, np.pi / 2 - 0.6, 0.0]),
     tool="tcp",
-    gripper=Gripper(
-        actuator="gripper",
-        joints=(f"{FETCH_PREFIX}l_gripper_finger_joint", f"{FETCH_PREFIX}r_gripper_finger_joint"),
-        pads=(f"{FETCH_PREFIX}l_gripper_finger_link", f"{FETCH_PREFIX}r_gripper_finger_link"),
-        # Fetch Robotics' data sheet.
-        opening_m=0.10,
-        squeeze_m=0.015,
-        firm_force_n=5.0,
-        # From the shapes, with 1.5 to 2 mm of clearance.
-        finger_depth_m=0.016,
-        finger_half_width_m=0.0155,
-        fingertip_m=0.014,
-        palm_height_m=0.056,
-        palm_half_width_m=0.042,
-    ),
+    gripper=GripperSetup("parallel", "gripper", force=GRIP_FORCE_N, open=OPENING_M),
     # Farther back than a Panda at the origin, so that all of a table laid out for the Panda is within reach.
     position=np.array([-0.12, 0.0, 0.0]),
     # The round base, with 6 mm of clearance.

@@ -8,9 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
 from sim.geometry.mjcf import box_corners
-from sim.robots.adapted import set_pad
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
 COMMANDS = 25
@@ -47,6 +47,12 @@ RIGID_PRESS_M = 0.0003
 """How far a cup without a spring moves on after its lip has touched an object: a millimetre pushes the object away."""
 
 
+def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
+    """Give a pad stiff contacts with torsional friction; `friction` is the sliding friction."""
+    pad.condim, pad.priority, pad.friction = 4, 1, [friction, 0.02, 0.0005]
+    pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
+
+
 @dataclass(frozen=True)
 class HandState:
     """The hand at rest at a command: the (k,) fingers' joint positions, the actuator's length, and the kinematics."""
@@ -57,30 +63,26 @@ class HandState:
     data: mujoco.MjData
 
 
-def derived_gripper(
-    spec: mujoco.MjSpec,
-    arm: dict[str, float],
-    *,
-    tool: str,
-    actuator: str,
-    opening_m: float,
-    closed_m: float = 0.0,
-    force_n: float,
+def gripper_from_mjcf(
+    spec: mujoco.MjSpec, arm: dict[str, float], setup: GripperSetup, *, tool: str, actuator: str
 ) -> Gripper:
-    """Return a gripper of two fingers.
+    """Return the gripper of an imported robot.
 
     Args:
-        spec: the adapted robot; the contacts of its pads and the force of its actuator are set.
+        spec: of the robot; the contacts of the pads and the force of the actuator are set.
         arm: home position of each joint of the arm, rad or m.
-        tool: site between the pads, z out of the hand; the fingers close along y.
-        actuator: of the fingers.
-        opening_m: greatest width to use.
-        closed_m: width that the fingers must be able to close to.
-        force_n: of each pad.
+        setup: kind, widths and force of the gripper.
+        tool: site between the pads or at the lip of the cup, z out of the hand; fingers close along y.
+        actuator: that of `setup` in `spec`.
 
     Raises:
-        RobotError: the fingers do not close along the tool's y axis, or not from `opening_m` to `closed_m`.
+        RobotError: the fingers do not close along the tool's y axis, or not over the widths of `setup`; or the actuator
+            is of another kind, or the cup has another number of colliding geoms than one.
     """
+    if setup.kind == "suction":
+        return _suction(spec, arm, tool, actuator, setup.force)
+    assert setup.open is not None
+    opening_m, closed_m, force_n = setup.open, setup.closed, setup.force
     model = spec.compile()
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
     states = _states(model, arm, actuator, joints)
@@ -152,14 +154,8 @@ def _pads(states: list[HandState], model: mujoco.MjModel, joints: tuple[str, ...
     return model.geom(nearest[0]).name, model.geom(nearest[1]).name
 
 
-def suction_gripper(
-    spec: mujoco.MjSpec, arm: dict[str, float], *, tool: str, actuator: str, force_n: float
-) -> SuctionGripper:
-    """Return a gripper with one suction cup, an adhesion actuator on a body with one geom; see `derived_gripper`.
-
-    Raises:
-        RobotError: the actuator is of another kind, or the body has another number of colliding geoms.
-    """
+def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: str, force_n: float) -> SuctionGripper:
+    """Return a gripper with one suction cup, an adhesion actuator on a body with one geom."""
     motor = spec.actuator(actuator)
     if motor.trntype != mujoco.mjtTrn.mjTRN_BODY:
         raise RobotError(f"the actuator {actuator!r} is no adhesion actuator")
@@ -222,7 +218,12 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
     stiffness = -float(motor.biasprm[1]) * slope**2
     if stiffness <= 0:
         raise RobotError(f"the actuator {actuator!r} is no position servo")
-    return float(np.clip(force_n / stiffness, *SQUEEZES_M))
+    squeeze = force_n / stiffness
+    if squeeze > SQUEEZES_M[1]:  # a servo so soft would press with less than the force
+        stiffer = squeeze / SQUEEZES_M[1]
+        motor.gainprm[0] *= stiffer
+        motor.biasprm[:3] *= [stiffer, stiffer, np.sqrt(stiffer)]  # the same damping ratio
+    return float(np.clip(squeeze, *SQUEEZES_M))
 
 
 def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gripper, tool: str) -> dict[str, Any]:

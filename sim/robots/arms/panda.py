@@ -10,11 +10,11 @@ import numpy as np
 import trimesh
 
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
+from sim.robots.arms.panda_meshes import mesh_folder, surfaces
 from sim.robots.gripper import Gripper
-from sim.robots.meshes import mesh_folder, surfaces
 from sim.robots.robot import Robot
 
-MJCF = Path(__file__).parents[2] / "assets" / "panda.xml"
+MJCF = Path(__file__).parents[3] / "assets" / "panda.xml"
 
 
 def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:

@@ -1,22 +1,29 @@
-"""MJCF from other sources, adapted for scenes: unique names, contacts, position actuators and gravity compensation."""
+"""Robots of other sources, made for scenes: unique names, contacts, position actuators and gravity compensation."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import cache, partial
 from itertools import count
 
 import mujoco
 import numpy as np
 
+from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
-from sim.robots.robot import check_parts
+from sim.robots.gripper import Gripper
+from sim.robots.gripper_from_mjcf import gripper_from_mjcf
+from sim.robots.robot import ArmConstants, Robot, check_parts
 
 PREFIX = "robot:"
-"""Prefix of all names of an adapted MJCF, which could otherwise clash with those of a scenario."""
+"""Prefix of all names of an imported robot, which could otherwise clash with those of a scenario."""
 
-STIFFNESS_PER_TORQUE, DAMPING_TIME_S = 60.0, 0.1
-"""Gains of an actuator that the MJCF lacks, about those of the Panda: stiffness over torque limit, 1/rad, and damping
-over stiffness."""
+STIFFNESS_PER_TORQUE = 60.0
+"""Stiffness over torque limit of an actuator that the MJCF lacks, 1/rad: about the Panda's."""
+
+DAMPING_TIME_S = 0.1
+"""Damping over stiffness of an actuator, at least: the Panda's."""
 
 WHOLE_TURN_RAD = 2 * np.pi
 """Range, either way, that a joint without limits gets."""
@@ -28,32 +35,52 @@ COUPLED = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON
 """Kinds of equality constraints that couple joints and tendons."""
 
 
-def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> mujoco.MjSpec:
-    """Return the robot in an MJCF without the rest: the top-level body above the first joint, and its descendants.
+@dataclass(frozen=True, eq=False)
+class ImportedArm(ArmConstants):
+    """A robot of another source: an MJCF, and constants with the names of that MJCF.
 
-    Names get a prefix. Joints that are neither the arm's nor beyond its last one are fixed. Each joint of the arm gets
-    a position actuator with the joint's name.
-
-    Args:
-        spec: the MJCF.
-        joints: of the arm, n in number, from base to wrist.
-        torques: (n,) limits, N m or N.
-
-    Raises:
-        RobotError: joints are missing, or not in order from base to wrist.
+    Attributes:
+        mjcf: returns the MJCF, with a site for the tool.
+        gripper: which actuator drives the gripper; the rest is derived.
     """
-    check_parts(spec, joint=joints)
-    _check_row(spec, joints)
+
+    mjcf: Callable[[], mujoco.MjSpec]
+    gripper: GripperSetup
+
+    def robot(self) -> Robot:
+        """Return the robot, made for scenes when it is first asked for.
+
+        Raises:
+            RobotError, ValueError: the MJCF is not available or cannot be read, or does not fit the constants.
+        """
+        spec, gripper = _imported(self)
+        constants = {each.name: getattr(self, each.name) for each in fields(ArmConstants)}
+        constants |= {"joints": tuple(PREFIX + joint for joint in self.joints), "tool": PREFIX + self.tool}
+        base = str(spec.worldbody.first_body().name)
+        return Robot(mjcf=partial(_copy, self), base=base, gripper=gripper, **constants)
+
+
+@cache
+def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
+    """Return the robot in the MJCF of an arm without the rest, and its gripper.
+
+    The robot is the top-level body above the first joint, and its descendants. Names get a prefix. Joints that are
+    neither the arm's nor beyond its last one are fixed. Each joint of the arm gets a position actuator of its name.
+    """
+    spec = arm.mjcf()
+    actuator = arm.gripper.actuator
+    check_parts(spec, joint=arm.joints, site=(arm.tool,), actuator=(actuator,))
+    _check_row(spec, arm.joints)
     for element in (*spec.keys, *spec.lights, *spec.pairs, *spec.sensors):
         spec.delete(element)
-    root = _root(spec.joint(joints[0]).parent, spec)
+    root = _root(spec.joint(arm.joints[0]).parent, spec)
     whole = mujoco.MjSpec()
     spec.option = whole.option  # the scene has its own
     for size in ("memory", "njmax", "nconmax"):
         setattr(spec, size, getattr(whole, size))
     whole.worldbody.add_frame().attach_body(root, PREFIX, "")
     _name(whole)
-    names = [PREFIX + name for name in joints]
+    names = [PREFIX + name for name in arm.joints]
     kept = {joint.name for joint in _joints_below(whole.joint(names[-1]).parent)}
     for joint in list(whole.joints):
         if joint.name not in (*names, *kept):
@@ -61,14 +88,18 @@ def adapted(spec: mujoco.MjSpec, joints: Sequence[str], torques: np.ndarray) -> 
     for body in whole.bodies[1:]:
         body.gravcomp = 1
     _let_turn(whole, whole.joint(names[0]).parent)
-    for name, torque in zip(names, torques, strict=True):
+    for name, torque in zip(names, arm.torque_limits, strict=True):
         _set_motor(whole, name, float(torque))
-    return whole
+    for kind, name in (("site", arm.tool), ("actuator", actuator)):
+        if getattr(whole, kind)(PREFIX + name) is None:
+            raise RobotError(f"the {kind} {name!r} is not moved by {arm.joints[-1]!r}, the last joint")
+    home = dict(zip(names, map(float, arm.home), strict=True))
+    return whole, gripper_from_mjcf(whole, home, arm.gripper, tool=PREFIX + arm.tool, actuator=PREFIX + actuator)
 
 
-def base_of(spec: mujoco.MjSpec) -> str:
-    """Return the name of the root body of an adapted robot."""
-    return str(spec.worldbody.first_body().name)
+def _copy(arm: ImportedArm, meshes: bool | None = None) -> mujoco.MjSpec:
+    """Return the robot; it has its own meshes, whatever `meshes` is."""
+    return _imported(arm)[0].copy()
 
 
 def _check_row(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
@@ -147,12 +178,6 @@ def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
     damping = max(DAMPING_TIME_S * stiffness, float(joint.damping[0]))
     joint.damping[0], joint.frictionloss = 0.0, 0.0
     add_servo(spec, name, joint.range, torque, stiffness, damping)
-
-
-def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
-    """Give a pad stiff contacts with torsional friction; `friction` is the sliding friction."""
-    pad.condim, pad.priority, pad.friction = 4, 1, [friction, 0.02, 0.0005]
-    pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
 
 
 def add_servo(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -20,11 +21,11 @@ from sim.errors import SimulationError
 from sim.evidence.log import log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import execute
-from sim.robots.adapted import PREFIX, adapted
+from sim.robots.arms.panda import MJCF, PANDA
 from sim.robots.catalogue import robot_for
-from sim.robots.derived import derived_gripper
 from sim.robots.gripper import SuctionGripper
-from sim.robots.panda import MJCF, PANDA
+from sim.robots.import_mjcf import PREFIX, ImportedArm
+from sim.robots.robot import ArmConstants
 from sim.world.scene import build_scene
 
 TABLE = """[model.robot]
@@ -78,10 +79,10 @@ def test_the_width_between_the_fingers_follows_the_gear(setup: RobotSetup) -> No
 
 
 def test_what_is_derived_of_the_pandas_hand_is_what_is_known_of_it() -> None:
-    spec = adapted(mujoco.MjSpec.from_file(str(MJCF)), PANDA.joints, PANDA.torque_limits)
-    arm = {PREFIX + name: float(value) for name, value in zip(PANDA.joints, PANDA.home, strict=True)}
-    names = {"tool": PREFIX + PANDA.tool, "actuator": PREFIX + PANDA.gripper.actuator}
-    found, known = derived_gripper(spec, arm, opening_m=0.08, force_n=15, **names), PANDA.gripper
+    constants = {field.name: getattr(PANDA, field.name) for field in fields(ArmConstants)}
+    hand = GripperSetup("parallel", PANDA.gripper.actuator, force=15, open=0.08)
+    arm = ImportedArm(mjcf=partial(mujoco.MjSpec.from_file, str(MJCF)), gripper=hand, **constants)
+    found, known = arm.robot().gripper, PANDA.gripper
     assert found.pads == tuple(PREFIX + pad for pad in known.pads)
     for size in ("finger_depth_m", "finger_half_width_m", "fingertip_m", "palm_height_m", "palm_half_width_m"):
         assert getattr(found, size) == pytest.approx(getattr(known, size), abs=0.006), size
@@ -113,7 +114,7 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
                 "velocity": (1.0, 1.0, 1.0),
                 "torque": (200.0, 400.0, 1.0),
             },
-            "robot.gripper.actuator: 'left', the last joint, does not move it",
+            "the actuator 'fingers' is not moved by 'left', the last joint",
         ),
     ],
 )

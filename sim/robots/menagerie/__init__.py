@@ -1,1 +1,0 @@
-"""Robots of MuJoCo Menagerie, downloaded once with git and adapted for scenes."""
