@@ -79,7 +79,7 @@ class ProjectedBackward:
         return self._entries(tasks, self._view(tasks))
 
     def _entries(self, tasks: Sequence[int], relaxed: Symmetry) -> int:
-        locations = len(self._model.locations) - len(relaxed.neutral)
+        locations = len(self._model.locations) - len(relaxed.neutral_locations)
         objects = len(self.objects_of(tasks))
         states = (locations + 2) ** objects * (locations + objects + 2)
         return states * math.prod(int(self.sizes[i]) for i in tasks)
@@ -89,10 +89,10 @@ class ProjectedBackward:
         places = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in self._model.locations)
         relaxed = replace(self._model, locations=places, costs=dict.fromkeys(KINDS, 0))
         if isinstance(self._model.costs, MeasuredCosts):
-            apart = Symmetry(relaxed, self._names(tasks), frozenset(), places_alike=False)
+            apart = Symmetry(relaxed, self._names(tasks), places_alike=False)
             if self._entries(tasks, apart) <= APART_ENTRIES:
                 return apart
-        return Symmetry(relaxed, self._names(tasks), frozenset())
+        return Symmetry(relaxed, self._names(tasks))
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""

@@ -75,33 +75,35 @@ class Projection:
             names: the propositions of the tasks.
         """
         small, begin = _without(view, kept, start)
-        symmetry = Symmetry(small, names, frozenset(), places_alike=bool(view.neutral))
+        symmetry = Symmetry(small, names, places_alike=bool(view.neutral))
         space = StateCodes(small, begin, names)
         moves = moves_of(space, symmetry.neutral, symmetry.alike)
         states = listed(space, moves, int(canonical(moves, space.encode(begin, where="start"))))
         system = table(space, states, cost_tables(small, KINDS, space.hands), names)
-        places = [-1 if name in view.neutral else space.locations.index(name) for name in whole.locations]
+        merged = view.neutral_locations
+        places = [-1 if name in merged else space.locations.index(name) for name in whole.locations]
         hands = [
             space.hands.index(hand) if x == len(places) else places[x]
             for hand, x in zip(whole.hands, whole.over, strict=True)
         ]
-        return cls(number, tasks, space, symmetry.neutral, states, system, places, hands)
+        return cls(number, tasks, space, symmetry.neutral_locations, states, system, places, hands)
 
 
 def _without(
     view: Symmetry, kept: Sequence[str], start: ManipulationState
 ) -> tuple[ManipulationModel, ManipulationState]:
     """Return a model with only some objects, and only as many merged locations as these need."""
-    needed = view.neutral[: len(kept) + 1]
-    locations = tuple(p for p in view.model.locations if p.name not in view.neutral or p.name in needed)
+    merged = view.neutral_locations
+    needed = merged[: len(kept) + 1]
+    locations = tuple(p for p in view.model.locations if p.name not in merged or p.name in needed)
     free: Iterator[str] = iter(needed)
     places, hand = {}, start.hand
     for obj in kept:
         place = start.place.get(obj)
         if place is not None:
-            places[obj] = next(free) if place in view.neutral else place
-            hand = places[obj] if place == start.hand and place in view.neutral else hand
-    if hand in view.neutral and hand not in places.values():
+            places[obj] = next(free) if place in merged else place
+            hand = places[obj] if place == start.hand and place in merged else hand
+    if hand in merged and hand not in places.values():
         hand = next(free)
     objects = tuple(
         replace(obj, start=places.get(obj.name, locations[0].name)) for obj in view.model.objects if obj.name in kept

@@ -52,11 +52,11 @@ class GeneratedProduct(Product):
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
         """Return whether a problem's product can be generated.
 
-        That is so if no task can be relaxed and no action barred, and if all tables and numbers are small enough.
+        That is so if no task can be relaxed, and if all tables and numbers are small enough.
         """
         automata: tuple[Follower, ...] = (*problem.weighted_automata, *problem.rule_automata)
         states = model.space.bound * math.prod(dfa.size for dfa in automata)
-        if model.barred or states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
+        if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
             dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))

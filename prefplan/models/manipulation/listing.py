@@ -11,7 +11,9 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
+from prefplan.models.manipulation.exclusions import ExclusionArrays, read_exclusions
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
+from prefplan.models.system import Barred
 from prefplan.models.transition_system import OnDemand, TransitionSystem
 
 CHUNK = 2**13
@@ -20,23 +22,32 @@ CHUNK = 2**13
 EDGE_BYTES = 40
 """Memory for each edge while states are numbered."""
 
+Classes = Collection[Collection[str]]
+"""Names of objects or of locations in classes, within which they may be exchanged."""
+
 Expanded = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """The actions of some states, as `expand` returns them."""
 
 
-def moves_of(space: StateCodes, neutral: Collection[str] = (), alike: Collection[str] = ()) -> Moves:
+def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
     """Return a model as arrays.
 
     Args:
         space: the encoding of its states.
-        neutral: names of the locations that may be exchanged.
-        alike: names of the objects that may be exchanged.
+        neutral: names of the locations that may be exchanged within each class.
+        alike: names of the objects that may be exchanged within each class.
+        barred: actions that do not exist in some states.
     """
-    model, names, objects = space.model, space.locations, range(len(space.objects))
-    places = [x for x, name in enumerate(names) if name in neutral]
-    distinct_objects = [o for o in objects if space.objects[o] not in alike]
-    flags = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.bool_)
-    flags[places] = True
+    model, names = space.model, space.locations
+    alike_objects = [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
+    joined = [o for each in alike_objects for o in each]
+    class_of = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.int64)
+    places = np.zeros((len(neutral) + 1, 1 + max(map(len, neutral), default=0)), dtype=np.int64)
+    for number, each in enumerate(neutral, start=1):
+        members = [x for x, name in enumerate(names) if name in each]
+        class_of[members] = number
+        places[number, : len(members)] = members
+    excluded = ExclusionArrays.of(space, action_names(space), read_exclusions(model, barred))
     below = np.array([[name in place.on for name in names] for place in model.locations])
     empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
     closed = np.array([place.closed for place in model.locations])
@@ -53,11 +64,16 @@ def moves_of(space: StateCodes, neutral: Collection[str] = (), alike: Collection
         movable=np.array([not obj.fixed for obj in model.objects], dtype=np.bool_),
         needs=below.astype(np.int8) - empty.astype(np.int8),
         blocks=below | (closed[:, None] & empty).T,
-        mark=np.array(marks, dtype=np.int64).reshape(len(names), len(objects)),
-        neutral=flags,
-        places=np.array([*places, 0], dtype=np.int64),
-        distinct=np.array(distinct_objects, dtype=np.int64),
-        alike=np.array([o for o in objects if o not in distinct_objects], dtype=np.int64),
+        mark=np.array(marks, dtype=np.int64).reshape(len(names), len(space.objects)),
+        neutral=class_of,
+        places=places,
+        ranks=np.zeros(len(places), dtype=np.int64),
+        distinct=np.array([o for o in range(len(space.objects)) if o not in joined], dtype=np.int64),
+        alike=np.array(joined, dtype=np.int64),
+        alike_class=np.repeat(np.arange(len(alike)), [len(each) for each in alike_objects]).astype(np.int64),
+        excluded=excluded.of_action,
+        first_condition=excluded.first,
+        conditions=excluded.conditions,
     )
 
 

@@ -2,7 +2,7 @@
 
 A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
 are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
-canonical state stands for all that result from exchanging neutral locations and alike objects (see
+canonical state stands for all that result from exchanging neutral locations and alike objects of one class each (see
 `prefplan.models.manipulation.symmetry`); where slots are told apart no location is neutral.
 
 The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
@@ -21,7 +21,7 @@ TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 """Kinds of actions."""
 
 EXCHANGEABLE = 2**40
-"""Stands for a neutral location while alike objects are sorted; larger than any location."""
+"""This, and its class, stands for a neutral location while alike objects are sorted; larger than any location."""
 
 free_slot = bare_kernel(any_free_slot)
 
@@ -37,8 +37,11 @@ class Moves(NamedTuple):
         needs: (L, L) int8, [x, y]: 1 if y must hold an object, -1 if it must hold none, before one is put at x.
         blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
-        neutral: (max(S + 1, H),) bool, by slot or pose. places: (n + 1,) int64, the neutral locations, and 0.
-        alike: (U,) int64, the objects that may be exchanged. distinct: (O - U,) int64, the others.
+        neutral: (max(S + 1, H),) int64, by slot or pose, the class of a neutral location, from 1 to C, 0 for others.
+        places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
+        alike: (U,) int64, the objects that may be exchanged, by class. alike_class: (U,) int64, from 0, of these.
+        distinct: (O - U,) int64, the other objects.
+        excluded, first_condition, conditions: actions that do not exist in some states, see `ExclusionArrays`.
     """
 
     radices: np.ndarray
@@ -53,8 +56,13 @@ class Moves(NamedTuple):
     mark: np.ndarray
     neutral: np.ndarray
     places: np.ndarray
+    ranks: np.ndarray
     distinct: np.ndarray
     alike: np.ndarray
+    alike_class: np.ndarray
+    excluded: np.ndarray
+    first_condition: np.ndarray
+    conditions: np.ndarray
 
 
 class Steps(NamedTuple):
@@ -104,39 +112,61 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
-    Distinct objects at neutral locations take the first of these, in order; then come the alike objects, sorted by
-    location, and a hand over an empty neutral location takes the first that is left.
+    Distinct objects at neutral locations take the first of the same class, in order; then come the alike objects, each
+    class sorted by location, and a hand over an empty neutral location takes the first that is left.
     """
     hand = digits[0]
-    moved, rank = hand, 0
-    over_empty = moves.neutral[hand]
+    moved, over = hand, moves.neutral[hand]
+    moves.ranks[:] = 0
     for o in moves.distinct:
         location = digits[1 + o]
         if moves.neutral[location]:
-            digits[1 + o] = moves.places[rank]
+            digits[1 + o] = _next_place(moves, moves.neutral[location])
             if location == hand:
-                moved, over_empty = moves.places[rank], False
-            rank += 1
-    under = False
-    for k in range(moves.alike.shape[0]):
+                moved, over = digits[1 + o], 0
+    first, count = 0, moves.alike.shape[0]
+    while first < count:
+        end = first + 1
+        while end < count and moves.alike_class[end] == moves.alike_class[first]:
+            end += 1
+        is_under = _sort_alike(moves, digits, first, end, hand)
+        for o in moves.alike[first:end]:
+            if digits[1 + o] >= EXCHANGEABLE:
+                kind = digits[1 + o] - EXCHANGEABLE
+                digits[1 + o] = _next_place(moves, kind)
+                if is_under and kind == over:
+                    moved, over, is_under = digits[1 + o], 0, False
+        first = end
+    if over:
+        moved = _next_place(moves, over)
+    digits[0] = moved
+
+
+@bare_kernel
+def _next_place(moves: Moves, kind: Integer) -> Integer:
+    """Return the next neutral location of a class, of which one more is taken then."""
+    moves.ranks[kind] += 1
+    return moves.places[kind, moves.ranks[kind] - 1]
+
+
+@bare_kernel
+def _sort_alike(moves: Moves, digits: np.ndarray, first: Integer, end: Integer, hand: Integer) -> bool:
+    """Sort alike objects of one class by location, and return whether the hand is over one at a neutral location.
+
+    Neutral locations are replaced by `EXCHANGEABLE` and their class.
+    """
+    is_under = False
+    for k in range(first, end):
         location = digits[1 + moves.alike[k]]
         if moves.neutral[location]:
-            under |= location == hand
-            location = np.int64(EXCHANGEABLE)
+            is_under |= location == hand
+            location = EXCHANGEABLE + moves.neutral[location]
         at = k
-        while at > 0 and digits[1 + moves.alike[at - 1]] > location:
+        while at > first and digits[1 + moves.alike[at - 1]] > location:
             digits[1 + moves.alike[at]] = digits[1 + moves.alike[at - 1]]
             at -= 1
         digits[1 + moves.alike[at]] = location
-    if under:
-        moved, over_empty = moves.places[rank], False
-    for o in moves.alike:
-        if digits[1 + o] == EXCHANGEABLE:
-            digits[1 + o] = moves.places[rank]
-            rank += 1
-    if over_empty:
-        moved = moves.places[rank]
-    digits[0] = moved
+    return is_under
 
 
 @bare_kernel
@@ -176,52 +206,70 @@ def _count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Inte
 
 
 @bare_kernel
+def _is_excluded(moves: Moves, digits: np.ndarray, action: Integer) -> bool:
+    """Return whether an action does not exist in a state."""
+    for b in range(moves.excluded[action], moves.excluded[action + 1]):
+        holds = True
+        for c in range(moves.first_condition[b], moves.first_condition[b + 1]):
+            value = digits[moves.conditions[c, 0]]
+            if value < moves.conditions[c, 1] or value >= moves.conditions[c, 2]:
+                holds = False
+                break
+        if holds:
+            return True
+    return False
+
+
+@bare_kernel
 def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     """Write the actions of a state, in the order of the model, and return how many there are.
 
-    Of those that lead over an empty neutral location only the first is written.
+    Of those that lead over empty neutral locations of one class only the first is written.
     """
     before, counts = steps.before, steps.counts
     unpack(moves.radices, state, before)
     held = _count_objects(moves, before, counts)
     here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
+    loaded = locations + objects
     count: Integer = 0
-    met_empty = False
+    moves.ranks[:] = 0
     for x in range(locations):
-        if x == here or (held >= 0 and not _accepts(moves, counts, x)):
+        action = x if held < 0 else loaded + held * locations + x
+        if x == here or (held >= 0 and not _accepts(moves, counts, x)) or _is_excluded(moves, before, action):
             continue
         if moves.neutral[x] and counts[x] == 0:
-            if met_empty:
+            if moves.ranks[moves.neutral[x]]:
                 continue
-            met_empty = True
+            moves.ranks[moves.neutral[x]] = 1
         after = steps.digits[count]
         _copy(before, after)
-        if held < 0:
-            after[0] = x
-            count = _end_step(moves, steps, count, TRANSIT, x)
-        else:
-            after[0] = moves.above[_slot_at(moves, before, x)]
-            count = _end_step(moves, steps, count, TRANSPORT, locations + objects + held * locations + x)
+        after[0] = x if held < 0 else moves.above[_slot_at(moves, before, x)]
+        steps.actions[count] = action
+        count += 1
+    for k in range(count):
+        _end_step(moves, steps, k, TRANSIT if held < 0 else TRANSPORT)
     if here == locations:
         return count
     if held >= 0:
-        if _accepts(moves, counts, here):
+        action = loaded + (objects + held) * locations + here
+        if _accepts(moves, counts, here) and not _is_excluded(moves, before, action):
             slot = _slot_at(moves, before, here)
             after = steps.digits[count]
             _copy(before, after)
             after[0], after[1 + held] = moves.above[slot], slot
             if moves.mark[here, held]:
                 after[moves.mark[here, held]] = 1
-            action = locations + objects + (objects + held) * locations + here
-            count = _end_step(moves, steps, count, RELEASE, action)
+            steps.actions[count] = action
+            count = _end_step(moves, steps, count, RELEASE)
     elif _is_clear(moves, counts, here):
         for o in range(objects):
             slot = before[1 + o]
-            if moves.location[slot] == here and moves.movable[o]:
+            if moves.location[slot] == here and moves.movable[o] and not _is_excluded(moves, before, locations + o):
                 after = steps.digits[count]
                 _copy(before, after)
                 after[0], after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
-                count = _end_step(moves, steps, count, GRASP, locations + o)
+                steps.actions[count] = locations + o
+                count = _end_step(moves, steps, count, GRASP)
     return count
 
 
@@ -239,10 +287,9 @@ def _copy(source: np.ndarray, target: np.ndarray) -> None:
 
 
 @bare_kernel
-def _end_step(moves: Moves, steps: Steps, k: Integer, kind: Integer, action: Integer) -> Integer:
-    """Write an action's number and price, replace its state by the canonical one, and return k + 1."""
+def _end_step(moves: Moves, steps: Steps, k: Integer, kind: Integer) -> Integer:
+    """Write an action's price, replace its state by the canonical one, and return k + 1."""
     hands = moves.over.shape[0]
-    steps.actions[k] = action
     steps.prices[k] = (kind * hands + steps.before[0]) * hands + steps.digits[k, 0]
     standardize(moves, steps.digits[k])
     return k + 1

@@ -5,16 +5,19 @@ Two reductions, both exact:
 *Symmetry.* A location of capacity one that no other location depends on and no visible proposition mentions is
 *neutral* (with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral
 locations, or movable objects that are *alike*, as no visible proposition mentions them, maps the model onto itself and
-preserves costs and visible propositions. So one canonical state can stand for all states that such exchanges make of it
-(its orbit), and the canonical states are a bisimulation quotient: every trajectory of the one has its counterpart in
-the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
+preserves costs and visible propositions. With exclusions, it does so within classes: two names are of one class if to
+exchange them leaves the set of exclusions as it is. So one canonical state can stand for all states that such exchanges
+make of it (its orbit), and the canonical states are a bisimulation quotient: every trajectory of the one has its
+counterpart in the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
 
 *Relevance.* One of these objects that rests at a neutral location need never be moved, if the other neutral locations
 can hold all other movable objects at once, and no visible location rests on supports: in any plan, leave out the
 actions on it, and put every object that the plan puts at a neutral location at a free one. One is free, as the object
 in the hand takes none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out
 change no visible proposition; so this needs tasks that do not count actions, and preferences that do not gain from
-waiting. By the same argument no more neutral locations are needed than there are movable objects.
+waiting. By the same argument no more neutral locations are needed than there are movable objects. Exclusions are kept
+if none names these other neutral locations, or depends on an object that is not moved: then no action of the plan is
+excluded after it was changed, as the conditions of exclusions are what holds, never what does not.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ from prefplan.models.costs import amount
 from prefplan.models.manipulation.action import at, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.description import Location
-from prefplan.models.manipulation.operators import read_action
+from prefplan.models.manipulation.exclusions import Exclusion, classes, read_exclusions
 from prefplan.models.manipulation.slots import hand_poses
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.system import Barred
@@ -71,15 +74,12 @@ def symmetry_of(
     Args:
         model: the other model.
         start: its initial state.
-        names: propositions that are visible, beside those on which barred actions depend.
+        names: propositions that are visible, beside the marks on which barred actions depend.
         barred: actions that do not exist where some propositions hold.
         stutter_invariant: as in `System.quotient`.
     """
-    visible = frozenset(names).union(*(conditions for conditions, _ in barred))
-    actions = [read_action(text) for _, text in barred]
-    named = frozenset(name for action in actions for name in (action.obj, action.location))
-    symmetry = Symmetry(model, visible, named, places_alike=not isinstance(model.costs, MeasuredCosts))
-    if stutter_invariant and not barred and _loads_cost(model.costs):
+    symmetry = Symmetry(model, names, barred, places_alike=not isinstance(model.costs, MeasuredCosts))
+    if stutter_invariant and _loads_cost(model.costs):
         return symmetry.relevant(start)
     return symmetry, start
 
@@ -90,57 +90,68 @@ class Symmetry:
     Attributes:
         model: the model.
         visible: the propositions that are visible.
-        neutral: names of the neutral locations, in the model's order.
-        alike: names of the movable objects of which nothing is visible, which may be exchanged.
+        neutral: names of the neutral locations, in classes.
+        alike: names of the movable objects of which nothing is visible, in classes.
     """
 
     def __init__(
-        self, model: ManipulationModel, visible: frozenset[str], named: frozenset[str], *, places_alike: bool = True
+        self, model: ManipulationModel, names: Collection[str], barred: Barred = (), *, places_alike: bool = True
     ) -> None:
         """Find the neutral locations and the invisible objects.
 
         Args:
             model: the model.
-            visible: the propositions that are visible.
-            named: names of objects and locations that count as visible for another reason.
+            names: propositions that are visible, beside the marks on which barred actions depend.
+            barred: actions that do not exist where some propositions hold.
             places_alike: whether locations may be neutral; False if costs tell them apart.
         """
-        self.model, self.visible, self._named = model, visible, named
+        self.model, self._barred, self._exclusions = model, barred, read_exclusions(model, barred)
+        self.visible = frozenset(names) | {marked(*pair) for each in self._exclusions for pair in each.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
-        self.neutral = tuple(
+        neutral = [
             place.name
             for place in (model.locations if places_alike else ())
             if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
             if place.name not in supports and not self._is_visible(place)
-        )
-        self.alike = tuple(
+        ]
+        alike = [
             obj.name
             for obj in model.objects
-            if not obj.fixed and obj.name not in named and not visible & {n for n, _ in model.propositions_of(obj.name)}
-        )
+            if not obj.fixed and not self.visible & {name for name, _ in model.propositions_of(obj.name)}
+        ]
+        self.neutral = classes(neutral, self._exclusions, Exclusion.with_locations_exchanged)
+        self.alike = classes(alike, self._exclusions, Exclusion.with_objects_exchanged)
+
+    @property
+    def neutral_locations(self) -> tuple[str, ...]:
+        """The neutral locations of all classes."""
+        return tuple(name for each in self.neutral for name in each)
 
     def _is_visible(self, place: Location) -> bool:
         names = {at(obj, place.name) for obj in self._objects}
         names |= {marked(obj, place.marks) for obj in self._objects if place.marks}
-        return place.name in self._named or not self.visible.isdisjoint(names)
+        return not self.visible.isdisjoint(names)
 
     def relevant(self, start: ManipulationState) -> tuple[Symmetry, ManipulationState]:
         """Return the same, and the initial state, without objects that need never be moved and surplus locations."""
-        model, places = self.model, start.place
+        model, places, neutral = self.model, start.place, self.neutral_locations
         if any(place.on and self._is_visible(place) for place in model.locations):
             return self, start
-        fixed = {obj.name for obj in model.objects if obj.fixed and obj.name not in self._named}
-        idle = {obj for obj in fixed.union(self.alike) if places.get(obj) in self.neutral}
-        blocked = {places[obj] for obj in idle}
-        free = [place for place in self.neutral if place not in blocked]
+        blockers = {obj for each in self._exclusions for obj in each.blockers}
+        fixed = {obj.name for obj in model.objects if obj.fixed}
+        idle = {obj for obj in fixed.union(*self.alike) - blockers if places.get(obj) in neutral}
+        taken = [place for obj, place in places.items() if obj not in idle and place in neutral]
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
+        closed = {place for each in self._exclusions for place in each.locations}
+        closed |= {place for obj, place in places.items() if obj in idle | fixed}
+        free = [place for place in neutral if place not in closed]
         if len(free) < len(movable):
             return self, start
-        taken = [place for place in free if place in places.values()]
         spare = [place for place in free if place not in taken]
-        wanted = {*taken, *spare[: len(movable) - len(taken)]}
-        kept = tuple(p for p in model.locations if p.name not in self.neutral or p.name in wanted)
+        needed = max(0, len(movable) - len(free) + len(spare))
+        wanted = {*taken, *spare[:needed]}
+        kept = tuple(p for p in model.locations if p.name not in neutral or p.name in wanted)
         if not kept:
             return self, start
         objects = tuple(
@@ -154,7 +165,7 @@ class Symmetry:
         )
         assert {place for _, place in begin.places} <= {place.name for place in kept}
         smaller = replace(model, locations=kept, objects=objects, begin=begin)
-        return Symmetry(smaller, self.visible, self._named), begin
+        return Symmetry(smaller, self.visible, self._barred), begin
 
 
 def _loads_cost(costs: ActionCosts) -> bool:

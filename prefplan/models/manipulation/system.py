@@ -15,7 +15,7 @@ from prefplan.models.costs import UNMEASURED
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import Expanded, StateTable, listed, listed_by, moves_of, table
+from prefplan.models.manipulation.listing import Classes, Expanded, StateTable, listed, listed_by, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, canonical
@@ -60,22 +60,22 @@ class ManipulationSystem(System):
         space: the encoding of the states.
         operators: the kinds of actions.
         barred: actions that do not exist where some propositions hold.
-        neutral: names of the locations that may be exchanged.
-        alike: names of the objects that may be exchanged.
+        neutral: names of the locations that may be exchanged within each class.
+        alike: names of the objects that may be exchanged within each class.
         visible: the propositions that are kept in the labels of listed states; None for all.
     """
 
     space: StateCodes
     operators: tuple[Operator, ...]
     barred: Barred = ()
-    neutral: tuple[str, ...] = ()
-    alike: tuple[str, ...] = ()
+    neutral: Classes = ()
+    alike: Classes = ()
     visible: frozenset[str] | None = None
 
     @cached_property
     def moves(self) -> Moves:
         """The model as arrays; its codes must be small."""
-        return moves_of(self.space, self.neutral, self.alike)
+        return moves_of(self.space, self.neutral, self.alike, self.barred)
 
     @property
     def first(self) -> int:
@@ -100,7 +100,7 @@ class ManipulationSystem(System):
         """
         standard = self.operators == STANDARD_OPERATORS
         states = listed(self.space, self.moves, self.first) if standard else self._by_operators()
-        system = table(self.space, states, self.costs, self.visible).without(self.barred)
+        system = table(self.space, states, self.costs, self.visible)
         return replace(system, propositions=self.propositions, display=self.display)
 
     def _by_operators(self) -> StateTable:
@@ -152,9 +152,20 @@ class ManipulationSystem(System):
             for action, _ in outcomes:
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-            yield from sorted(
-                outcomes, key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0))
-            )
+            outcomes.sort(key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0)))
+            yield from (each for each in outcomes if not self._is_barred(state, str(each[0])))
+
+    def _is_barred(self, state: ManipulationState, action: str) -> bool:
+        """Return whether an action does not exist in a state that it would otherwise be applicable in."""
+        return any(conditions <= state.label for conditions in self._conditions.get(action, ()))
+
+    @cached_property
+    def _conditions(self) -> dict[str, list[frozenset[str]]]:
+        """By action, the sets of propositions of which any that hold together exclude it."""
+        found: dict[str, list[frozenset[str]]] = {}
+        for conditions, action in self.barred:
+            found.setdefault(action, []).append(conditions)
+        return found
 
     def _price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
         """Return the index of an action's cost in the entries of a `CostTable`, in one dimension.
@@ -173,8 +184,7 @@ class ManipulationSystem(System):
         Raises:
             ModelError: the action does not exist in that state, or its cost was not measured.
         """
-        barred = any(action == name and names <= state.label for names, name in self.barred)
-        for each, after in self.outcomes(state) if not barred else ():
+        for each, after in self.outcomes(state):
             if str(each) == action:
                 price = self._price(each, state, after)
                 counts = [int(costs.entries.flat[price]) for costs in self.costs]

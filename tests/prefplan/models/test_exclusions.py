@@ -1,0 +1,140 @@
+"""Fronts of manipulation models in which some actions do not exist in some states, against an enumeration."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import judge
+import pytest
+from judge.planners import ListedPlanner
+from random_manipulation import random_problem, random_several
+from small_models import COSTS, spot
+
+from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Task, TransitionSystem
+from prefplan.models.manipulation.symmetry import Symmetry
+from prefplan.models.manipulation.system import ManipulationSystem
+from prefplan.models.system import Barred
+
+SEEDS = 60
+"""Random models of each kind; 1,000 take four minutes."""
+
+
+def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
+    """Draw exclusions, many of them the same for several objects or locations, some only while something holds."""
+    objects, places = [obj.name for obj in model.objects], [place.name for place in model.locations]
+    barred: list[tuple[frozenset[str], str]] = []
+    for _ in range(rng.randint(1, 4)):
+        some = rng.sample(objects, rng.randint(1, len(objects)))
+        there = rng.sample(places, rng.choice((1, 1, 2)))
+        kind, other = rng.choice(("grasp", "transport", "release", "release", "transit")), rng.choice(objects)
+        condition = rng.choice(("", "", f"{other}_{rng.choice(places)}", f"holding_{other}", f"{other}_wet"))
+        conditions = frozenset({condition} - {""})
+        for place in there:
+            for obj in some:
+                if kind == "grasp":
+                    barred.append((conditions | {f"{obj}_{place}"}, f"grasp {obj}"))
+                else:
+                    barred.append((conditions, f"transit {place}" if kind == "transit" else f"{kind} {obj} {place}"))
+    return barred
+
+
+def enumerated(model: ManipulationModel, barred: Barred) -> TransitionSystem:
+    """Return the states that the judge reaches, one by one, without the excluded actions."""
+    cell = judge.Cell(model)
+    start = cell.start(model.initial_state)
+    seen, pending, transitions = {start}, [start], []
+    while pending:
+        arm = pending.pop()
+        label = cell.label(arm)
+        for action, cost, after in cell.steps(arm):
+            if any(name == action and conditions <= label for conditions, name in barred):
+                continue
+            transitions.append((arm, action, after, cost))
+            if after not in seen:
+                seen.add(after)
+                pending.append(after)
+    labels = {arm: cell.label(arm) for arm in seen}
+    return TransitionSystem.from_transitions(
+        transitions, start=start, labels=labels, propositions=model.known_propositions
+    )
+
+
+def over(problem: Problem, system: object) -> Problem:
+    return Problem(system, problem.tasks, problem.preferences, rules=problem.rules)  # type: ignore[arg-type]
+
+
+def compared(draw: Callable[..., Problem], seed: int, *, measured: bool) -> bool:
+    """Fail unless all fronts of a random problem are the enumerated one; return whether exclusions changed it."""
+    listed = draw(random.Random(seed), measured=measured)
+    large = draw(random.Random(seed), measured=measured, large=True)
+    assert isinstance(large.system, ManipulationSystem)
+    barred = random_barred(random.Random(seed), large.system.space.model)
+    expected = Planner(over(listed, enumerated(large.system.space.model, barred))).front()
+    points = [tuple(plan.objectives.values()) for plan in expected]
+    fewer = large.system.without(barred)
+    for planner, system in ((Planner, fewer), (ListedPlanner, fewer), (Planner, listed.system.without(barred))):
+        front = planner(over(listed, system)).front()
+        assert [tuple(plan.objectives.values()) for plan in front] == points
+        assert front.reason == expected.reason
+        for plan in front:
+            # Each plan is one of the whole model without the excluded actions, with these costs.
+            labels, costs = fewer.along(plan.actions)
+            assert [sum(each) for each in costs] == [plan.objectives[name] for name in fewer.cost_names]
+            steps = zip(labels, plan.actions, strict=False)
+            assert not any(name == action and held <= label for label, action in steps for held, name in barred)
+    return points != [tuple(plan.objectives.values()) for plan in Planner(listed).front()]
+
+
+@pytest.mark.slow
+def test_random_fronts_without_some_actions_are_the_enumerated_ones() -> None:
+    changed = [compared(random_problem, seed, measured=seed % 4 == 3) for seed in range(SEEDS)]
+    assert sum(changed) >= SEEDS // 10
+
+
+@pytest.mark.slow
+def test_random_fronts_of_several_objectives_without_some_actions_are_the_enumerated_ones() -> None:
+    changed = [compared(random_several, seed, measured=seed % 4 == 3) for seed in range(SEEDS // 4)]
+    assert any(changed)
+
+
+def model_of(places: int, objects: int) -> ManipulationModel:
+    spots = (*(spot(f"s{k}") for k in range(places)), spot("bin", capacity=2))
+    return ManipulationModel(
+        "home", COSTS, spots, tuple(Object(f"o{k}", f"s{k}") for k in range(objects)), listed_states=0
+    )
+
+
+def test_objects_and_locations_stay_alike_where_the_same_is_excluded() -> None:
+    model = model_of(6, 4)
+    everywhere = [(frozenset[str](), f"release {obj} {place}") for obj in ("o2", "o3") for place in ("s4", "s5")]
+    symmetry = Symmetry(model, {"o0_bin"}, everywhere)
+    assert symmetry.alike == (("o1",), ("o2", "o3"))
+    assert symmetry.neutral == (("s0", "s1", "s2", "s3"), ("s4", "s5"))
+    beside = [(frozenset({"o1_s1", "o2_s2"}), "grasp o1")]
+    assert Symmetry(model, {"o0_bin"}, beside).alike == (("o1",), ("o2",), ("o3",))
+    assert Symmetry(model, {"o0_bin"}, [(frozenset({"o9_s1"}), "grasp o1")]).alike == (("o1", "o2", "o3"),)
+
+
+def test_an_object_that_need_not_be_moved_is_left_out_unless_an_exclusion_depends_on_it() -> None:
+    system = model_of(9, 4).transition_system()
+    assert isinstance(system, ManipulationSystem)
+    kept = [
+        system.without(barred).reduced({"o0_bin"}, stutter_invariant=True).space.objects
+        for barred in ([(frozenset({"o1_s1"}), "grasp o1")], [(frozenset({"o1_s1"}), "release o0 bin")])
+    ]
+    assert kept == [["o0"], ["o0", "o1"]]
+
+
+def test_a_plan_moves_first_what_stands_in_the_way() -> None:
+    system = model_of(4, 2).transition_system()
+    fewer = system.without([(frozenset({"o1_s1"}), "release o0 bin"), (frozenset(), "transport o1 s2")])
+    (plan,) = Planner(Problem(fewer, [Task("t", "F o0_bin")], Order())).front()
+    assert plan.cost == 2 * (COSTS["transit"] + COSTS["grasp"] + COSTS["transport"] + COSTS["release"])
+    assert "release o1 s2" not in plan.actions and plan.actions[-1] == "release o0 bin"
+
+
+def test_an_exclusion_that_is_no_action_is_refused() -> None:
+    system = model_of(2, 1).transition_system().without([(frozenset(), "fly o0")])
+    with pytest.raises(ModelError, match="unknown action 'fly'"):
+        Planner(Problem(system, [Task("t", "F o0_bin")], Order())).front()
