@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -14,17 +14,15 @@ from typing import Unpack
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import Number, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
-from prefplan.heuristics.prepare import Options, Prepared, bytes_to_prepare
+from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
+from prefplan.models.feasibility import Examination, Geometry
 from prefplan.plan import Plan, Plans
-from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
-from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
-from prefplan.search.incumbent import run_cheapest, run_with_incumbent
+from prefplan.search.choice import choose_search
 from prefplan.search.infeasibility import infeasible
-from prefplan.search.multi_objective.objective_search import ObjectiveSearch
 from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result, ended_by
 
@@ -93,6 +91,14 @@ class Planner:
         self.stats = Stats()
         self._options = options or Options()
         self._reduction = Reduction(self.problem)
+        feasible, past = self.problem.feasible, len(self.problem.past.actions)
+        self._examination = None if feasible is None else Examination(feasible, past)
+        self._abstract: tuple[dict[str, Number], ...] = ()
+
+    @property
+    def geometry(self) -> Geometry | None:
+        """What searches have left out since the arm cannot do it; None for an abstract problem."""
+        return None if self._examination is None else Geometry(self._examination, self._abstract)
 
     def front(
         self, *, over: Collection[str] = (), keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]
@@ -104,6 +110,26 @@ class Planner:
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
+        search = partial(self._front, over, keep_on_interrupt=keep_on_interrupt, **wanted)
+        front = search()
+        try:
+            with limits_of(self.problem, **wanted)[0]:
+                while front.ended is None and self._leave_out(front):
+                    front = replace(again := search(), stats=front.stats + again.stats)
+        except (LimitError, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) and not keep_on_interrupt:
+                raise
+            front = replace(front, ended=ended_by(error), complete_below=None)
+        self.stats = front.stats
+        if self._examination is None:
+            return front
+        if front.ended is not None:
+            front = replace(front, plans=tuple(filter(self._examination.holds, front)))
+        note = Geometry(self._examination, self._abstract).note
+        return replace(front, assumptions=(*front.assumptions, note)) if note else front
+
+    def _front(self, over: Collection[str], *, keep_on_interrupt: bool, **wanted: Unpack[FrontLimits]) -> Front:
+        """Return the front of the problem without what the arm is known to be unable to do."""
         one = next(iter(over)) if len(set(over)) == 1 else None
         result, reason = self._solve(one, keep_on_interrupt=keep_on_interrupt, **wanted)
         result.check()
@@ -135,6 +161,39 @@ class Planner:
 
         With `keep_on_interrupt`, Ctrl-C raises UnfinishedError in place of KeyboardInterrupt.
         """
+        search = partial(self._best, objective, keep_on_interrupt=keep_on_interrupt, **wanted)
+        try:
+            plan, work = search(), self.stats
+            with limits_of(self.problem, **wanted)[0]:
+                while self._leave_out([plan]):
+                    plan, work = search(), work + self.stats
+        except UnfinishedError as error:
+            if error.best is None or self._examination is None or self._examination.holds(error.best):
+                raise
+            raise UnfinishedError(error.ended, complete_below=error.complete_below) from None
+        except (LimitError, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) and not keep_on_interrupt:
+                raise
+            raise UnfinishedError(ended_by(error)) from None
+        self.stats = work
+        return plan
+
+    def _leave_out(self, plans: Sequence[Plan]) -> bool:
+        """Leave out what plans need and the arm cannot do; return whether there is anything of the kind.
+
+        Raises:
+            LimitError: a limit was reached before all is known of what the plans need.
+        """
+        barred = self._examination.excluded(plans) if self._examination else ()
+        if not barred:
+            return False
+        self._abstract = self._abstract or tuple(plan.objectives for plan in plans)
+        problem = self._reduction.problem
+        self._reduction = Reduction(problem.over(problem.system.without(barred)))
+        return True
+
+    def _best(self, objective: str, *, keep_on_interrupt: bool, **wanted: Unpack[PlanLimits]) -> Plan:
+        """Return the plan of least value of an objective without what the arm is known to be unable to do."""
         result, reason = self._solve(objective, keep_on_interrupt=keep_on_interrupt, **wanted)
         if reason is not None:
             raise NoPlanError(reason)
@@ -190,7 +249,7 @@ class Planner:
         return self._search_in_python(limits, bounds, objective)
 
     def _search_in_python(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
-        product = self._reduction.listed_product(self.problem)
+        product = self._reduction.listed_product(self._reduction.problem)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
 
@@ -216,31 +275,3 @@ class Planner:
             with suppress(NoPlanError, UnfinishedError, PreferenceError):
                 smallest = self.best(bounded, **left).objectives[bounded]
         return Reason("bound", smallest=smallest)
-
-
-def choose_search(
-    product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
-) -> Callable[[Limits], Result]:
-    """Return the compiled search that suits a problem.
-
-    Its tables must fit the limits. Bounds are inclusive. Without an `objective`, the front is wanted.
-
-    Raises:
-        LimitError: a limit was reached.
-        OverflowError: a number might not fit 64 bits.
-    """
-    problem = product.problem
-    if len(problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
-        raise LimitError("memory")
-    if not (problem.is_bi_objective and problem.measure.bi_objective):
-        # The front of one cost and one preference is found sooner than the least value of a preference.
-        first = None if problem.is_bi_objective and objective != problem.cost_names[0] else objective
-        return ObjectiveSearch(product, options, bounds=bounds, first=first, max_bytes=limits.bytes).run
-    cost, preference = problem.objective_names
-    single, max_mu = objective == cost, bounds.get(preference)
-    max_cost = math.floor(bounds[cost] / problem.units.cost) if cost in bounds else math.inf
-    prepared = Prepared(product, options, max_bytes=limits.bytes)
-    if single and max_mu is None:
-        return partial(run_cheapest, prepared, max_cost)
-    search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single)
-    return search.run if max_mu is not None else partial(run_with_incumbent, search)

@@ -12,6 +12,7 @@ from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
+from prefplan.models.feasibility import Feasible
 from prefplan.models.system import Past, System
 from prefplan.models.system_of import SystemLike, system_of
 from prefplan.preferences.contracts import Span, check_contract, check_never_falls
@@ -48,6 +49,8 @@ class Problem:
         preference: mu (Definition 5), the first of several; one that is always 0 if there is none.
         rules: safety formulas that every plan keeps, or breaks at a price.
         past: what every plan begins with, before the system's start; it has the first cost only.
+        feasible: what the arm can do; plans need nothing else. None for abstract plans.
+        abstract: whether plans may need what no arm can do.
         preferences: all preferences, with their names.
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
@@ -72,6 +75,8 @@ class Problem:
     rules: tuple[Rule, ...]
     past: Past
     preferences: tuple[NamedPreference, ...] = field(repr=False)
+    feasible: Feasible | None = field(repr=False)
+    abstract: bool
 
     def __init__(
         self,
@@ -82,6 +87,7 @@ class Problem:
         start: Hashable | None = None,
         rules: Mapping[str, str] | Iterable[Rule] = (),
         past: Past = NO_PAST,
+        feasible: Feasible | None = None,
     ) -> None:
         """Check that the parts fit together.
 
@@ -91,6 +97,7 @@ class Problem:
         self.preferences = named = preferences_of(preference)
         self.system = system = system_of(system, start=start)
         self.past, propositions = past, system.propositions
+        self.feasible, self.abstract = feasible, feasible is None
         self.preference = named[0].preference if named else WeightedSum({})
         self.tasks = tuple(replace(task, propositions=propositions) for task in named_formulas(Task, tasks, "tasks"))
         self.rules = tuple(replace(rule, propositions=propositions) for rule in named_formulas(Rule, rules, "rules"))

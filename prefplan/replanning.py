@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
@@ -25,7 +26,13 @@ def continued(problem: Problem, past: Past, system: System) -> Problem:
     """Return the problem in which every plan begins with the past; the start of `system` is the present."""
     names = problem.system.propositions | system.propositions
     ahead = replace(system, costs=system.costs[:1], propositions=names)
-    return Problem(ahead, problem.tasks, problem.preference, rules=problem.rules, past=past)
+    return _changed(problem, system=ahead, past=past)
+
+
+def _changed(problem: Problem, **parts: Any) -> Problem:
+    """Return a problem with other parts, without the past."""
+    names = ("system", "tasks", "preference", "rules", "feasible")
+    return Problem(**{name: getattr(problem, name) for name in names} | parts)
 
 
 def continue_cheaply(problem: Problem, past: Past, system: System, *, max_preference: Number | None = None) -> Plan:
@@ -76,7 +83,7 @@ def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozens
     kept = [rule for rule in given if rule.automaton.first_accepted(labels) is None]
     if not kept:
         return problem
-    return Problem(problem.system, problem.tasks, problem.preference, rules=(*problem.rules, *kept))
+    return _changed(problem, rules=(*problem.rules, *kept))
 
 
 def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
@@ -100,7 +107,7 @@ def achievable(
     """
     labels, tasks = [*past.labels, system.label(system.start)], problem.tasks
     while tasks:
-        fewer = Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.rules)
+        fewer = _changed(problem, tasks=tasks, preference=WeightedSum({}, over="violation"))
         left_out = [task for task in problem.tasks if task not in tasks]
         kept = fewer if others is None else keeping_satisfiable(fewer, [*others, *left_out], labels)
         try:
@@ -115,7 +122,7 @@ def _breaking(problem: Problem, past: Past, system: System) -> str:
     """Return the name of the last task that no plan satisfies by itself within the rules, or else of the last task."""
     for task in reversed(problem.tasks):
         try:
-            continue_cheaply(Problem(problem.system, (task,), problem.preference, rules=problem.rules), past, system)
+            continue_cheaply(_changed(problem, tasks=(task,)), past, system)
         except NoPlanError:
             return task.name
     return problem.names[-1]

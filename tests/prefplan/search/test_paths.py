@@ -10,9 +10,9 @@ import pytest
 
 from prefplan import Options, Order, Planner, Problem, Relaxation, Rule, Sum, Task, TransitionSystem, WeightedSum
 from prefplan.limits import Limits
-from prefplan.planner import choose_search
 from prefplan.product.product_automaton import Product
 from prefplan.search import paths
+from prefplan.search.choice import choose_search
 from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result
 

@@ -1,0 +1,143 @@
+"""What an arm can do, as a planner asks for it: the protocol that a simulation implements, and what answers exclude.
+
+The planner asks for nothing but what its plans need. A plan that needs what the arm cannot do is searched for again
+without that; leaving actions out makes no plan cheaper, so plans that hold are the best that the arm can carry out.
+(Lazy collision checking does the same on a roadmap: R. Bohlin and L. E. Kavraki, "Path planning using lazy PRM", ICRA
+2000; for tasks and motions: C. R. Garrett et al., "PDDLStream", ICAPS 2020.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from prefplan.exact_costs import Number
+from prefplan.limits import check_limits
+from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.system import Barred
+from prefplan.text.layout import number
+
+if TYPE_CHECKING:
+    from prefplan.plan import Plan
+
+MOST_NAMED = 3
+"""Most exclusions that a sentence names."""
+
+
+class Answer(Protocol):
+    """What an arm can do with an object at a location."""
+
+    @property
+    def barred(self) -> Barred:
+        """The actions that it cannot do there, each with the propositions under which it cannot: none for always."""
+
+    @property
+    def reason(self) -> str | None:
+        """Why it cannot do them, for people."""
+
+
+class Feasible(Protocol):
+    """What an arm can do in a scene. The answers never change."""
+
+    def check(self, obj: str, location: str) -> Answer:
+        """Return what the arm can do with an object at a location: grasp it there, put it down there."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An object at a location with which the arm cannot do what some plan would need.
+
+    Attributes:
+        obj: the object.
+        location: the location.
+        reason: why it cannot.
+    """
+
+    obj: str
+    location: str
+    reason: str
+
+    def __str__(self) -> str:
+        """Return it as a clause."""
+        return f"{self.obj} at {self.location} ({self.reason})"
+
+
+class Examination:
+    """What is known of what an arm can do, as far as plans needed it.
+
+    Attributes:
+        left_out: what plans needed and the arm cannot do, in the order in which it was found.
+    """
+
+    def __init__(self, feasible: Feasible, past: int = 0) -> None:
+        """Take whom to ask, and the number of actions with which every plan begins, which are done already."""
+        self.left_out: list[LeftOut] = []
+        self._feasible, self._past = feasible, past
+        self._answers: dict[tuple[str, str], Answer] = {}
+
+    def excluded(self, plans: Sequence[Plan]) -> Barred:
+        """Return what the arm cannot do of what some plans need; nothing if it can carry out all of them.
+
+        Raises:
+            LimitError: a limit was reached before all answers were known.
+        """
+        found: dict[tuple[frozenset[str], str], None] = {}
+        for plan in plans:
+            for pair in self._pairs(plan):
+                answer = self._answer(pair)
+                violated = [entry for entry in answer.barred if self._violates(plan, entry)]
+                if violated and pair not in ((one.obj, one.location) for one in self.left_out):
+                    self.left_out.append(LeftOut(*pair, answer.reason or "the arm cannot"))
+                found.update(dict.fromkeys(answer.barred if violated else ()))
+        return list(found)
+
+    def holds(self, plan: Plan) -> bool:
+        """Return whether it is known that the arm can do all that a plan needs."""
+        pairs = set(self._pairs(plan))
+        known = pairs <= self._answers.keys()
+        return known and not any(self._violates(plan, entry) for p in pairs for entry in self._answers[p].barred)
+
+    def _answer(self, pair: tuple[str, str]) -> Answer:
+        if pair not in self._answers:
+            check_limits()
+            self._answers[pair] = self._feasible.check(*pair)
+        return self._answers[pair]
+
+    def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
+        """Yield each object and location where a plan grasps it or puts it down."""
+        states = [state for state in plan.states[self._past :] if isinstance(state, ManipulationState)]
+        for before, after in zip(states, states[1:], strict=False):
+            yield from dict.fromkeys((*(set(before.places) ^ set(after.places)),))
+
+    def _violates(self, plan: Plan, entry: tuple[frozenset[str], str]) -> bool:
+        """Return whether a plan has an action in a state in which it is excluded."""
+        conditions, text = entry
+        return any(
+            action == text and isinstance(state, ManipulationState) and conditions <= state.label
+            for state, action in list(zip(plan.states, plan.actions, strict=False))[self._past :]
+        )
+
+
+class Geometry:
+    """What was left out of the plans of a problem since the arm cannot do it.
+
+    Attributes:
+        left_out: what plans would need and the arm cannot do.
+        abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
+            empty if nothing was left out.
+    """
+
+    def __init__(self, examination: Examination, abstract: Sequence[dict[str, Number]]) -> None:
+        """Take what is known, and the values of the plans of the first search."""
+        self.left_out, self.abstract = tuple(examination.left_out), tuple(abstract)
+
+    @property
+    def note(self) -> str | None:
+        """What was left out and its price, as one line; None if nothing was."""
+        if not self.left_out:
+            return None
+        more = len(self.left_out) - MOST_NAMED
+        named = [*map(str, self.left_out[:MOST_NAMED]), *([f"{more} more"] if more > 0 else [])]
+        values = ", ".join(f"{name} {number(value)}" for name, value in self.abstract[0].items())
+        return f"The arm cannot do {'; '.join(named)}. If it could: {values}."

@@ -1,0 +1,145 @@
+"""Plans that need only what an arm can do: it is asked for what plans need, and the front is that without the rest."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+
+import pytest
+from random_manipulation import random_model, random_problem
+from small_models import COSTS, spot
+
+from prefplan import ManipulationModel, NoPlanError, Object, Order, Planner, Problem, UnfinishedError
+from prefplan.errors import LimitError
+from prefplan.models.manipulation.action import at
+from prefplan.models.system import Barred
+from prefplan.replanning import Past, continue_cheaply
+
+
+@dataclass(frozen=True)
+class Told:
+    barred: Barred = ()
+    reason: str | None = "too far"
+
+
+class Arm:
+    """An arm that can do some things and not others, and remembers what it was asked."""
+
+    def __init__(self, answers: dict[tuple[str, str], Told]) -> None:
+        self.answers, self.asked = answers, list[tuple[str, str]]()
+
+    def check(self, obj: str, location: str) -> Told:
+        self.asked.append((obj, location))
+        return self.answers.get((obj, location), Told(reason=None))
+
+    @property
+    def barred(self) -> Barred:
+        return [entry for answer in self.answers.values() for entry in answer.barred]
+
+
+def cannot(obj: str, location: str, *while_there: str) -> Told:
+    """An object that can be neither grasped at a location nor put there, while some propositions hold."""
+    there = frozenset(while_there)
+    return Told(((there | {at(obj, location)}, f"grasp {obj}"), (there, f"release {obj} {location}")))
+
+
+def random_arm(rng: random.Random, problem: Problem, model: ManipulationModel) -> Arm:
+    pairs = [(obj.name, place.name) for obj in model.objects for place in model.locations]
+    lacking = rng.sample(pairs, rng.randint(1, len(pairs) // 2))
+    beside = {pair: [at(*rng.choice(pairs))] if rng.random() < 0.4 else [] for pair in lacking}
+    return Arm({pair: cannot(*pair, *beside[pair]) for pair in lacking})
+
+
+def model_of(seed: int, *, large: bool) -> tuple[Problem, Arm]:
+    problem = random_problem(random.Random(seed), large=large)
+    return problem, random_arm(random.Random(seed), problem, random_model(random.Random(seed)))
+
+
+def over(problem: Problem, arm: Arm | None, barred: Barred = ()) -> Problem:
+    return Problem(
+        problem.system.without(barred), problem.tasks, problem.preferences, rules=problem.rules, feasible=arm
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("large", [False, True])
+def test_asking_only_for_what_plans_need_finds_the_front_of_all_that_the_arm_can_do(large: bool) -> None:
+    repaired = 0
+    for seed in range(30):
+        problem, arm = model_of(seed, large=large)
+        expected = Planner(over(problem, None, arm.barred)).front()
+        planner = Planner(over(problem, arm))
+        front = planner.front()
+        assert [plan.objectives for plan in front] == [plan.objectives for plan in expected]
+        assert front.reason == expected.reason or (front.reason and expected.reason)
+        assert len(arm.asked) == len(set(arm.asked))
+        if front:
+            best = Planner(over(problem, arm)).cheapest()
+            assert best.objectives == front[0].objectives
+        assert planner.geometry is not None
+        repaired += bool(planner.geometry.left_out)
+    assert repaired >= 5
+
+
+PLACES = (*(spot(f"s{k}") for k in range(3)), spot("near", capacity=2), spot("far"))
+MODEL = ManipulationModel("home", COSTS, PLACES, (Object("cup", "s0"), Object("jug", "s1")))
+EITHER = {"served": "F (cup_far | jug_far | (cup_near & jug_near))"}
+
+
+def test_what_was_left_out_and_its_price_are_named() -> None:
+    arm = Arm({("cup", "far"): cannot("cup", "far"), ("jug", "far"): cannot("jug", "far")})
+    front = Planner(Problem(MODEL, EITHER, Order(), feasible=arm)).front()
+    assert [plan.cost for plan in front] == [20]
+    assert [note for note in front.assumptions if "arm" in note] == [
+        "The arm cannot do cup at far (too far); jug at far (too far). If it could: cost 10, preference 0."
+    ]
+    assert ("jug", "s1") in arm.asked and ("jug", "s2") not in arm.asked
+
+
+def test_a_front_that_the_arm_can_carry_out_names_nothing() -> None:
+    planner = Planner(Problem(MODEL, EITHER, Order(), feasible=Arm({})))
+    front = planner.front()
+    assert front == Planner(Problem(MODEL, EITHER, Order())).front() or front.assumptions == ()
+    assert planner.geometry is not None and planner.geometry.note is None
+
+
+def test_no_plan_is_left() -> None:
+    arm = Arm({("cup", "far"): cannot("cup", "far")})
+    planner = Planner(Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm))
+    with pytest.raises(NoPlanError, match="task t can never be satisfied"):
+        planner.cheapest()
+    assert planner.geometry is not None
+    assert [str(one) for one in planner.geometry.left_out] == ["cup at far (too far)"]
+
+
+def test_a_problem_says_whether_it_is_abstract() -> None:
+    assert "abstract=True" in repr(Problem(MODEL, EITHER, Order()))
+    assert "abstract=False" in repr(Problem(MODEL, EITHER, Order(), feasible=Arm({})))
+
+
+def test_what_was_done_already_is_not_asked_for() -> None:
+    arm = Arm({("cup", "s0"): cannot("cup", "s0")})
+    problem = Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm)
+    system = problem.system
+    states = [system.start]
+    for action in ("transit s0", "grasp cup"):
+        states.append(system.steps(states[-1], action)[0])
+    past = Past(("transit s0", "grasp cup"), (1, 2), tuple(map(system.decode, states[:2])), (frozenset(), frozenset()))
+    plan = continue_cheaply(problem, past, MODEL.transition_system(start=system.decode(states[2])))  # type: ignore[arg-type]
+    assert plan.actions[2:] == ("transport cup far", "release cup far") and ("cup", "s0") not in arm.asked
+
+
+class Slow(Arm):
+    """An arm whose answers take longer than a limit."""
+
+    def check(self, obj: str, location: str) -> Told:
+        if self.asked:
+            raise LimitError("time")
+        return super().check(obj, location)
+
+
+def test_a_limit_while_the_arm_is_asked_leaves_no_plan_that_it_may_be_unable_to_carry_out() -> None:
+    front = Planner(Problem(MODEL, EITHER, Order(), feasible=Slow({}))).front()
+    assert (len(front), front.ended, front.reason) == (0, "time", None)
+    with pytest.raises(UnfinishedError, match="time limit"):
+        Planner(Problem(MODEL, EITHER, Order(), feasible=Slow({}))).cheapest()
