@@ -5,18 +5,24 @@ from __future__ import annotations
 import prefplan as pp
 from experiments.cli import output
 from experiments.cli.status import NO_PLAN, tell
+from experiments.runs.geometry import geometry_json
 
 
 def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanError, *, as_json: bool) -> int:
     """Print why there is no plan on stderr, as JSON also as an object on stdout; return the exit status."""
     if as_json:
-        output.print_json(output.no_plan_json(scenario, error.reason, planner.stats))
-    return no_plan(error.reason, planner.problem)
+        output.print_json(output.no_plan_json(scenario, error.reason, planner.stats) | geometry_json(scenario, planner))
+    return no_plan(error.reason, planner.problem, planner)
 
 
-def no_plan(reason: pp.Reason, problem: pp.Problem | None = None) -> int:
-    """Print on stderr why there is no plan, for a given problem also the likely mistake, and return the exit status."""
+def no_plan(reason: pp.Reason, problem: pp.Problem | None = None, planner: pp.Planner | None = None) -> int:
+    """Print on stderr why there is no plan, and return the exit status.
+
+    For a given problem also the likely mistake is printed, and for its planner what the arm cannot do.
+    """
     tell(reason)
+    if planner is not None and planner.geometry is not None and (note := planner.geometry.note):
+        tell(note)
     if problem is not None and reason.kind == "task":
         from experiments.checks.propositions import size_of, uncarried
         from prefplan.limits import Limits

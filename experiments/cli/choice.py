@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Unpack, cast
 
 import prefplan as pp
-from experiments.cli.status import tell
 from prefplan.errors import check_known, choices
-from prefplan.scenario.files import FOLDER
 
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number
@@ -104,13 +102,3 @@ def plan_at(front: pp.Front, index: int, option: str) -> pp.Plan:
         valid = "one plan, 0" if len(front) == 1 else f"plans 0 to {len(front) - 1}" if front else "no plans"
         raise pp.PrefplanError(f"{option} {index}: the front has {valid}")
     return front[index]
-
-
-def tell_if_unchecked(scenario: pp.Scenario, *, quiet: bool = False) -> None:
-    """Print on stderr that the arm was not asked whether it can do what is planned, unless `quiet`.
-
-    Not for the scenarios that ship, which tests carry out.
-    """
-    own = isinstance(scenario.model, pp.ManipulationModel) and scenario.path.resolve().parent != FOLDER.resolve()
-    if own and not quiet:
-        tell(f"not checked against the arm: `prefplan check {scenario.path}`")

@@ -72,6 +72,12 @@ as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON o
 plot = click.option(
     "--plot", metavar="FILE", type=click.Path(), help="Draw a figure too; the file ends in .png, .svg or .pdf."
 )
+abstract = click.option(
+    "--abstract",
+    is_flag=True,
+    help="Plan without asking the simulated arm what it can do (default: ask, if the simulation is installed and the "
+    "scenario does not say `abstract = true`).",
+)
 max_cost = click.option(
     "--max-cost",
     type=number,

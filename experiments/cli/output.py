@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 import prefplan as pp
+from prefplan.models.feasibility import Geometry
 
 
 def plan_json(plan: pp.Plan) -> dict[str, Any]:
@@ -112,10 +113,11 @@ def show_front(console: Console, scenario: pp.Scenario, front: pp.Front, whole: 
         console.print(Text(f"\n{block}"))
 
 
-def show_plan(console: Console, scenario: pp.Scenario, plan: pp.Plan) -> None:
-    """Print one plan with its costs and the cost of each task."""
+def show_plan(console: Console, scenario: pp.Scenario, plan: pp.Plan, geometry: Geometry | None = None) -> None:
+    """Print one plan with its costs and the cost of each task, and what was left out for it."""
     costs, *lines = str(plan).split("\n")
     console.print(f"{scenario.name}: {costs}", style="bold")
     console.print(Text("\n".join(lines)))
-    for note in scenario.problem().assumptions:
+    notes = [*scenario.problem().assumptions, geometry.note if geometry else None]
+    for note in filter(None, notes):
         console.print(note, style="dim")

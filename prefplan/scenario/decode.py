@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from prefplan.errors import ModelError, PrefplanError, ScenarioError, describe, prefixed
 from prefplan.exact_costs import Number
 from prefplan.logic.tasks import Rule, Task
+from prefplan.models.feasibility import Feasible
 from prefplan.models.graph import GraphModel
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.grid import GridModel
@@ -50,6 +51,7 @@ class Scenario:
         rules: in the order of the file.
         text: the file's text; empty for a scenario that was not read from text.
         preferences: all preferences, with their names; None if `preference` is the only one.
+        feasible: what the arm can do; None if the planner does not ask for it.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Scenario:
     rules: tuple[Rule, ...] = ()
     text: str = field(default="", repr=False, compare=False)
     preferences: tuple[NamedPreference, ...] | None = None
+    feasible: Feasible | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def _problem(self) -> Problem:
@@ -67,7 +70,7 @@ class Scenario:
             system = self.model.transition_system()
         with prefixed(f"{self.path}: ", new=ScenarioError):
             preferences = self.preference if self.preferences is None else self.preferences
-            return Problem(system, self.tasks, preferences, rules=self.rules)
+            return Problem(system, self.tasks, preferences, rules=self.rules, feasible=self.feasible)
 
     def problem(self) -> Problem:
         """Return the planning problem, building the model's transition system at the first call.

@@ -71,14 +71,17 @@ def report(
             from experiments.cli.simulation_options import look_of, robot_of
             from experiments.report.recordings import record_all
             from experiments.runs.carry_out import scene_of
+            from experiments.runs.geometry import asking_in
 
         robot = robot_of(robot)
+        loaded = asking_in(loaded, None, robot=robot)
         view = look_of(partial(scene_of, loaded, robot=robot), **look)
     folder = out or Path("out", loaded.name)
     with Bars(quiet=is_quiet()) as bars:
         bars("planning", 0, 0, "")
         with limits:
-            front = pp.Planner(loaded.problem()).front(max_cost=max_cost, keep_on_interrupt=True)
+            planner = pp.Planner(loaded.problem())
+            front = planner.front(max_cost=max_cost, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
         indices = range(len(front)) if plans is None else plans
         chosen = {i: plan_at(front, i, "--plans") for i in indices}
@@ -105,7 +108,7 @@ def report(
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
     if front.reason:
-        return no_plan(front.reason, loaded.problem())
+        return no_plan(front.reason, loaded.problem(), planner)
     if front.ended:
         tell(front.ending)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]

@@ -22,6 +22,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import PATH, number
+from experiments.runs.geometry import asking_in
 
 if TYPE_CHECKING:
     from experiments.runs.outcome import Outcome
@@ -72,7 +73,6 @@ def run(
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    planner = pp.Planner(loaded.problem())
     name, folder = plan_name(plan), out or Path("out", loaded.name)
     private_key = read_private_key(key) if key else None
     perturbation = simulation.perturbation_of(perturb, seed=seed)
@@ -82,6 +82,8 @@ def run(
     try:
         with Bars(quiet=is_quiet()) as bars:
             scene = scene_of(loaded, robot=robot, faults=injected)
+            loaded = asking_in(loaded, scene, robot=robot)
+            planner = pp.Planner(loaded.problem())
             make_folder(folder)
             bars("planning", 0, 0, "")
             chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)

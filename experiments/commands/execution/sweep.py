@@ -74,6 +74,7 @@ def sweep(
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of, robot_of
         from experiments.runs.carry_out import scene_of
+        from experiments.runs.geometry import asking_in
         from experiments.sweep.job import Sweep, pack
         from sim.world.randomization import KEYS
 
@@ -86,6 +87,7 @@ def sweep(
         kind = faults and _kind(faults, scene.model)
         make_folder(folder)
         bars("planning", 0, 0, "")
+        loaded = asking_in(loaded, scene, robot=robot)
         planner = pp.Planner(loaded.problem())
         try:
             chosen = choose(planner, plan, **{bound: settings[bound] for bound in ("max_preference", "max_cost")})

@@ -70,6 +70,7 @@ def view(
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of, robot_of
         from experiments.runs.carry_out import begin, scene_of
+        from experiments.runs.geometry import asking_in
         from experiments.viewer.session import Show, watch
 
     load_planner(quiet=is_quiet())
@@ -79,13 +80,13 @@ def view(
         scene = scene_of(loaded, robot=robot, faults=injected)
         camera = camera_of(camera, lambda: scene)
         bars("planning", 0, 0, "")
-        problem = loaded.problem()
+        problem = asking_in(loaded, scene, robot=robot).problem()
+        planner = pp.Planner(problem)
         try:
-            planner = pp.Planner(problem)
             first = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             plans = front_with(first, planner, max_cost=max_cost)
         except pp.NoPlanError as error:
-            return no_plan(error.reason, problem)
+            return no_plan(error.reason, problem, planner)
     chosen, choice = plans.index(first), continuation(plan, max_preference)
 
     def ready(address: str) -> None:

@@ -12,11 +12,12 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import check_bounds, objective_name, tell_if_unchecked
+from experiments.cli.choice import check_bounds, objective_name
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, INTERRUPTED, say, tell
+from experiments.runs.geometry import asking, geometry_json
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     shell_complete=options.objective_names,
     help="A cost or a preference by its name; given once or more, the front is that of these alone (default: all).",
 )
+@options.abstract
 @options.limits("the front so far")
 def front(
     scenario: str,
@@ -46,6 +48,7 @@ def front(
     max_preference: Decimal | None,
     at_most: dict[str, Decimal],
     objectives: Sequence[str],
+    abstract: bool,
     limits: Limits,
 ) -> int:
     """Print the Pareto front of total cost and penalty, or of several costs and preferences.
@@ -65,7 +68,7 @@ def front(
         picture = picture_file(plot)
     load_planner(quiet=is_quiet())
     with limits:
-        found = pp.load(scenario)
+        found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         problem = found.problem()
         check_bounds(problem, at_most, max_preference)
         wanted = [objective_name(problem, name) for name in objectives]
@@ -73,7 +76,8 @@ def front(
         if max_preference is not None:
             name = problem.preferences[0].name
             bounds[name] = min(max_preference, bounds.get(name, max_preference))
-        result = pp.Planner(problem).front(over=wanted, max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
+        planner = pp.Planner(problem)
+        result = planner.front(over=wanted, max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
 
     def whole(index: int) -> str:
         # With some options, plans have other numbers than on the whole front, which `prefplan plan` counts.
@@ -82,17 +86,15 @@ def front(
         return f"`prefplan plan {shlex.quote(scenario)} --plan {index}` prints all"
 
     if as_json:
-        output.print_json(output.front_json(found, result))
+        output.print_json(output.front_json(found, result) | geometry_json(found, planner))
     elif result:
         output.show_front(Console(), found, result, whole)
     if picture and result:
         draw(found, result, picture)
         if not as_json:
             say(f"\nPicture: {picture}")
-    if result:
-        tell_if_unchecked(found, quiet=is_quiet())
     if result.reason:
-        return no_plan(result.reason, problem)
+        return no_plan(result.reason, problem, planner)
     if result.ended:
         tell(result.ending)
     return INTERRUPTED if result.ended == "interrupt" else DONE

@@ -9,11 +9,12 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import choose, tell_if_unchecked
+from experiments.cli.choice import choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
+from experiments.runs.geometry import asking, geometry_json
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -31,12 +32,14 @@ if TYPE_CHECKING:
     "preference are the first of each.",
 )
 @options.at_most
+@options.abstract
 @options.limits("the best plan so far")
 def plan(
     scenario: str,
     as_json: bool,
     plan: str | int,
     objective: str | None,
+    abstract: bool,
     limits: Limits,
     **bounds: Unpack[pp.PlanLimits],
 ) -> int:
@@ -54,7 +57,7 @@ def plan(
     """
     load_planner(quiet=is_quiet())
     with limits:
-        found = pp.load(scenario)
+        found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         planner = pp.Planner(found.problem())
         try:
             chosen = choose(planner, plan if objective is None else objective, keep_on_interrupt=True, **bounds)
@@ -63,21 +66,18 @@ def plan(
         except pp.NoPlanError as error:
             return show_no_plan(found, planner, error, as_json=as_json)
     if as_json:
-        output.print_json(output.one_plan_json(found, chosen, planner.stats))
+        output.print_json(output.one_plan_json(found, chosen, planner.stats) | geometry_json(found, planner))
     else:
-        output.show_plan(Console(), found, chosen)
-    tell_if_unchecked(found, quiet=is_quiet())
+        output.show_plan(Console(), found, chosen, planner.geometry)
     return DONE
 
 
 def _unfinished(scenario: pp.Scenario, planner: pp.Planner, error: pp.UnfinishedError, *, as_json: bool) -> int:
     """Print the result of a search that a limit or Ctrl-C ended, and return the exit status."""
     if as_json:
-        output.print_json(output.unfinished_json(scenario, error, planner.stats))
+        output.print_json(output.unfinished_json(scenario, error, planner.stats) | geometry_json(scenario, planner))
     elif error.best:
-        output.show_plan(Console(), scenario, error.best)
-    if error.best:
-        tell_if_unchecked(scenario, quiet=is_quiet())
+        output.show_plan(Console(), scenario, error.best, planner.geometry)
     tell(error)
     if error.ended == "interrupt":
         return INTERRUPTED

@@ -40,6 +40,7 @@ class ManipulationModel:
         propositions: further names that formulas may use, although they hold in no state.
         fixtures: obstacles and furniture, in the order of the file.
         robot: the robot and the pose of its base, or its name alone.
+        abstract: whether plans are made without asking whether an arm can carry them out.
         scene: path of the user's MJCF scene, relative to the scenario, in place of the table.
         folder: folder of the scenario file, to which paths are relative.
         begin: the initial state; None for the hand at `start` and every object at its own `start`.
@@ -71,6 +72,7 @@ class ManipulationModel:
     propositions: Names = field(default_factory=frozenset)
     fixtures: tuple[Fixture, ...] = ()
     robot: str | RobotSetup = RobotSetup()
+    abstract: bool = False
     scene: str | None = None
     folder: Path = field(default=Path(), metadata={"key": None}, compare=False)
     begin: ManipulationState | None = field(default=None, metadata={"key": None})

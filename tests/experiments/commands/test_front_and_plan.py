@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 from command_line import Run, assert_is_error
-from scenario_texts import DETOUR, PLACES, cup_scenario
+from scenario_texts import DETOUR, PLACES, cup_scenario, task_tables
 
 from experiments.cli.choice import choose
+from experiments.runs import geometry
 from prefplan.front import Front, UnfinishedError
 from prefplan.plan import Plan
 from prefplan.planner import Planner
@@ -323,13 +324,52 @@ def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str 
     assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
 
 
+ROOF = """[model.fixtures]
+roof = { kind = "box", at = [0.45, -0.25, 0.16], size = [0.3, 0.3, 0.02] }
+[model.locations]"""
+"""A roof over the tray, too low for the hand."""
+
+AWAY = task_tables(tidy="F (cup_tray | (cup_side & F (cup_desk & F cup_side)))")
+
+
+def roofed() -> str:
+    places = PLACES | {"tray": "{ at = [0.45, -0.25] }", "side": "{ at = [0.45, 0.3] }"}
+    return cup_scenario(AWAY, places=places).replace("[model.locations]", ROOF)
+
+
 @pytest.mark.parametrize("command", ["front", "plan"])
-def test_that_the_arm_was_not_asked_is_said_of_scenarios_of_ones_own(run: Run, detour: Path, command: str) -> None:
-    Path("far.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [60, 0] }"}))
-    for json in ((), ("--json",)):
-        result = run(command, "far.toml", *json)
-        assert (result.status, result.err) == (0, "prefplan: not checked against the arm: `prefplan check far.toml`\n")
-    assert run(command, "far.toml", "--quiet").err == ""
-    assert run(command, "detour.toml").err == "" and run(command, "tower").err == ""
-    Path("far.toml").write_text(cup_scenario().replace("F cup_tray", "F (cup_tray & cup_desk)"))
-    assert run(command, "far.toml").err == "prefplan: task tidy can never be satisfied\n"
+def test_what_the_arm_cannot_do_is_not_planned_and_its_price_is_named(run: Run, detour: Path, command: str) -> None:
+    Path("roof.toml").write_text(roofed())
+    found = run(command, "roof.toml", "--json")
+    plan = found.json["front"][0] if command == "front" else found.json["plan"]
+    assert (found.status, found.err, plan["plan"][-1]) == (0, "", "release cup side")
+    assert [(one["object"], one["location"]) for one in found.json["left_out"]] == [("cup", "tray")]
+    assert found.json["geometry"] == "checked" and found.json["if_it_could"][0]["cost"] < plan["cost"]
+    [line] = [line for line in run(command, "roof.toml").out.splitlines() if line.startswith("The arm cannot do")]
+    assert "cup at tray (" in line
+    abstract = run(command, "roof.toml", "--abstract", "--json").json
+    assert abstract["geometry"] == "abstract" and "left_out" not in abstract
+    said = roofed().replace("[model]", "[model]\nabstract = true", 1)
+    Path("said.toml").write_text(said)
+    assert run(command, "said.toml", "--json").json["geometry"] == "abstract"
+
+
+def test_no_plan_is_left_where_the_arm_cannot_do_what_a_task_needs(run: Run, detour: Path) -> None:
+    Path("roof.toml").write_text(roofed().replace(AWAY, task_tables(tidy="F cup_tray")))
+    found = run("plan", "roof.toml", "--json")
+    assert (found.status, found.json["plan"]) == (3, None)
+    first, second = found.err.splitlines()
+    assert first == "prefplan: task tidy can never be satisfied"
+    assert second.startswith("prefplan: The arm cannot do cup at tray (")
+
+
+def test_that_the_arm_could_not_be_asked_is_said(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("near.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [0.45, 0.11] }"}))
+    found = run("front", "near.toml", "--json")
+    assert (found.status, found.json["geometry"]) == (0, "not checked")
+    assert found.err.startswith("prefplan: geometry not checked: ")
+    monkeypatch.setattr(geometry, "find_spec", lambda name: None)
+    found = run("front", "near.toml", "--json")
+    assert (found.status, found.json["geometry"]) == (0, "not checked")
+    assert found.err == "prefplan: geometry not checked: the simulation is not installed; see `prefplan doctor`\n"
+    assert run("front", "near.toml", "--quiet").err == ""

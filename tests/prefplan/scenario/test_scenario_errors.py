@@ -49,7 +49,7 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
             "[model]",
             '[model]\noperators = ["push"]',
             "model.operators: unknown key "
-            "(valid: start, costs, locations, objects, propositions, fixtures, robot, scene, kind)",
+            "(valid: start, costs, locations, objects, propositions, fixtures, robot, abstract, scene, kind)",
         ),
         (TABLE, "release = 1", "releese = 1", "model.costs: unknown action 'releese' (did you mean 'release'?)"),
         (GRID, 'kind = "grid"', 'kind = "gird"', "model.kind: unknown kind 'gird' (did you mean 'grid'?)"),

@@ -1,0 +1,93 @@
+"""Plans that the arm can keep: a scenario whose planner asks the simulated arm what it can do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import prefplan as pp
+from experiments.cli.start import loading
+from experiments.cli.status import tell
+
+if TYPE_CHECKING:
+    from sim.capability.answers import Capability
+    from sim.capability.feasibility import PlaceCheck
+    from sim.world.scene import Scene
+
+NOT_CHECKED = "geometry not checked:"
+"""Begins the line on stderr that says that plans may need what the arm cannot do."""
+
+
+class AskedArm:
+    """The arm of a scene that may turn out to be impossible: then it is said once, and everything counts as possible.
+
+    Attributes:
+        failed: whether the scene cannot be built.
+    """
+
+    def __init__(self, capability: Capability) -> None:
+        """Take what the arm can do."""
+        self._capability, self.failed = capability, False
+
+    def check(self, obj: str, location: str) -> PlaceCheck:
+        """See `prefplan.models.feasibility.Feasible`."""
+        from sim.capability.feasibility import PlaceCheck
+        from sim.errors import RobotError, SimulationError
+
+        if not self.failed:
+            try:
+                return self._capability.check(obj, location)
+            except (SimulationError, RobotError) as error:
+                self.failed = True
+                tell(f"{NOT_CHECKED} {error}")
+        return PlaceCheck(obj, location)
+
+
+def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False) -> pp.Scenario:
+    """Return a scenario whose plans need only what the arm can do, where that can be known.
+
+    It is returned as it is if it is no manipulation scenario or says that it is abstract. If the simulation is not
+    installed, that is said on stderr.
+
+    Args:
+        scenario: the scenario.
+        abstract: whether plans may need what no arm can do, whatever the scenario says.
+        quiet: whether not to say what is not installed.
+    """
+    if not isinstance(scenario.model, pp.ManipulationModel) or scenario.model.abstract:
+        return scenario
+    if abstract:
+        return replace(scenario, model=replace(scenario.model, abstract=True))
+    if not all(map(find_spec, ("mujoco", "mink"))):
+        if not quiet:
+            tell(f"{NOT_CHECKED} the simulation is not installed; see `prefplan doctor`")
+        return scenario
+    with loading():
+        from sim.capability.answers import Capability
+    return replace(scenario, feasible=AskedArm(Capability(scenario.model)))
+
+
+def asking_in(scenario: pp.Scenario, scene: Scene | None, *, robot: str | None = None) -> pp.Scenario:
+    """Return a scenario whose plans need only what the arm can do in a scene, also if it says that it is abstract.
+
+    Args:
+        scenario: the scenario.
+        scene: its scene with that robot; None to build it.
+        robot: name of the robot that the user wanted; None for the scenario's.
+    """
+    from sim.capability.answers import Capability
+
+    assert isinstance(scenario.model, pp.ManipulationModel)
+    return replace(scenario, feasible=Capability(scenario.model, robot=robot, scene=scene))
+
+
+def geometry_json(scenario: pp.Scenario, planner: pp.Planner) -> dict[str, Any]:
+    """Return what is known of the geometry of plans as in the documented JSON; nothing for models of no arm."""
+    if not isinstance(scenario.model, pp.ManipulationModel):
+        return {}
+    if scenario.feasible is None or getattr(scenario.feasible, "failed", False):
+        return {"geometry": "abstract" if scenario.model.abstract else "not checked"}
+    assert (found := planner.geometry) is not None
+    left_out = [{"object": one.obj, "location": one.location, "reason": one.reason} for one in found.left_out]
+    return {"geometry": "checked", "left_out": left_out, "if_it_could": list(found.abstract) if left_out else []}

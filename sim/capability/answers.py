@@ -1,0 +1,129 @@
+"""Answers to what the arm can do, each found once and kept on disk: one for plans, checks, runs and replanning.
+
+    problem = Problem(model, tasks, preference, feasible=Capability(model))
+
+An answer is kept under all that it depends on: robot, places, objects, fixtures, and the sources that decide.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.capability.arrangement import arranged
+from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.robots.meshes import mesh_folder
+from sim.world.scene import Scene, build_scene
+
+FOLDERS = (
+    *("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills"),
+    "capability",
+)
+"""Folders of `sim` on which the answers depend."""
+
+LIBRARIES = ("mujoco", "mink", "numpy")
+"""Libraries on which they depend."""
+
+
+class Capability:
+    """What a robot can do in the scene of a model; implements `prefplan.models.feasibility.Feasible`.
+
+    The scene is built when the first answer is needed that is not known.
+    """
+
+    def __init__(
+        self, model: ManipulationModel, *, robot: str | None = None, scene: Scene | None = None, kept: bool = True
+    ) -> None:
+        """Take a scene.
+
+        Args:
+            model: the manipulation model.
+            robot: one of `sim.robots.catalogue.ROBOTS`; None for the model's.
+            scene: its scene with this robot; None to build it.
+            kept: whether to read and write the answers on disk.
+        """
+        self._model, self._robot, self._kept = model, robot, kept
+        if scene is not None:
+            self.__dict__["_scene"] = scene
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what is pickled: all but what can be found again."""
+        return {"_model": self._model, "_robot": self._robot, "_kept": self._kept}
+
+    def check(self, obj: str, location: str) -> PlaceCheck:
+        """Return what the arm can do with an object at a location; all, where the model does not allow it anyway.
+
+        Raises:
+            SimulationError: the scene cannot be built.
+        """
+        name = f"{obj} at {location}"
+        if name not in self._answers:
+            names = [one.name for one in self._model.objects], [place.name for place in self._model.locations]
+            known = obj in names[0] and location in names[1] and arranged(self._model, obj, location) is not None
+            self._answers[name] = self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
+            self._keep()
+        return self._answers[name]
+
+    @cached_property
+    def _scene(self) -> Scene:
+        return build_scene(self._model, robot=self._robot)
+
+    @cached_property
+    def _feasibility(self) -> Feasibility:
+        return Feasibility(self._scene)
+
+    @cached_property
+    def _answers(self) -> dict[str, PlaceCheck]:
+        found: dict[str, PlaceCheck] = {}
+        if self._kept:
+            with suppress(OSError, ValueError, TypeError, AttributeError):
+                found = {name: PlaceCheck(**each) for name, each in json.loads(self._path.read_text()).items()}
+        return found
+
+    def _keep(self) -> None:
+        """Write the answers to disk, if that is writable."""
+        if not self._kept:
+            return
+        with suppress(OSError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
+            with tempfile.NamedTemporaryFile("w", dir=self._path.parent, delete=False) as file:
+                file.write(text)
+            os.replace(file.name, self._path)
+
+    @cached_property
+    def _path(self) -> Path:
+        folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "prefplan" / "capability"
+        return folder / f"{self._key}.json"
+
+    @cached_property
+    def _key(self) -> str:
+        """Digest of all that the answers depend on."""
+        model, setup = self._model, self._model.robot_setup
+        parts: list[object] = [
+            *(self._robot, model.start, model.begin, model.fixtures, replace(setup, folder=Path())),
+            *(replace(place, label=None) for place in model.locations),
+            *(replace(obj, label=None, rgba=None) for obj in model.objects),
+            *(f"{name} {version(name)}" for name in LIBRARIES),
+            *(mesh_folder() is None, sources()),
+        ]
+        if model.scene or setup.mjcf or any(obj.file for obj in model.objects):
+            parts.append(self._scene.sha256)  # files that may refer to others
+        return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
+
+
+def sources() -> str:
+    """Return a digest of the sources that decide what the arm can do."""
+    digest, sim = hashlib.sha256(), Path(__file__).parents[1]
+    programs = (path for name in FOLDERS for path in sorted((sim / name).rglob("*.py")))
+    for path in (*programs, *sorted((sim.parent / "assets").glob("*.xml"))):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
