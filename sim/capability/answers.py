@@ -20,7 +20,7 @@ from pathlib import Path
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import arranged
 from sim.capability.feasibility import Feasibility, PlaceCheck
-from sim.robots.meshes import mesh_folder
+from sim.robots.arms.panda_meshes import mesh_folder
 from sim.world.scene import Scene, build_scene
 
 FOLDERS = (
