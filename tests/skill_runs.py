@@ -69,7 +69,7 @@ def assert_good(rollout: Rollout) -> None:
     assert contacts(rollout.events) == []
     shares = {load: float(share.max()) for load, share in rollout.load_shares.items()}
     assert max(shares.values()) < 1, shares
-    arm = rollout.robot.kinematics()  # its joints come first in every scene
+    arm = rollout.robot.kinematics  # its joints come first in every scene
     low, high = rollout.robot.ranges(arm).T
     angles = rollout.qpos[:, rollout.robot.qpos(arm)]
     assert np.minimum(angles - low, high - angles).min() > 0.05

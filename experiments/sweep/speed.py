@@ -24,18 +24,18 @@ from prefplan.scenario.decode import load
 from sim.motion.kinematics import Arm
 from sim.motion.planning import MotionPlanner
 from sim.perception.touch import ContactMonitor
-from sim.simulation import workcell
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.recorder import COMMANDS_PER_UNIT, Recorder
 from sim.simulation.rollout import Rollout
+from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
 
 PARTS: dict[str, Sequence[tuple[Any, str]]] = {
     "physics (`mj_step`)": [(mujoco, "mj_step")],
-    "planning: inverse kinematics and timing": [(Arm, "reach"), (Arm, "move"), (workcell, "through")],
+    "planning: inverse kinematics and timing": [(Arm, "reach"), (Arm, "move")],
     "planning: collision checks": [(CollisionChecker, name) for name in ("see", "touches", "blockers")],
     "planning: search for paths": [(MotionPlanner, "plan")],
-    "sensors": [(workcell.Workcell, "latest_pose")],
+    "sensors": [(Workcell, "latest_pose")],
     "contact monitoring": [(ContactMonitor, "update")],
     "log": [(Recorder, name) for name in ("begin_period", "feel", "record", "end_period")],
 }

@@ -19,8 +19,8 @@ from sim.execution.faults.fault import KINDS, Fault
 from sim.execution.pull import Pull
 from sim.execution.run_ledger import ledger_of
 from sim.simulation.observer import Observer
+from sim.simulation.plant import Plant
 from sim.simulation.rollout import FRAME_RATE_HZ
-from sim.simulation.workcell import Workcell
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a mismatch is not interrupted."""
@@ -75,7 +75,7 @@ class _Pace(Observer):
     def __init__(self, live: LiveRun, loop: ClosedLoop) -> None:
         self._live, self._loop = live, loop
 
-    def before_period(self, cell: Workcell) -> None:
+    def before_period(self, cell: Plant) -> None:
         self._live.before_period(self._loop)
 
 

@@ -15,7 +15,6 @@ from sim.capability.arrangement import positions, staged
 from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met, is_solid, opaque
-from sim.motion.joint_limits import missing_turns
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of
@@ -162,7 +161,7 @@ class Diagnosis:
         frame = frame_of(pose, pose.yaw)
         grasps = list(ranked(cell, obj, frame))[:GRASPS_TRIED]
         goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).symmetric_poses())
-        missing = [turns for goal in goals if (turns := missing_turns(cell.arm, goal))]
+        missing = [turns for goal in goals if (turns := cell.arm.missing_turns(goal))]
         if not missing:
             return None
         least = min(missing, key=lambda turns: sum(turns.values()))

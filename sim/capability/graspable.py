@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from sim.errors import BlockedError, SimulationError
-from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.drawing import find_draw
+from sim.skills.drag import find_drag
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of, free_pose
-from sim.skills.turning import find_turn
+from sim.skills.regrasp import find_regrasp
 
 
 def ungraspable_because(cell: Workcell, obj: str) -> str | None:
@@ -16,16 +15,12 @@ def ungraspable_because(cell: Workcell, obj: str) -> str | None:
 
     The text continues a sentence that begins with the object's name.
     """
-    with cell.contacts.handling(obj):
-        return _because(cell, obj, cell.observe(obj))
-
-
-def _because(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
+    pose = cell.observe(obj)
     frame = frame_of(pose, pose.yaw)
     options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
     for grasp in options:
         try:
-            free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, near=cell.reference)
+            free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
         except BlockedError as error:
             if any(name in cell.scene.shapes for name in error.by):
                 return None
@@ -34,7 +29,7 @@ def _because(cell: Workcell, obj: str, pose: ObjectPose) -> str | None:
             continue
         else:
             return None
-    if find_turn(cell, obj, pose) is not None or (fixtures and find_draw(cell, obj, pose) is not None):
+    if find_regrasp(cell, obj, pose, None) is not None or (fixtures and find_drag(cell, obj, pose) is not None):
         return None
     if fixtures:
         return f"leaves no room for the fingers beside {' and '.join(sorted(fixtures))}"

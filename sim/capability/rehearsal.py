@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from prefplan.models.manipulation.action import Action
 from sim.capability.arrangement import Places, positions, staged
 from sim.errors import SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
@@ -37,10 +38,10 @@ class Rehearsal:
         """
         arrangement = staged(scene, self.places)
         cell.begin(arrangement, positions(scene, arrangement))
-        cell.destination = self.location
+        ahead = [Action("release", self.obj, self.location)]
         for done, action in enumerate(self.actions):
             try:
-                perform(cell, action, skills)
+                perform(cell, action, skills, ahead=ahead)
             except SimulationError as error:
                 return done, error
         return len(self.actions), None

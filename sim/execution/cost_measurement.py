@@ -34,7 +34,7 @@ SAMPLES = 4
 BATCH = 8
 """Number of actions that a process measures before it reports them: a few seconds of work."""
 
-MOTION = ("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills")
+MOTION = ("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills", "capability")
 """Folders of `sim` on which measured costs depend."""
 
 

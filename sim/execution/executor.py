@@ -142,11 +142,10 @@ class Execution:
         mujoco.mj_forward(self.scene.mujoco, self.cell.data)
         start, spent = float(self.cell.data.time), self.cell.effort
         self.injector.begin(len(self.steps) + 1)
-        self.cell.destination = _next_release(self.scene, symbolic.obj, ahead)
         failure = difference = None
         observed = before
         try:
-            failure = self._attempt(symbolic, predicted.held)
+            failure = self._attempt(symbolic, predicted.held, [self.scene.model.action(text) for text in ahead])
             poses = observed_poses(self.cell)
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
@@ -177,7 +176,6 @@ class Execution:
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
         poses, _ = poses_at_rest(cell)
-        cell.destination = None  # not known before the next plan
         lost = partial(ungraspable_because, cell)
         found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, lost_because=lost)
         self.scene, self.lost = found.scene, found.lost
@@ -213,7 +211,7 @@ class Execution:
     def _states(self, state: Any) -> ManipulationState:
         return cast(ManipulationState, self.system.decode(state))
 
-    def _attempt(self, action: Action, held: str | None) -> str | None:
+    def _attempt(self, action: Action, held: str | None, ahead: Sequence[Action]) -> str | None:
         """Perform an action after which the hand should hold an object, or None; return why it failed, or None.
 
         Raises:
@@ -221,7 +219,7 @@ class Execution:
         """
         self.blocked = None
         try:
-            self._skills[action.kind].perform(self.cell, action)
+            self._skills[action.kind].perform(self.cell, action, ahead)
             await_grip(self.cell)
             if held is not None and self.cell.held() != held:
                 raise SkillError(f"{held} slipped from the hand")
@@ -287,9 +285,3 @@ def execute(
         if not run.step(action, ahead=actions[done + 1 :]):
             break
     return run.rollout()
-
-
-def _next_release(scene: Scene, obj: str, ahead: Sequence[str]) -> str | None:
-    """Return the location of the first action that releases an object; None if there is none."""
-    coming = (scene.model.action(text) for text in ahead)
-    return next((action.location for action in coming if action.kind == "release" and action.obj == obj), None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.simulation.observer import Observer
-from sim.simulation.workcell import Workcell
+from sim.simulation.plant import Plant
 
 PULL_RATE_RAD_S = 15.0
 """Natural frequency of the critically damped spring by which a user pulls an object."""
@@ -28,7 +28,7 @@ class Pull(Observer):
         self.action = 1
         self._pulled: str | None = None
 
-    def before_period(self, cell: Workcell) -> None:
+    def before_period(self, cell: Plant) -> None:
         """Apply the force of the spring."""
         obj, point = self.target or (None, None)
         if self._pulled is not None and obj != self._pulled:

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
-from sim.export.keyframes import position_keys, rotation_keys
 from sim.export.names import OFF, ON, body_node, geom_node, lamps
 
 FLOAT = 5126
@@ -63,11 +62,11 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
     """
     model, times = world.mujoco, log.times
     channels = _Channels(tree, items, times)
-    positions, quaternions = local_poses(model, world.qpos)
+    (positions, quaternions), every = local_poses(model, world.qpos), np.arange(len(times))
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
-        channels.add(node, "translation", position_keys(times, positions[:, body]), positions[:, body])
-        channels.add(node, "rotation", rotation_keys(times, turned), np.roll(turned, -1, axis=1))
+        channels.add(node, "translation", every, positions[:, body])
+        channels.add(node, "rotation", every, np.roll(turned, -1, axis=1))
     places = [place.name for place in world.model.locations]
     for geom, place in lamps(world.scene).items():
         shines = log.glow == places.index(place)

@@ -1,20 +1,18 @@
-"""Trajectories of the joints: smooth curves through references, which can be blended and braked."""
+"""Trajectories of the joints, which can be delayed, blended and braked."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
-from sim.motion.spline import from_rest
-from sim.motion.timing import summed
-from sim.motion.trajectory import CONTROL_PERIOD_S
+from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 
 
 @dataclass(frozen=True)
 class JointTrajectory:
-    """A movement of the arm's n joints, sampled at every step of the simulation; it ends at rest.
+    """A movement of the arm's n joints, sampled at every step of whole control periods; it ends at rest.
 
     Attributes:
         positions: (K, n) rad.
@@ -27,6 +25,21 @@ class JointTrajectory:
     def __len__(self) -> int:
         """Return the number of samples K."""
         return len(self.positions)
+
+    @property
+    def references(self) -> np.ndarray:
+        """(N, n) positions at the ends of the control periods, rad."""
+        return self.positions[STEPS - 1 :: STEPS]
+
+    @property
+    def seconds(self) -> float:
+        """The duration, s."""
+        return len(self) / STEPS * CONTROL_PERIOD_S
+
+    def delayed(self, periods: int, rest: np.ndarray) -> JointTrajectory:
+        """Return this trajectory after some control periods at rest at (n,) joint angles, rad."""
+        pause = np.repeat(rest[None], periods * STEPS, axis=0)
+        return JointTrajectory(np.vstack([pause, self.positions]), np.vstack([0 * pause, self.velocities]))
 
     def after(self, samples: int) -> JointTrajectory:
         """Return the rest of the trajectory after some samples."""
@@ -59,16 +72,15 @@ class JointTrajectory:
         return JointTrajectory(positions, velocities * pace[:, None])
 
 
-def through(points: np.ndarray, steps: int) -> JointTrajectory:
-    """Return the smooth curve from rest through joint references to rest.
+def sampled(curve: PPoly, duration: float, *, slower: float = 1.0) -> JointTrajectory:
+    """Return the movement along a curve of a duration, s, slowed down by a factor and then to whole control periods."""
+    count = STEPS * int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
+    t = np.arange(1, count + 1) * duration / count
+    return JointTrajectory(curve(t), curve(t, 1) * duration * STEPS / (count * CONTROL_PERIOD_S))
 
-    Args:
-        points: (N + 1, n) rad, the current joint angles and then a reference for every `CONTROL_PERIOD_S`.
-        steps: number of simulation steps in a control period.
 
-    Returns:
-        N * steps samples.
-    """
-    curve = from_rest(np.arange(len(points)) * CONTROL_PERIOD_S, points)
-    t = np.arange(1, steps * (len(points) - 1) + 1) * CONTROL_PERIOD_S / steps
-    return JointTrajectory(curve(t), curve(t, 1))
+def summed(references: np.ndarray, ending: np.ndarray) -> np.ndarray:
+    """Return the sum of (N, n) references and the (M, n) end of the previous movement: (max(N, M), n), rad."""
+    both = np.vstack([references, np.repeat(references[-1:], max(0, len(ending) - len(references)), axis=0)])
+    both[: len(ending)] += ending
+    return both

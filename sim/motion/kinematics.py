@@ -1,17 +1,17 @@
-"""Kinematics of an arm: differential inverse kinematics by mink, for single goals and along paths of the tool."""
+"""Kinematics of an arm: configurations for goals of its tool, and movements along paths of the tool."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-import mink
 import mujoco
 import numpy as np
-from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
 from sim.motion.dynamics import InverseDynamics
+from sim.motion.ik import TILTED_MARGIN_RAD, InverseKinematics
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (
     ACCELERATION_M_S2,
@@ -29,15 +29,6 @@ from sim.motion.trajectory import (
 )
 from sim.robots.robot import Robot
 
-POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
-"""Greatest errors of the tool at the end of a movement."""
-
-FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
-"""Costs of position (per m), orientation and posture (per rad) errors: the posture only determines the elbow."""
-
-FRAME_WEIGHTS = np.repeat([[FRAME_COST**2], [TURN_COST**2]], 3, axis=0)
-"""(6, 1) weights of the squared errors of the tool along and about the axes."""
-
 SATURATED_SHARE = 0.99
 """A joint at this share of its speed limit lags behind the tool's path."""
 
@@ -54,27 +45,11 @@ MAX_STRAY_M = 0.025
 Near the base, where the elbow has swung aside, the joints then move straight to the goal: the tool strays by 2 cm when
 it is lowered by 12 cm. The path is checked for collisions."""
 
-JOINT_MARGIN_RAD = 0.01
-"""Distance of references from the joints' position limits, rad."""
-
 MIN_AXES_PRODUCT = np.cos(np.radians(10))
 """Least scalar product of the tool's z axes at both ends of a path for the hand to count as not tilting."""
 
-MAX_GOAL_STEPS = 60
-"""Greatest number of IK steps to a goal; usually about 7 are needed."""
-
-MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
-"""Greatest turn of a joint in an IK step if the hand points down, when the seed is near; and in the last step, after
-which the remaining error is a thousandth of that."""
-
-TILTED_MARGIN_RAD = 0.06
-"""Distance of the goals of a tilted hand from the joints' position limits, rad: commands lead the joints."""
-
 ELBOW_SWINGS_RAD = (1.4, -1.4)
 """Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
-
-MAX_KNOWN = 10_000
-"""Greatest number of cached solutions of inverse kinematics."""
 
 MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
@@ -83,51 +58,22 @@ LINE_SAMPLES = 16
 """Number of segments in which the tool's path is measured for a straight movement in joint space."""
 
 
-class Arm:
-    """Kinematics of a robot's n joints; q is (n,), rad or m, everywhere."""
+class Arm(InverseKinematics):
+    """Kinematics of a robot's n joints, and movements of its tool; q is (n,), rad or m, everywhere."""
 
     def __init__(self, robot: Robot) -> None:
         """Compile the robot's arm."""
-        self.model, self.robot = robot.kinematics(), robot
-        self._configuration = mink.Configuration(self.model)
-        self._frame = mink.FrameTask(robot.tool, "site", position_cost=FRAME_COST, orientation_cost=TURN_COST)
-        self._site = self.model.site(robot.tool).id
-        self._tool = self._configuration.data.site(robot.tool)
-        # Targets of the tool, a quaternion and a position, m, and of the posture, (n,) rad.
-        self._target, self._rest = np.empty(7), robot.home
-        self._posture_normal = POSTURE_COST**2 * np.eye(self.model.nv)
-        self._posture = mink.PostureTask(self.model, cost=POSTURE_COST)
-        self._limits = [
-            mink.ConfigurationLimit(self.model, min_distance_from_limits=JOINT_MARGIN_RAD),
-            mink.VelocityLimit(self.model, dict(zip(robot.joints, robot.velocity_limits, strict=True))),
-        ]
-        self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
+        super().__init__(robot)
         motors = [self.model.actuator(name).id for name in robot.joints]
         self._stiffness, self._gains = -self.model.actuator_biasprm[motors, 1:3].T
         self._damping = np.diag(self.model.opt.timestep * self._gains)
         self._dynamics = InverseDynamics(self.model, robot.tool)
-        self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
         self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
         self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
-
-    def _swing(self) -> np.ndarray:
-        """Return the (n,) turns of the joints at home that move the tool least; the greatest is 1."""
-        self._configuration.update(self.robot.home)
-        self._aim(self._home.position, self._home.rotation, self.robot.home)
-        jacobian, _ = self._frame_residual()
-        least = np.linalg.svd(jacobian)[2][-1]
-        return np.asarray(least / least[np.abs(least).argmax()])
-
-    def tool(self, q: np.ndarray) -> ToolPose:
-        """Return the tool's pose at a configuration."""
-        data = self._configuration.data
-        data.qpos[:] = q
-        mujoco.mj_kinematics(self.model, data)
-        return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
 
     def limits(self, *ends: np.ndarray, load: float = 0.0) -> MotionLimits:
         """Return the limits of a movement between (n,) configurations with a load at the tool, kg."""
@@ -166,7 +112,9 @@ class Arm:
         for found in self.configurations(goals, near=near, margin=margin):
             return found
         how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
-        raise SimulationError(f"the arm cannot {how} at {_spelled(goals[0].position)} within the limits of its joints")
+        raise SimulationError(
+            f"the arm cannot {how} at {_in_metres(goals[0].position)} within the limits of its joints"
+        )
 
     def configurations(
         self,
@@ -198,33 +146,6 @@ class Arm:
             if q is not None:
                 yield q, goal
 
-    def nearby(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
-        """Return a configuration that brings the tool to a pose, searched from a seed; None if the search fails.
-
-        Grasps that differ only in the hand's opening have the same pose, so solutions are cached.
-        """
-        question = goal.position.tobytes(), goal.rotation.tobytes(), seed.tobytes(), margin
-        if question not in self._known:
-            if len(self._known) >= MAX_KNOWN:
-                self._known.clear()
-            self._known[question] = self._search(goal, seed, margin)
-        return self._known[question]
-
-    def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
-        """Search for a solution, see `nearby`."""
-        self._configuration.update(seed)
-        self._aim(goal.position, goal.rotation, seed)
-        longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
-        for _ in range(MAX_GOAL_STEPS):
-            velocity = self._solve(1.0, longest=longest)
-            self._configuration.integrate_inplace(velocity, 1.0)
-            if np.abs(velocity).max() < CONVERGED_RAD:
-                break
-        q = self._configuration.q
-        low, high = self.model.jnt_range.T
-        margin = 0.0 if goal.points_down else margin
-        return q if self._arrived() and (q > low + margin).all() and (q < high - margin).all() else None
-
     def _seed(self, goal: ToolPose) -> np.ndarray:
         """Return home with the first joint turned towards a pose and the last to its yaw if their axes are vertical."""
         q = self.robot.home.copy()
@@ -247,8 +168,8 @@ class Arm:
         seconds: float = 0.0,
         ending: np.ndarray | None = None,
         load: float = 0.0,
-    ) -> np.ndarray:
-        """Return the joint references along a `transfer_path`, slowed until the joints' limits allow it.
+    ) -> JointTrajectory:
+        """Return the movement along a `transfer_path`, slowed until the joints' limits allow it.
 
         If the hand tilts on the way, the joints move straight to the goal instead, or on a curve with the tool at
         the height midway: along a tool path they might have to reverse.
@@ -264,48 +185,68 @@ class Arm:
             load: at the tool, kg.
 
         Returns:
-            (N, n) rad or m, every `CONTROL_PERIOD_S`, without `ending`.
+            The movement, without `ending`.
 
         Raises:
             SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more,
                 or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` with the joints moving
                 straight to the goal.
         """
-        start, limits = self.tool(q), self.limits(q, goal, load=load)
-        if start.rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
-            references = timed(limits, *self._straight(q, goal, height), seconds=seconds)
-            return references if ending is None else begun_late(limits, references, q, ending)
-        turn = self._turn(q, goal)
-        turn += wrap(pose.yaw - start.yaw - turn)
-        for pace in PACES:
-            path = transfer_path(
-                start,
-                pose,
-                turn,
-                height=height,
-                drawn_in=drawn_in,
-                nearest=self.robot.nearest_m,
-                axis=self.robot.position,
-                front=self.robot.yaw,
-                pace=pace,
-                straight=height is None and not pose.points_down,
-            )
+        limits = self.limits(q, goal, load=load)
+        if self.tool(q).rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
+            movement = timed(limits, *self._straight(q, goal, height), seconds=seconds)
+        else:
+            paths = (self._path(q, goal, pose, pace, height, drawn_in) for pace in PACES)
+            movement = self._on_path(limits, q, goal, paths, seconds=seconds, height=height)
+        return movement if ending is None else begun_late(limits, movement, q, ending)
+
+    def _path(
+        self, q: np.ndarray, goal: np.ndarray, pose: ToolPose, pace: float, height: float | None, drawn_in: float
+    ) -> ToolPath:
+        """Return the `transfer_path` of a movement at a pace; see `move`."""
+        start, turn = self.tool(q), self._turn(q, goal)
+        return transfer_path(
+            start,
+            pose,
+            turn + wrap(pose.yaw - start.yaw - turn),
+            height=height,
+            drawn_in=drawn_in,
+            nearest=self.robot.nearest_m,
+            axis=self.robot.position,
+            front=self.robot.yaw,
+            pace=pace,
+            straight=height is None and not pose.points_down,
+        )
+
+    def _on_path(
+        self,
+        limits: MotionLimits,
+        q: np.ndarray,
+        goal: np.ndarray,
+        paths: Iterable[ToolPath],
+        *,
+        seconds: float,
+        height: float | None,
+    ) -> JointTrajectory:
+        """Return the movement along the first of some paths, ever slower ones, on which no joint lags behind.
+
+        If they lag behind on all of them, or would jump, the joints move straight to the goal. See `move`.
+        """
+        for path in paths:
             knots, points = self._follow(q, goal, path)
             if len(points) == len(knots):
                 break
-        fault, references = "", np.empty((0, len(q)))
         if len(points) < len(knots) or not self._arrived():
             fault = "the arm cannot keep to its path to {} within the limits of its joints"
         else:
-            references = timed(limits, knots, points, seconds=seconds)
-            if len(references) * CONTROL_PERIOD_S > MAX_SLOWDOWN * max(pace * knots[-1], seconds):
-                fault = "the arm's joints would jump on its path to {}"
-        if fault:
-            knots, points = self._straight(q, goal, height)
-            if self._stray(points) > MAX_STRAY_M:
-                raise SimulationError(fault.format(_spelled(pose.position)))
-            references = timed(limits, knots, points, seconds=seconds)
-        return references if ending is None else begun_late(limits, references, q, ending)
+            movement = timed(limits, knots, points, seconds=seconds)
+            if movement.seconds <= MAX_SLOWDOWN * max(path.pace * knots[-1], seconds):
+                return movement
+            fault = "the arm's joints would jump on its path to {}"
+        knots, points = self._straight(q, goal, height)
+        if self._stray(points) > MAX_STRAY_M:
+            raise SimulationError(fault.format(_in_metres(path.positions[-1])))
+        return timed(limits, knots, points, seconds=seconds)
 
     def _stray(self, points: np.ndarray) -> float:
         """Return how far the tool leaves the straight line between its ends in (K, n) configurations, m."""
@@ -372,61 +313,6 @@ class Arm:
                 break
         return knots, points
 
-    def _aim(self, position: np.ndarray, rotation: np.ndarray, rest: np.ndarray) -> None:
-        """Set the targets: a (3,) position, m, and (3, 3) axes of the tool, and the posture, (n,) rad."""
-        mujoco.mju_mat2Quat(self._target[:4], rotation.ravel())
-        self._target[4:] = position
-        self._rest = rest
 
-    def _arrived(self) -> bool:
-        _, error = self._frame_residual()
-        shift, turn = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
-        return bool(shift < POSITION_TOLERANCE_M and turn < ANGLE_TOLERANCE_RAD)
-
-    def _solve(self, period: float, *, longest: float = np.inf) -> np.ndarray:
-        """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.
-
-        No joint turns by more than `longest`, rad, which keeps most searches from distant seeds within the ranges. The
-        limits are rarely active, so the least-squares problem without them, at a third of the time, is solved first.
-        """
-        step = self._step()
-        if (farthest := np.abs(step).max()) > longest:
-            step *= longest / farthest
-        slow = np.abs(step) <= period * self.robot.velocity_limits
-        if slow.all() and self._within_ranges(self._configuration.data.qpos + step):
-            return step / period
-        self._frame.set_target(mink.SE3(wxyz_xyz=self._target))
-        self._posture.set_target(self._rest)
-        tasks = [self._frame, self._posture]
-        try:
-            return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
-        except mink.NoSolutionFound:
-            raise SimulationError("the arm cannot move on within the limits of its joints") from None
-
-    def _step(self) -> np.ndarray:
-        """Return the (n,) step of the joints towards the targets, without limits, rad."""
-        jacobian, error = self._frame_residual()
-        weighted = (jacobian * FRAME_WEIGHTS).T
-        normal = weighted @ jacobian + self._posture_normal
-        pull = weighted @ error + POSTURE_COST**2 * (self._rest - self._configuration.data.qpos)
-        _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
-        return np.asarray(step)
-
-    def _within_ranges(self, q: np.ndarray) -> bool:
-        return bool(((q > self._low) & (q < self._high)).all())
-
-    def _frame_residual(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the (6, n) Jacobian and the (6,) error of the tool, m and rad; takes a fifth of mink's time."""
-        data, jacobian = self._configuration.data, np.empty((6, self.model.nv))
-        mujoco.mj_jacSite(self.model, data, jacobian[:3], jacobian[3:], self._site)
-        here, turn, error = np.empty(4), np.empty(4), np.empty(6)
-        mujoco.mju_mat2Quat(here, data.site_xmat[self._site])
-        mujoco.mju_negQuat(here, here)
-        mujoco.mju_mulQuat(turn, self._target[:4], here)
-        mujoco.mju_quat2Vel(error[3:], turn, 1.0)
-        error[:3] = self._target[4:] - data.site_xpos[self._site]
-        return jacobian, error
-
-
-def _spelled(position: np.ndarray) -> str:
+def _in_metres(position: np.ndarray) -> str:
     return f"({', '.join(f'{x:.3f}' for x in position)}) m"

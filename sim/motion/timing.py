@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PPoly
+from scipy.interpolate import CubicSpline
 
 from sim.motion.dynamics import InverseDynamics
-from sim.motion.spline import from_rest
-from sim.motion.trajectory import CONTROL_PERIOD_S, duration, smooth_step
+from sim.motion.joint_trajectory import JointTrajectory, sampled, summed
+from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS, duration, smooth_rate, smooth_step
 from sim.robots.robot import Robot
 
 HEADROOM = 0.8
@@ -48,7 +48,7 @@ PLANNED_JERK_HEADROOM = 0.02
 173 % of a torque rate limit."""
 
 SLOWING_MARGIN = 1.02
-"""Factor by which a movement is slowed beyond what is needed, since its references are sampled again afterwards."""
+"""Factor by which a movement is slowed beyond what is needed, since whether it suffices is not checked again."""
 
 BRAKING_HEADROOM = 0.5
 """Share of the acceleration limits that braking uses; the path itself may use the rest."""
@@ -83,30 +83,27 @@ class MotionLimits(NamedTuple):
     load: float
 
 
-def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> np.ndarray:
-    """Return the references of a movement from rest to rest, slowed down until it is within the limits.
+def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> JointTrajectory:
+    """Return a movement from rest to rest on the spline through points, slowed down until it is within the limits.
 
     Args:
         limits: of the movement.
         knots: (K,) times, from 0 to a multiple of `CONTROL_PERIOD_S`, s.
         points: (K, n) joint angles at these times, rad.
         seconds: least duration, s.
-
-    Returns:
-        (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the points.
     """
-    curve, duration = from_rest(knots, points), float(knots[-1])
+    curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
-    references = _sampled(curve, duration, slower)
+    movement = sampled(curve, duration, slower=slower)
     excess = max(
-        _excess(limits, _from_rest(points[0], references)),
+        _excess(limits, _from_rest(points[0], movement.references)),
         _end_excess(limits, curve([0.0, duration], 2)) / slower,
     )
-    return references if excess <= 1 else _sampled(curve, duration, slower * (SLOWING_MARGIN * excess))
+    return movement if excess <= 1 else sampled(curve, duration, slower=slower * SLOWING_MARGIN * excess)
 
 
-def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> np.ndarray:
-    """Return the references of a movement from rest to rest along straight lines in joint space.
+def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> JointTrajectory:
+    """Return a movement from rest to rest along straight lines in joint space.
 
     Each line is a minimum-jerk movement, which begins while the previous one is ending. Their sum rounds the corners.
 
@@ -114,48 +111,40 @@ def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> np.ndarr
         limits: of the movement.
         path: (K, n) configurations, rad.
         overlap: share of a line's duration left when the next line begins, 0 .. 1; 0 to stop at every configuration.
-
-    Returns:
-        (N, n) rad, every `CONTROL_PERIOD_S`; the last is the last of the path.
     """
     lines = np.diff(path, axis=0)
     spans = np.array([_straight_duration(limits.robot, line) for line in lines])
     begins = np.concatenate([[0.0], np.cumsum(spans[:-1] - overlap * np.minimum(spans[:-1], spans[1:]))])
 
-    def sampled(slower: float) -> np.ndarray:
-        total = float((begins + spans).max()) * slower
-        t = np.arange(1, int(np.ceil(total / CONTROL_PERIOD_S)) + 1)[:, None] * CONTROL_PERIOD_S / slower
-        return path[0] + smooth_step((t - begins) / spans) @ lines
+    def slowed(slower: float) -> JointTrajectory:
+        periods = int(np.ceil(float((begins + spans).max()) * slower / CONTROL_PERIOD_S))
+        t = np.arange(1, STEPS * periods + 1)[:, None] * CONTROL_PERIOD_S / STEPS
+        u = (t / slower - begins) / spans
+        return JointTrajectory(path[0] + smooth_step(u) @ lines, smooth_rate(u) / (slower * spans) @ lines)
 
-    return sampled(
-        SLOWING_MARGIN * max(1.0, _excess(limits, _from_rest(path[0], sampled(1.0)), jerk=PLANNED_JERK_HEADROOM))
-    )
+    excess = _excess(limits, _from_rest(path[0], slowed(1.0).references), jerk=PLANNED_JERK_HEADROOM)
+    return slowed(SLOWING_MARGIN * max(1.0, excess))
 
 
-def begun_late(limits: MotionLimits, references: np.ndarray, rest: np.ndarray, ending: np.ndarray) -> np.ndarray:
-    """Return references delayed until their sum with the end of the previous movement is within the limits.
+def begun_late(
+    limits: MotionLimits, movement: JointTrajectory, rest: np.ndarray, ending: np.ndarray
+) -> JointTrajectory:
+    """Return a movement delayed until its sum with the end of the previous movement is within the limits.
 
     Args:
         limits: of the movement.
-        references: (N, n) of a movement from rest, rad.
+        movement: from rest.
         rest: (n,) where it begins, rad.
-        ending: (M, n) rest of the previous movement, relative to that, rad.
+        ending: (M, n) rest of the previous movement, relative to that, rad, per control period.
     """
     if not len(ending):
-        return references
-    late = references
+        return movement
+    late = movement
     for delay in (*np.linspace(0, len(ending), DELAYS_TRIED, dtype=int), len(ending) + PAUSE):
-        late = np.vstack([np.repeat(rest[None], delay, axis=0), references])
-        if _excess(limits, summed(late, ending)) <= 1:
+        late = movement.delayed(delay, rest)
+        if _excess(limits, summed(late.references, ending)) <= 1:
             break
     return late
-
-
-def summed(references: np.ndarray, ending: np.ndarray) -> np.ndarray:
-    """Return the sum of (N, n) references and the (M, n) end of the previous movement: (max(N, M), n), rad."""
-    both = np.vstack([references, np.repeat(references[-1:], max(0, len(ending) - len(references)), axis=0)])
-    both[: len(ending)] += ending
-    return both
 
 
 def braking_time(robot: Robot, velocities: np.ndarray) -> float:
@@ -173,12 +162,6 @@ def _straight_duration(robot: Robot, line: np.ndarray) -> float:
     times = [duration(x, HEADROOM * v, HEADROOM * a) for x, (v, a) in zip(lengths, limits, strict=True)]
     jerking = np.cbrt(GREATEST_JERK * lengths / (PLANNED_JERK_HEADROOM * robot.jerk_limits))
     return float(max(*times, *jerking, CONTROL_PERIOD_S))
-
-
-def _sampled(curve: PPoly, duration: float, slower: float) -> np.ndarray:
-    """Return the references along a curve of a duration, s, slowed down by a factor."""
-    count = int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
-    return np.asarray(curve(np.arange(1, count + 1) * duration / count))
 
 
 def _from_rest(start: np.ndarray, references: np.ndarray) -> np.ndarray:

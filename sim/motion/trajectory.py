@@ -11,6 +11,9 @@ from scipy.spatial.transform import Rotation
 CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
 
+STEPS = 5
+"""Number of simulation steps in a control period."""
+
 PATH_PERIODS = 3
 """Control periods between two points of a path at which inverse kinematics is solved; a spline joins them."""
 
@@ -92,12 +95,14 @@ class ToolPath:
         positions: (N, 3) m.
         rotations: (N, 3, 3) of the tool frame.
         progress: (N,) share of the movement done, 0 .. 1.
+        pace: 1 for the usual speed, less for slower.
     """
 
     times: np.ndarray
     positions: np.ndarray
     rotations: np.ndarray
     progress: np.ndarray
+    pace: float
 
 
 def wrap(angle: float, period: float = 2 * np.pi) -> float:
@@ -117,6 +122,12 @@ def smooth_step(u: np.ndarray) -> np.ndarray:
     """Return the minimum-jerk step from 0 to 1 for u from 0 to 1, with zero velocity and acceleration at both ends."""
     u = np.clip(u, 0.0, 1.0)
     return u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def smooth_rate(u: np.ndarray) -> np.ndarray:
+    """Return the derivative of `smooth_step`."""
+    u = np.clip(u, 0.0, 1.0)
+    return 30 * u**2 * (1 - u) ** 2
 
 
 def duration(length: float, speed: float, acceleration: float) -> float:
@@ -183,7 +194,7 @@ def transfer_path(
     angle = front + phi0 + sweep * carried
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
     positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
-    return ToolPath(t, positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]))
+    return ToolPath(t, positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]), pace)
 
 
 def _turned(rotation: np.ndarray, tilt: np.ndarray, about_z: np.ndarray, shares: np.ndarray) -> np.ndarray:

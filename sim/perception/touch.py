@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import mujoco
 import numpy as np
 
@@ -55,17 +52,6 @@ class ContactMonitor:
         self._sorted_pairs, self._sorted = b"", ([], [])
         if obj != self.handled:
             self.handled, self.pressed = obj, -np.inf
-
-    @contextmanager
-    def handling(self, obj: str) -> Iterator[None]:
-        """Let the fingers touch an object within the context, in which nothing is simulated."""
-        before = self.handled, self.aloft, self.pressed
-        self.handle(obj)
-        try:
-            yield
-        finally:
-            self.handle(before[0], aloft=before[1])
-            self.pressed = before[2]
 
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update the pad forces from the latest simulated state; return the unwanted contacts as `touches` does."""

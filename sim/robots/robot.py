@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -142,13 +143,14 @@ class Robot(ArmConstants):
         bearing = float(np.arctan2(y, x)) - self.yaw
         return float(np.hypot(x, y)), float((bearing + np.pi) % (2 * np.pi) - np.pi) if self.yaw else bearing
 
+    @cached_property
     def kinematics(self) -> mujoco.MjModel:
-        """Return the arm alone, without geoms, fingers and actuators."""
+        """The arm alone, without geoms, fingers and actuators."""
         spec = self.spec(meshes=False)
-        whole = spec.compile()
         # Without geoms, bodies whose inertia is not explicit would have none.
-        for body in spec.bodies[1:]:
-            if not body.explicitinertial:
+        if implicit := [body for body in spec.bodies[1:] if not body.explicitinertial]:
+            whole = spec.compile()
+            for body in implicit:
                 body.mass, body.inertia = whole.body_mass[body.id], whole.body_inertia[body.id]
                 body.ipos, body.iquat = whole.body_ipos[body.id], whole.body_iquat[body.id]
                 body.explicitinertial = True

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from bisect import bisect_left
 from collections.abc import Collection, Iterable
 
 import mujoco
@@ -19,18 +18,11 @@ ADJACENT_M = 0.01
 """Links nearer than this to each other, with the arm at home and the hand closed, never count as in collision."""
 
 CHECK_STEP_M = 0.008
-"""Greatest distance that a point of the robot or its load moves between two checks along a path (or twice the clearance
-if that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
-
-LOOK_AHEAD_M = 0.01
-"""By the same rule, where nothing is nearer than this at both checks, they may be twice this distance apart. The fifth
-and seventh link of the Panda are never nearer than 2 cm to each other."""
+"""Bound on how far a point of the robot or its load moves between two checks along a path (or twice the clearance if
+that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
 
 MAX_NEARING_M = 0.001
 """By how much the arm may approach a body that is within the clearance at the start, m."""
-
-STEP_TARGET = 0.9
-"""Share of the greatest distance between checks that steps aim at, so that few must be repeated with a shorter one."""
 
 HAND_DEPTH_M = 0.001
 """Least penetration at which the hand alone counts as inside a body, m: then the hand is in collision for every
@@ -165,37 +157,23 @@ class CollisionChecker:
             path: joint angles, rad or m, interpolated linearly between rows.
             clearance: bodies nearer than this count as in collision, m.
         """
-        short_step, free_step = max(CHECK_STEP_M, 2 * clearance), 2 * max(LOOK_AHEAD_M, clearance)
-        self._keep(free_step / 2)
+        self._keep(clearance)
         self._place(path[-1])
         carriers = Carriers.found(self._is_load, self._data, clearance=clearance, without=self._is_robot)
         self._place(path[0])
         near = self._met(clearance, carriers)
         least = self._nearest(near) - MAX_NEARING_M
-        turned = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)).sum(axis=1))]
-        done, stride, step, before = 0.0, short_step, short_step, self._pose()
-        while done < turned[-1]:
-            ahead = min(done + stride, turned[-1])
-            row = bisect_left(turned, ahead)
-            share = (turned[row] - ahead) / (turned[row] - turned[row - 1])
-            self._move(path[row] + share * (path[row - 1] - path[row]))
-            pose = self._pose()
-            moved = self._distance(before, pose)
-            if moved <= step:
-                mujoco.mj_collision(self._model, self._data)
-                around = self._met(free_step / 2, carriers)
-                step = min(step, short_step if around else free_step)
-            if moved > step:
-                stride *= STEP_TARGET * step / moved
-                continue
-            met = self._met(clearance, carriers) if around else frozenset()
+        # No point moves farther than by the sum of the joints' turns times their levers.
+        moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ self.levers))
+        checks = int(np.ceil(moved[-1] / max(CHECK_STEP_M, 2 * clearance)))
+        for ahead in np.linspace(0, moved[-1], checks + 1)[1:]:
+            self._place(np.array([np.interp(ahead, moved, joint) for joint in path.T]))
+            met = self._met(clearance, carriers)
             near &= met
             if met - near:
                 return self._owners(met - near)
             if near and self._nearest(near) < least:
                 return self._owners(near)
-            step = short_step if around else free_step
-            done, before, stride = ahead, pose, stride * min(STEP_TARGET * step / max(moved, 1e-9), 4)
         return self._owners(near)
 
     def _let_collide(self) -> None:
@@ -206,7 +184,6 @@ class CollisionChecker:
         model.body_conaffinity[model.geom_bodyid[world]] = 0
         model.body_conaffinity[model.geom_bodyid[is_load]] = 1
         self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
-        self._radii = model.geom_rbound[self._moving] / np.sqrt(2)
         self._known: dict[bytes, frozenset[tuple[int, int]]] = {}
         self._clearance = np.nan
 
@@ -236,21 +213,6 @@ class CollisionChecker:
         pose = self._object_poses[obj]
         pose[:3] = position
         mujoco.mju_mat2Quat(pose[3:], rotation.ravel())
-
-    def _pose(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the (m, 3) positions, m, and (m, 9) rotations of the geoms that move."""
-        return self._data.geom_xpos.take(self._moving, axis=0), self._data.geom_xmat.take(self._moving, axis=0)
-
-    def _distance(self, before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray]) -> float:
-        """Return an upper bound on the distance by which any point of the moving geoms moved, m.
-
-        A rotation by an angle a changes the matrix by sqrt(8) sin(a / 2), and moves a point at a distance r from the
-        centre by at most 2 r sin(a / 2).
-        """
-        shifts, turns = after[0] - before[0], after[1] - before[1]
-        moved = np.sqrt(np.vecdot(shifts, shifts))
-        moved += self._radii * np.sqrt(np.vecdot(turns, turns))
-        return float(moved.max())
 
     def _pairs(self, geoms: np.ndarray) -> frozenset[tuple[int, int]]:
         """Return the pairs of (N, 2) geoms in contact, except for pairs that may touch; cached, as they change rarely.

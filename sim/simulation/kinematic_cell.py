@@ -7,6 +7,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.robots.gripper import SuctionGripper
@@ -18,7 +19,7 @@ CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
 PRESSED_N = 2.75
-"""Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drawing`)."""
+"""Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drag`)."""
 
 PARALLEL = 0.99
 """Least cosine of the angle between the closing directions of the hand and of the pair of surfaces that it holds."""
@@ -35,7 +36,7 @@ class KinematicCell(Workcell):
         super().__init__(scene, data, arm=arm, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
-        self._foreseen: tuple[str | None, bool] | None = None
+        self._foreseen: tuple[str | None] | None = None
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
         """Set a state of the same MuJoCo model with the arm at rest.
@@ -44,9 +45,8 @@ class KinematicCell(Workcell):
             scene: a scene with the objects that are present.
             qpos: (nq,) positions of all joints.
         """
-        self.scene, self._in_hand, self.destination = scene, None, None
-        self._foreseen = None
-        self.contacts.handle(None)
+        self.scene, self._in_hand, self._foreseen = scene, None, None
+        self.touch(None)
         self.contacts.pressed = -np.inf
         self._payload.shift(0.0)
         self.set_width(scene.robot.gripper.opening_m, 0.0)
@@ -57,10 +57,13 @@ class KinematicCell(Workcell):
         for obj in scene.shapes:
             self.latest_pose(obj)
 
-    def follow(self, references: np.ndarray, *, within: float = 0.0, watch: Callable[[], None] = lambda: None) -> None:
-        """Put the arm at the end of the references; an empty closed hand follows them row by row, as it may drag."""
-        self._tick()
-        for q in references if self._is_closed() and self._in_hand is None else references[-1:]:
+    def follow(
+        self, movement: JointTrajectory, *, within: float = 0.0, watch: Callable[[], None] = lambda: None
+    ) -> None:
+        """Put the arm at the end of a movement; an empty closed hand follows it by control periods, as it may drag."""
+        self.step()
+        rows = movement.references
+        for q in rows if self._is_closed() and self._in_hand is None else rows[-1:]:
             self._go(q)
             watch()
 
@@ -73,38 +76,36 @@ class KinematicCell(Workcell):
         if pressed:
             self.data.joint(obj).qpos[:2] += (self._tool().position - before)[:2]
         self._carry()
-        self._tick()
+        self.step()
 
     def touches(
-        self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0
+        self, q: np.ndarray, *, touching: str | None = None, width: float | None = None, clearance: float = 0.0
     ) -> frozenset[tuple[str, str]]:
         """See `Workcell.touches`; objects are observed again only after something has moved."""
         if width is None:
-            self.collision_checker()
-        else:
-            self._foresee()
+            self._foreseen = None
+        self._foresee(touching)
         return self._checker.touches(q, width=width, clearance=clearance)
 
-    def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
+    def hand_is_inside(self, tool: ToolPose, *, touching: str, width: float) -> bool:
         """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
-        self._foresee()
+        self._foresee(touching)
         return self._checker.hand_is_inside(tool, width=width)
 
-    def _foresee(self) -> None:
-        """Observe the objects if something has moved."""
-        state = self.contacts.handled, self.contacts.aloft
-        if state != self._foreseen:
-            self.collision_checker()
-            self._foreseen = state
+    def _foresee(self, touching: str | None) -> None:
+        """Observe the objects, one of which the fingers may touch, if something has moved."""
+        if self._foreseen != (touching,):
+            self.collision_checker(touching=touching)
+            self._foreseen = (touching,)
 
     def collision_checker(
-        self, *, held: bool = False, width: float | None = None, touching: bool = True
+        self, *, touching: str | None = None, held: str | None = None, width: float | None = None
     ) -> CollisionChecker:
         """See `Workcell.collision_checker`."""
         self._foreseen = None
-        return super().collision_checker(held=held, width=width, touching=touching)
+        return super().collision_checker(touching=touching, held=held, width=width)
 
-    def _tick(self) -> None:
+    def step(self) -> None:
         """Close or open the hand as commanded, and let a control period pass."""
         self._widths.clear()
         self._foreseen = None

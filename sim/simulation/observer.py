@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sim.simulation.workcell import Workcell
+    from sim.simulation.plant import Plant
 
 
 class Observer:
@@ -14,8 +14,8 @@ class Observer:
     It may look, disturb the world, or raise an error, which stops the run.
     """
 
-    def before_period(self, cell: Workcell) -> None:
+    def before_period(self, cell: Plant) -> None:
         """Do something before a control period is simulated."""
 
-    def after_period(self, cell: Workcell) -> None:
+    def after_period(self, cell: Plant) -> None:
         """Do something after a control period was simulated."""

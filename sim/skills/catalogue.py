@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from prefplan.models.manipulation.action import Action
 from sim.simulation.workcell import Workcell
@@ -17,18 +17,20 @@ SKILLS: dict[str, Skill] = {
 }
 
 
-def perform(cell: Workcell, action: Action | str, skills: Mapping[str, Skill] = SKILLS) -> None:
+def perform(
+    cell: Workcell, action: Action | str, skills: Mapping[str, Skill] = SKILLS, *, ahead: Sequence[Action | str] = ()
+) -> None:
     """Carry out one action, given as a value or as text such as `transport blue san`; return when the arm is at rest.
 
     Args:
         cell: the simulation.
         action: the action.
         skills: by kind of action.
+        ahead: the actions planned after it.
 
     Raises:
         SimulationError: see `Skill.perform`.
     """
-    if isinstance(action, str):
-        action = cell.scene.model.action(action)
-    skills[action.kind].perform(cell, action)
+    first, *rest = (cell.scene.model.action(each) if isinstance(each, str) else each for each in (action, *ahead))
+    skills[first.kind].perform(cell, first, rest)
     cell.settle()

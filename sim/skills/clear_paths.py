@@ -5,31 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from sim.errors import BlockedError
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.planning import EDGE_STEPS_M
-from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
 
 
-def check_path(cell: Workcell, references: np.ndarray, *, clearance: float, touching: bool = True) -> CollisionChecker:
+def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, touching: bool = True) -> None:
     """Check a movement from the current configuration for collisions, including those between the robot's own links.
-
-    Returns the collision checker, which knows the objects as they were observed for this check.
 
     Args:
         cell: the running simulation.
-        references: (N, n) of the movement, rad; the rest of the previous movement is added to them.
+        movement: from where the arm will rest; the rest of the previous movement is added to it.
         clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
-        touching: whether the fingers may hold or touch the handled object even if it is not aloft.
+        touching: whether the fingers may hold or touch the handled object even if it is not attached.
 
     Raises:
         BlockedError: there is a collision.
     """
-    held = (touching or cell.contacts.aloft) and cell.held() is not None
-    checker = cell.collision_checker(held=held, width=None if held else cell.width, touching=touching)
-    met = checker.blockers(np.vstack([cell.angles, cell.blended(references)]), clearance=clearance)
+    held = cell.held() if touching or cell.attached else None
+    touched = cell.contacts.handled if touching else None
+    width = cell.width if held is None else None
+    checker = cell.collision_checker(touching=touched, held=held or cell.attached, width=width)
+    met = checker.blockers(np.vstack([cell.angles, cell.blended(movement.references)]), clearance=clearance)
     if met:
         raise BlockedError.on_the_way(met)
-    return checker
 
 
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
@@ -47,7 +46,7 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
     Raises:
         BlockedError: the goal is in collision, or no path was found.
     """
-    checker = cell.collision_checker(touching=False)
+    checker = cell.collision_checker(held=cell.attached)
     near = checker.touches(cell.reference, clearance=clearance)
     touched = checker.touches(cell.reference)
     known: dict[bytes, set[str]] = {}

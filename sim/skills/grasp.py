@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -13,7 +14,7 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.drawing import draw_free, find_draw
+from sim.skills.drag import drag_free, find_drag
 from sim.skills.grasp_choice import choose_grasp
 from sim.skills.hand import (
     BLEND_M,
@@ -25,9 +26,9 @@ from sim.skills.hand import (
     move_tool,
     pregrasps,
 )
-from sim.skills.skill import Skill, SkillError
+from sim.skills.regrasp import find_regrasp, set_down
+from sim.skills.skill import Skill, SkillError, next_release
 from sim.skills.transfer import travel
-from sim.skills.turning import find_turn, set_down
 from sim.world.grasps import GraspPose
 from sim.world.places import AT_RADIUS_M, Slot
 
@@ -77,53 +78,55 @@ MOTION_THRESHOLD_M = 0.008
 class GraspSkill(Grasp, Skill):
     """Lower the hand on the object below it, close it until both pads press the object firmly, and raise it."""
 
-    def perform(self, cell: Workcell, action: Action) -> None:
-        """See `Skill.perform`."""
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
+        """See `Skill.perform`; the grasp is one in which the object can be put down where it is released next."""
         try:
-            self._take(cell, action.obj)
+            self._take(cell, action.obj, next_release(action.obj, ahead))
         except BlockedError as error:
             if error.by != (action.obj,):
                 raise
             raise SkillError(f"{action.obj} itself is in the way") from None
 
-    def _take(self, cell: Workcell, obj: str) -> None:
+    def _take(self, cell: Workcell, obj: str, destination: str | None) -> None:
         slot = _slot_below(cell, obj)
-        cell.contacts.handle(obj)
+        cell.touch(obj)
         for tries_left in reversed(range(MAX_PREPARATIONS + 1)):
             pose = cell.measure(obj)
             try:
-                forces = self._lift(cell, obj, pose, slot.yaw)
+                forces = self._lift(cell, obj, pose, slot.yaw, destination)
                 break
             except SimulationError as error:
-                if not tries_left or not self._prepare(cell, obj, pose, error):
+                if not tries_left or not self._prepare(cell, obj, pose, destination, error):
                     raise
         cell.log_event("grasped", object=obj, force=[round(float(force), 2) for force in forces])
 
-    def _prepare(self, cell: Workcell, obj: str, pose: ObjectPose, error: SimulationError) -> bool:
+    def _prepare(
+        self, cell: Workcell, obj: str, pose: ObjectPose, destination: str | None, error: SimulationError
+    ) -> bool:
         """Drag free or turn over an object that cannot be grasped because of an error; return whether that was done."""
         if isinstance(error, SkillError):
             return False
         if isinstance(error, BlockedError):
             walled_in = not any(name in cell.scene.shapes for name in error.by)
-            shift = find_draw(cell, obj, pose) if walled_in else None
+            shift = find_drag(cell, obj, pose) if walled_in else None
             if shift is not None:
-                draw_free(cell, obj, shift)
+                drag_free(cell, obj, shift)
             return shift is not None
-        turn = find_turn(cell, obj, pose)
-        if turn is not None:
-            self._approach(cell, obj, pose, turn.grasp, turn.before, turn.tool)
-            self._close(cell, obj, turn.grasp, turn.before)
-            set_down(cell, obj, turn)
-        return turn is not None
+        regrasp = find_regrasp(cell, obj, pose, destination)
+        if regrasp is not None:
+            self._approach(cell, obj, pose, regrasp.grasp, regrasp.before, regrasp.tool)
+            self._close(cell, obj, regrasp.grasp, regrasp.before)
+            set_down(cell, obj, regrasp)
+        return regrasp is not None
 
-    def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float) -> np.ndarray:
+    def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float, destination: str | None) -> np.ndarray:
         """Grasp an object with the first suitable grasp and raise it; return the pads' contact forces, (pads,) N."""
         came_down = cell.arm.tool(cell.reference).points_down
         tried: list[ToolPose] = []
         failure: BlockedError | None = None
         for tilted in (not came_down, *[True] * MORE_GRASPS):
             try:
-                grasp, before, target = choose_grasp(cell, obj, pose, yaw, tilted=tilted, unlike=tried)
+                grasp, before, target = choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
             except SimulationError as error:
                 raise failure or error from None
             try:
@@ -230,7 +233,7 @@ def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bo
         q, _ = cell.arm.reach([tool], near=cell.reference)
     except SimulationError:
         return True
-    return any(one == obj for one, _ in cell.collision_checker(held=True).touches(q, clearance=clearance))
+    return any(one == obj for one, _ in cell.collision_checker(held=obj).touches(q, clearance=clearance))
 
 
 def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:

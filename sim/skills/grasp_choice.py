@@ -57,6 +57,7 @@ def choose_grasp(
     obj: str,
     pose: ObjectPose,
     yaw: float,
+    destination: str | None,
     *,
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
@@ -68,15 +69,15 @@ def choose_grasp(
         SimulationError: the arm reaches no grasp, or none with which the object can be put down next.
     """
     refusals = Refusals()
-    found = find_grasp(cell, obj, pose, yaw, tilted=tilted, unlike=unlike, refusals=refusals)
+    found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike, refusals=refusals)
     if found is not None:
         return found
     if refusals.unplaceable:
-        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {cell.destination}")
+        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
     frame = frame_of(pose, yaw)
     for grasp in refusals.inside:
         with suppress(SimulationError):
-            _freely(cell, pose, frame, grasp, refusals.blockers)
+            _freely(cell, obj, pose, frame, grasp, refusals.blockers)
     if refusals.blockers:
         raise BlockedError.beside_fingers(refusals.blockers)
     if next(ranked(cell, obj, frame), None) is None:
@@ -90,9 +91,9 @@ def find_grasp(
     pose: ObjectPose,
     yaw: float,
     *,
+    destination: str | None = None,
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
-    foreseen: bool = True,
     certain: bool = False,
     refusals: Refusals | None = None,
 ) -> Choice | None:
@@ -106,14 +107,14 @@ def find_grasp(
         obj: the object.
         pose: of the object, as measured.
         yaw: heading of the preferred closing direction, rad.
+        destination: location at which the object is put down next; None if that is not known.
         tilted: leave out grasps for which the hand points straight down.
         unlike: leave out grasps for which the hand points in the direction of one of these poses (`TILT_STEP_RAD`).
-        foreseen: whether to consider where the object is released next.
         certain: whether the grasp must be possible there for a standing object, too.
         refusals: the reasons why other grasps are not suitable are added here.
     """
     frame, refusals = frame_of(pose, yaw), refusals or Refusals()
-    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj) if foreseen else None
+    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj, destination)
     placeable: dict[bytes, bool] = {}
     first: Choice | None = None
     for grasp, before, tool in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
@@ -143,17 +144,20 @@ def _free_grasps(
         tool = grasp.at(pose.position, frame)
         if tilted and tool.points_down:
             continue
-        if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in tool.symmetric_poses()):
+        if all(cell.hand_is_inside(goal, touching=obj, width=grasp.opening) for goal in tool.symmetric_poses()):
             refusals.inside.append(grasp)
             continue
         with suppress(SimulationError):
-            yield _freely(cell, pose, frame, grasp, refusals.blockers)
+            yield _freely(cell, obj, pose, frame, grasp, refusals.blockers)
 
 
-def _freely(cell: Workcell, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]) -> Choice:
+def _freely(
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]
+) -> Choice:
     """Return a grasp with its poses by `free_pose`, which may raise; add the bodies in the way to the blockers."""
+    goals = grasp.at(pose.position, frame).symmetric_poses()
     try:
-        before, tool = free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, near=cell.reference)
+        before, tool = free_pose(cell, goals, grasp, obj, near=cell.reference)
     except BlockedError as error:
         blockers.update(error.by)
         raise
@@ -194,7 +198,7 @@ def choose_placement(
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
             try:
-                before, pose = free_pose(cell, goals, option, near=near, margin=margin, clearance=clearance)
+                before, pose = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
                 return before, pose, option.opening
             except BlockedError as error:
                 blockers.update(error.by)
@@ -212,8 +216,6 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
     Raises:
         BlockedError, SimulationError: as for `choose_placement`.
     """
-    aloft = cell.contacts.aloft
-    cell.contacts.handle(obj)  # not aloft: in the slot it touches what carries it
 
     def choose(grasp: GraspPose) -> tuple[ToolPose, ToolPose, float]:
         placement = partial(choose_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
@@ -228,14 +230,12 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[Tool
         if cell.observe(obj).posture != Posture.LEANING:
             raise
         return choose(held_grasp(cell, obj, leaning=True))
-    finally:
-        cell.contacts.handle(obj, aloft=aloft)
 
 
-def _next_slot(cell: Workcell, obj: str) -> Slot | None:
+def _next_slot(cell: Workcell, obj: str, destination: str | None) -> Slot | None:
     """Return the slot into which an object is put next; None if that is not known, or the object does not fit now."""
     try:
-        return free_slot(cell, obj, cell.destination) if cell.destination else None
+        return free_slot(cell, obj, destination) if destination else None
     except SkillError:
         return None
 

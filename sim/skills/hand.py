@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
-from sim.motion.kinematics import TILTED_MARGIN_RAD
+from sim.motion.ik import TILTED_MARGIN_RAD
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
@@ -90,14 +91,14 @@ def move_tool(
         BlockedError: bodies are on the path.
         SimulationError: the arm reaches none of the poses, or an error of `watch`.
     """
-    pose, references = straight_move(cell, goals, seconds=seconds)
-    check_path(cell, references, clearance=FINGER_CLEARANCE_M, touching=touching)
-    cell.follow(references, within=within, watch=watch)
+    pose, movement = straight_move(cell, goals, seconds=seconds)
+    check_path(cell, movement, clearance=FINGER_CLEARANCE_M, touching=touching)
+    cell.follow(movement, within=within, watch=watch)
     return pose
 
 
-def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) -> tuple[ToolPose, np.ndarray]:
-    """Return one of several poses nearby and the (N, n) references, rad, of the movement of `move_tool` to it.
+def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) -> tuple[ToolPose, JointTrajectory]:
+    """Return one of several poses nearby and the movement of `move_tool` to it.
 
     Raises:
         SimulationError: the arm reaches none of the poses.
@@ -122,6 +123,7 @@ def free_pose(
     cell: Workcell,
     goals: Sequence[ToolPose],
     grasp: GraspPose,
+    obj: str,
     *,
     near: np.ndarray | None = None,
     margin: float = CHOSEN_MARGIN_RAD,
@@ -133,6 +135,7 @@ def free_pose(
         cell: the running simulation.
         goals: acceptable poses.
         grasp: how wide the hand opens and closes.
+        obj: the object between the fingers, which they may touch and which is not checked for collisions.
         near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
         margin: distance from the joints' position limits if the hand is tilted, rad.
         clearance: from other bodies if the hand is tilted, m.
@@ -145,7 +148,6 @@ def free_pose(
         SimulationError: the arm reaches none of the poses.
     """
     blockers: set[str] = set()
-    handled = cell.contacts.handled
     for options in zip(*map(pregrasps, goals), strict=True):
         for q, before in cell.arm.configurations(options, near=near, margin=margin):
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
@@ -154,12 +156,12 @@ def free_pose(
                 path = _followed(cell, q, before, pose, margin=margin)
             except SimulationError:
                 continue
-            touches = cell.touches(q, width=grasp.opening, clearance=afar)
+            touches = cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
             for q in path[:-1]:
-                touches |= cell.touches(q, width=grasp.opening, clearance=beside)
+                touches |= cell.touches(q, touching=obj, width=grasp.opening, clearance=beside)
             for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
-                touches |= cell.touches(path[-1], width=float(width), clearance=beside)
-            met = [(part, other) for part, other in touches if other != handled]
+                touches |= cell.touches(path[-1], touching=obj, width=float(width), clearance=beside)
+            met = [(part, other) for part, other in touches if other != obj]
             if not met:
                 return before, pose
             blockers |= {other for _, other in met}
@@ -199,8 +201,8 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
         SimulationError: the arm would have to change its configuration on the way.
     """
     # An empty hand may still be opening or closing on its way to the pose before.
-    checker = cell.collision_checker(width=cell.width if cell.held() is None else None)
-    obj = cell.contacts.handled
+    obj, width = cell.contacts.handled, cell.width if cell.held() is None else None
+    checker = cell.collision_checker(touching=obj, held=cell.attached, width=width)
     steps = _followed(cell, q, before, pose)
     touches = itertools.chain.from_iterable(checker.touches(q, clearance=FINGER_CLEARANCE_M) for q in steps)
     met = {other for one, other in touches if obj not in (one, other)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -57,19 +57,19 @@ class ReleaseSkill(Release, Skill):
     corrected for. There the slot is checked again, too.
     """
 
-    def perform(self, cell: Workcell, action: Action) -> None:
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`."""
         obj, location = action.obj, action.location
         slot = free_slot(cell, obj, location)
         check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
-        cell.contacts.handle(obj, aloft=True)
+        cell.attach(obj)
         pose, _ = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)
         move_tool(cell, [before], within=BLEND_M)
         check_free(cell, obj, slot)
         pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
-        cell.contacts.handle(obj)
+        cell.detach()
         width = width or _free_opening(cell, obj, pose)
         lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
         cell.unload()
@@ -80,7 +80,7 @@ class ReleaseSkill(Release, Skill):
         if marks:
             cell.glow(location, GLOW_DURATION_S)
         leave(cell, before, seconds=GLOW_DURATION_S if marks else 0.0)
-        cell.contacts.handle(None)
+        cell.touch(None)
         error = float(np.hypot(*(cell.measure(obj).position - slot.position)[:2]))
         cell.log_event("placed", object=obj, location=location, error_mm=round(error * 1000, 2))
 
@@ -115,7 +115,8 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
     square of the duration. At 0.75 m, 0.25 kg that were lowered in 0.7 s hit the table at 0.09 m/s, and the torque
     rates of the arm reached 120 % of their limit.
     """
-    _, references = straight_move(cell, [pose], seconds=LOWER_DURATION_S)
+    _, movement = straight_move(cell, [pose], seconds=LOWER_DURATION_S)
+    references = movement.references
     lag = cell.arm.lag(cell.reference, references, load=cell.scene.shapes[obj].mass)
     lowest = min(float(cell.arm.tool(q).position[2]) for q in references - lag)
     return LOWER_DURATION_S * np.sqrt(max(1.0, (pose.position[2] - lowest) / DROP_HEIGHT_M))
@@ -148,7 +149,7 @@ def _free_opening(cell: Workcell, obj: str, pose: ToolPose) -> float:
     options = openings(held_grasp(cell, obj))
     for option in options:
         with suppress(SimulationError):
-            free_pose(cell, [pose], option, near=cell.reference)
+            free_pose(cell, [pose], option, obj, near=cell.reference)
             return option.opening
     return options[-1].opening
 

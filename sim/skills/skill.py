@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Operator
@@ -18,8 +19,8 @@ class Skill(Operator, ABC):
     """An operator that can be carried out in simulation."""
 
     @abstractmethod
-    def perform(self, cell: Workcell, action: Action) -> None:
-        """Carry out one action.
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
+        """Carry out one action; `ahead` are those planned after it.
 
         On return the arm may still be ending its last movement; the next action's first movement is blended with it.
 
@@ -28,3 +29,8 @@ class Skill(Operator, ABC):
             BlockedError: bodies are in the way of the arm or of the fingers.
             SimulationError: the goal is out of reach.
         """
+
+
+def next_release(obj: str, ahead: Sequence[Action]) -> str | None:
+    """Return the location of the first of some actions that releases an object; None if there is none."""
+    return next((action.location for action in ahead if action.kind == "release" and action.obj == obj), None)

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from sim.errors import BlockedError, SimulationError
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.timing import along, begun_late
-from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
+from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.clear_paths import check_path, planned_path
 from sim.skills.hand import (
@@ -53,20 +54,21 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     ends = _ends(cell, goals, onward, blockers)
     first = list(itertools.islice(ends, 1))
     paths = itertools.chain(_over(cell, first, height), _planned(cell, itertools.chain(first, ends), blockers))
-    for references in paths:
+    for movement in paths:
         try:
             if onward is not None:
-                check_approach(cell, references[-1], cell.arm.tool(references[-1]), onward)
-            check_path(cell, references, clearance=PATH_CLEARANCE_M, touching=False)
+                goal = movement.positions[-1]
+                check_approach(cell, goal, cell.arm.tool(goal), onward)
+            check_path(cell, movement, clearance=PATH_CLEARANCE_M, touching=False)
         except BlockedError as error:
             blockers.update(error.by)
             continue
         except SimulationError:
             continue
-        if len(references) * CONTROL_PERIOD_S <= SLOW_S:
-            cell.follow(references, within=BLEND_M)
+        if movement.seconds <= SLOW_S:
+            cell.follow(movement, within=BLEND_M)
             return
-        slow = references if slow is None else min(slow, references, key=len)
+        slow = movement if slow is None else min(slow, movement, key=len)
     if slow is not None:
         cell.follow(slow, within=BLEND_M)
         return
@@ -115,8 +117,8 @@ def _ends(
             yield q, pose
 
 
-def _over(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[np.ndarray]:
-    """Yield the (N, n) references, rad, of movements over all objects; they are not checked for collisions."""
+def _over(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[JointTrajectory]:
+    """Yield movements over all objects; they are not checked for collisions."""
     for (goal, pose), (raised, drawn_in) in itertools.product(ends, DETOURS_M):
         try:
             yield cell.arm.move(
@@ -132,8 +134,10 @@ def _over(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: f
             continue
 
 
-def _planned(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], blockers: set[str]) -> Iterator[np.ndarray]:
-    """Yield the (N, n) references, rad, of movements along planned paths; add the bodies in the way to the blockers.
+def _planned(
+    cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], blockers: set[str]
+) -> Iterator[JointTrajectory]:
+    """Yield movements along planned paths; add the bodies in the way to the blockers.
 
     The edges of a path are checked coarsely, so movements along it may still collide: if the caller asks for more,
     paths are planned with finer checks.
@@ -149,6 +153,6 @@ def _planned(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], blocke
             reached.append((goal, pose))
             limits = cell.arm.limits(path[0], path[-1], load=cell.load)
             for overlap in OVERLAPS:
-                references = along(limits, path, overlap=overlap)
-                yield begun_late(limits, references, cell.reference, cell.ending)
+                movement = along(limits, path, overlap=overlap)
+                yield begun_late(limits, movement, cell.reference, cell.ending)
         ends = reached

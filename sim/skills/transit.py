@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -15,7 +16,7 @@ from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
-from sim.skills.skill import Skill
+from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
 from sim.world.shapes import extent
 
@@ -36,9 +37,9 @@ ROOF_HEIGHT_M = 0.05
 class TransitSkill(Transit, Skill):
     """Bring the empty hand over a location and any pile there, or else to a tilted pre-grasp pose of an object."""
 
-    def perform(self, cell: Workcell, action: Action) -> None:
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`."""
-        cell.contacts.handle(None)
+        cell.touch(None)
         slots = cell.scene.slots[action.location]
         centre = np.mean([slot.position for slot in slots], axis=0)
         middle = extent(cell.scene.shapes.values()).high / 2
@@ -52,7 +53,7 @@ class TransitSkill(Transit, Skill):
             travel(cell, pose.symmetric_poses(), height=height)
         except SimulationError:
             # If the hand cannot be above the location, it goes to the pre-grasp pose of an object there.
-            found = _tilted_grasp(cell, action.location)
+            found = _tilted_grasp(cell, action.location, ahead)
             if found is not None:
                 before, tool = found
                 travel(cell, [before], height=height, onward=tool)
@@ -90,15 +91,15 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
         raise BlockedError.on_the_way({str(model.body(body).name)})
 
 
-def _tilted_grasp(cell: Workcell, location: str) -> tuple[ToolPose, ToolPose] | None:
+def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> tuple[ToolPose, ToolPose] | None:
     """Return the pre-grasp and grasp poses of a tilted hand for an object at a location; None if there are none."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
         offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}
         there = [obj for obj, off in offsets.items() if np.hypot(*off[:2]) < slot.radius and 0 < off[2] < PILE_HEIGHT_M]
         for obj in sorted(there, key=lambda obj: -float(poses[obj].position[2])):
-            with cell.contacts.handling(obj):
-                found = find_grasp(cell, obj, poses[obj], slot.yaw, tilted=True)
+            destination = next_release(obj, ahead)
+            found = find_grasp(cell, obj, poses[obj], slot.yaw, destination=destination, tilted=True)
             if found is not None:
                 return found[1:]
     return None

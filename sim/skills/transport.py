@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transport
 from sim.simulation.workcell import Workcell
@@ -15,14 +17,13 @@ from sim.skills.transfer import travel
 class TransportSkill(Transport, Skill):
     """Carry the held object over the location's free slot."""
 
-    def perform(self, cell: Workcell, action: Action) -> None:
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`."""
         obj = action.obj
         slot = free_slot(cell, obj, action.location)
         check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
-        cell.contacts.handle(obj)
         before, pose, _ = choose_placement_of_held(cell, obj, slot)
-        cell.contacts.handle(obj, aloft=True)
+        cell.attach(obj)
         height = transfer_height(cell, cell.shapes, held=obj)
         travel(cell, [before], height=height, onward=pose)
         check_held(cell, obj)

@@ -17,6 +17,7 @@ from sim.errors import SimulationError
 from sim.external.user_scene import UserScene, read_scene, resolved
 from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle
+from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 from sim.robots.catalogue import placed, robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
@@ -30,7 +31,7 @@ from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
 from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking
 
-TIMESTEP_S = 0.002
+TIMESTEP_S = CONTROL_PERIOD_S / STEPS
 """Simulation step, s."""
 
 COLLISION_TOLERANCE = 1e-8

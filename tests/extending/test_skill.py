@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,13 +32,13 @@ class Push(sim.Skill):
     def effect(self, action: pp.Action) -> frozenset[str]:
         return frozenset({at(action.obj, action.location)})
 
-    def perform(self, cell: sim.Workcell, action: pp.Action) -> None:
+    def perform(self, cell: sim.Workcell, action: pp.Action, ahead: Sequence[pp.Action] = ()) -> None:
         obj, goal = action.obj, cell.scene.slots[action.location][0].position
         centre, half = cell.measure(obj).position, cell.scene.shapes[obj].half
         along = np.array([*(goal - centre)[:2], 0.0]) / np.linalg.norm((goal - centre)[:2])
         goal, yaw = np.array([*goal[:2], centre[2]]), float(np.arctan2(along[1], along[0]) + np.pi / 2)
         behind, up = along * (half[0] + FINGER_M), np.array([0.0, 0.0, HOVER_HEIGHT_M])
-        cell.contacts.handle(obj)
+        cell.touch(obj)
         cell.grip(0.0, 0.3)
         hand = move_tool(cell, sim.ToolPose.down(centre - 1.3 * behind + up, yaw).symmetric_poses())
         pushing = np.linspace(centre - 1.3 * behind, goal - behind, round(np.linalg.norm(goal - centre) / STEP_M))

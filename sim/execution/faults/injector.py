@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.execution.faults.fault import Fault, Injection
 from sim.simulation.observer import Observer
+from sim.simulation.plant import Plant
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import Skill
 
@@ -42,7 +43,7 @@ class FaultInjector(Observer):
         self._action = action
         self.before_period(self._cell)
 
-    def before_period(self, cell: Workcell) -> None:
+    def before_period(self, cell: Plant) -> None:
         """Let the faults that are due happen if they can."""
         for i, fault, attempts in self._faults:
             if i not in self.happened and fault.action <= self._action and self._happens(fault, attempts):

@@ -54,14 +54,14 @@ class _WithoutGrip(Grasp, Skill):
     def __init__(self, skill: Skill, times: int) -> None:
         self._skill, self._times = skill, times
 
-    def perform(self, cell: Workcell, action: Action) -> None:
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`."""
         hold = cell.gripper
         if self._times:
             self._times -= 1
             cell.gripper = _giving_way(cell)
         try:
-            self._skill.perform(cell, action)
+            self._skill.perform(cell, action, ahead)
         finally:
             cell.gripper = hold
 

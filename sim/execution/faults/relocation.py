@@ -13,7 +13,8 @@ from sim.execution.faults.fault import Fault, Injection, unknown
 from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.perception.sensors import object_pose, stored
-from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
+from sim.simulation.plant import CONTACT_FLICKER_S
+from sim.simulation.workcell import Workcell
 from sim.world.places import Slot
 
 BETWEEN_FINGERS_M = 0.0275

@@ -8,7 +8,8 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.faults.fault import Fault, Injection, never_grasps
-from sim.simulation.workcell import CONTACT_FLICKER_S, Workcell
+from sim.simulation.plant import CONTACT_FLICKER_S
+from sim.simulation.workcell import Workcell
 
 LIFTED_HEIGHT_M = 0.01
 """An object counts as lifted when it is this much higher than where it was gripped."""
@@ -56,6 +57,6 @@ def _hanging_times(cell: Workcell) -> Iterator[float | None]:
             height = float(cell.data.body(obj).xpos[2])
             if gripped is None or gripped[0] != obj:
                 gripped = obj, height
-            if since is None and (cell.contacts.aloft or height - gripped[1] >= LIFTED_HEIGHT_M):
+            if since is None and (cell.attached or height - gripped[1] >= LIFTED_HEIGHT_M):
                 since = now
         yield None if since is None else now - since

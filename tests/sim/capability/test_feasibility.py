@@ -17,7 +17,6 @@ from sim.capability.arrangement import allowed_places, arranged
 from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
-from sim.motion.joint_limits import missing_turns
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
@@ -118,14 +117,13 @@ def test_no_grasp_is_free_in_which_the_hand_alone_is_inside_something() -> None:
     cell = KinematicCell(scene, initial_state(scene))
     inside = 0
     for obj in scene.shapes:
-        cell.contacts.handle(obj)
         pose = cell.observe(obj)
         for grasp in list(ranked(cell, obj, pose.rotation))[::5]:
             goals = grasp.at(pose.position, pose.rotation).symmetric_poses()
-            if all(cell.hand_is_inside(goal, width=grasp.opening) for goal in goals):
+            if all(cell.hand_is_inside(goal, touching=obj, width=grasp.opening) for goal in goals):
                 inside += 1
                 with pytest.raises(SimulationError):
-                    free_pose(cell, goals, grasp)
+                    free_pose(cell, goals, grasp, obj)
     assert inside > 50
 
 
@@ -162,11 +160,11 @@ def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_t
 def test_the_joints_that_would_have_to_turn_farther_are_named() -> None:
     arm = Arm(PANDA)
     goal = arm.tool(PANDA.home)
-    assert missing_turns(arm, goal) == {}
+    assert arm.missing_turns(goal) == {}
     arm.model.jnt_range[-1, 1] = PANDA.home[-1] - np.radians(20)
-    (name, turn), *others = missing_turns(arm, goal).items()
+    (name, turn), *others = arm.missing_turns(goal).items()
     assert (name, others) == ("joint7", []) and np.degrees(turn) == pytest.approx(20, abs=1)
-    assert missing_turns(arm, goal.shifted([2.0, 0.0, 0.0])) == {}
+    assert arm.missing_turns(goal.shifted([2.0, 0.0, 0.0])) == {}
 
 
 @pytest.mark.parametrize("name", ["case_study_3", "clutter", "shelf"])

@@ -21,7 +21,7 @@ from sim.execution.faults.move import Move
 from sim.execution.faults.slip import SLIP_DURATION_S, Slip
 from sim.execution.pull import Pull
 from sim.perception.sensors import true_poses
-from sim.simulation.workcell import CONTACT_FLICKER_S
+from sim.simulation.plant import CONTACT_FLICKER_S
 from sim.world.scene import Scene, build_scene, initial_state
 
 LIFT = ["transit top", "grasp pink"]

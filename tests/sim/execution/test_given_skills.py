@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
@@ -29,9 +30,9 @@ class Counted(Skill):
     def effect(self, action: Action) -> frozenset[str]:
         return self._skill.effect(action)
 
-    def perform(self, cell: Workcell, action: Action) -> None:
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         self._calls[action.kind] += 1
-        self._skill.perform(cell, action)
+        self._skill.perform(cell, action, ahead)
 
 
 def counted() -> tuple[dict[str, Skill], Counter[str]]:

@@ -2,16 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
-from sim.motion.joint_trajectory import JointTrajectory, through
+from sim.motion.joint_trajectory import JointTrajectory, sampled, summed
 from sim.motion.kinematics import Arm
-from sim.motion.timing import begun_late, braking_time, summed, timed
-from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
+from sim.motion.timing import begun_late, braking_time, timed
+from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS, smooth_step
 from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import TORQUE_CUTOFF_HZ
-
-STEPS = 5
-"""Number of simulation steps in a control period."""
 
 STEP_S = CONTROL_PERIOD_S / STEPS
 
@@ -37,8 +35,9 @@ def shares(positions: np.ndarray, period: float) -> list[float]:
 @pytest.mark.parametrize("seconds", [0.3, 0.6, 2.0])
 def test_a_movement_is_slowed_until_it_keeps_to_the_limits_and_no_further(seconds: float) -> None:
     points = np.vstack([PANDA.home, turn(0.8, seconds)])
-    references = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points)
-    assert max(shares(through(np.vstack([PANDA.home, references]), STEPS).positions, STEP_S)) < 0.9
+    movement = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points)
+    assert max(shares(np.vstack([PANDA.home, movement.positions]), STEP_S)) < 0.9
+    references = movement.references
     assert references[-1] == pytest.approx(points[-1])
     if seconds == 2.0:
         assert references == pytest.approx(points[1:])
@@ -48,14 +47,14 @@ def test_a_movement_is_slowed_until_it_keeps_to_the_limits_and_no_further(second
 
 def test_a_movement_takes_the_least_duration() -> None:
     points = np.vstack([PANDA.home, turn(0.3, 1.0)])
-    references = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points, seconds=1.5)
-    assert len(references) == 150
+    movement = timed(LIMITS, np.arange(len(points)) * CONTROL_PERIOD_S, points, seconds=1.5)
+    assert movement.seconds == pytest.approx(1.5) and len(movement.references) == 150
 
 
 def test_a_movement_that_begins_abruptly_is_slowed_as_one_that_ends_so() -> None:
     points = turn(0.5, 1.0)[45:]
     knots = np.arange(len(points)) * CONTROL_PERIOD_S
-    begun, ended = (len(timed(LIMITS, knots, path)) for path in (points, points[::-1]))
+    begun, ended = (len(timed(LIMITS, knots, path).references) for path in (points, points[::-1]))
     assert begun == ended > 1.2 * len(points)
 
 
@@ -64,7 +63,7 @@ def test_no_torque_jumps_where_joints_catch_up_at_the_end(joint: int, most: floa
     u = np.linspace(0.0, 1.0, 25)
     knots, points = 0.72 * u, STRETCHED + 0.3 * np.outer(u**3 * (4 - 3 * u), np.eye(7)[joint])
     limits = Arm(PANDA).limits(points[0], points[-1])
-    curve = through(np.vstack([points[0], timed(limits, knots, points)]), STEPS)
+    curve = timed(limits, knots, points)
     speeding = np.diff(curve.velocities, axis=0)[-2] / STEP_S
     filtered = 1 / (STEP_S + 1 / (2 * np.pi * TORQUE_CUTOFF_HZ))
     rates = np.abs(limits.inertias @ speeding).max(axis=0) * filtered / PANDA.torque_rate_limits
@@ -79,8 +78,8 @@ def test_a_stretched_arm_is_turned_more_gently() -> None:
     knots = np.arange(len(points)) * CONTROL_PERIOD_S
     folded, stretched = (timed(one, knots, points) for one in (LIMITS, limits))
     assert len(stretched) > len(folded)
-    for one, references in ((LIMITS, folded), (limits, stretched)):
-        rows = through(np.vstack([PANDA.home, references]), STEPS).positions
+    for one, movement in ((LIMITS, folded), (limits, stretched)):
+        rows = np.vstack([PANDA.home, movement.positions])
         jerks = np.diff(np.vstack([np.repeat(rows[:1], 3, axis=0), rows]), 3, axis=0) / STEP_S**3
         assert np.abs(jerks @ one.inertias[0]).max() < PANDA.torque_rate_limits[0]
 
@@ -89,7 +88,10 @@ def movements() -> tuple[JointTrajectory, JointTrajectory]:
     """Return a turn of joint 2, and one of joint 4 that begins where it ends."""
     first = turn(0.5, 1.0)
     second = first[-1] + (turn(0.4, 1.0, joint=3) - PANDA.home)
-    return through(np.vstack([PANDA.home, first]), STEPS), through(np.vstack([first[-1], second]), STEPS)
+    knots = np.linspace(0.0, 1.0, 101)
+    paths = np.vstack([PANDA.home, first]), np.vstack([first[-1], second])
+    one, other = (sampled(CubicSpline(knots, path, bc_type="clamped"), 1.0) for path in paths)
+    return one, other
 
 
 @pytest.mark.parametrize("left", [0, 50, 400])
@@ -116,11 +118,13 @@ def test_an_ending_longer_than_the_movement_is_followed_to_its_end() -> None:
 
 def test_a_movement_against_the_ending_begins_later() -> None:
     """The joint brakes at its acceleration limit, and turning back would add to that."""
-    references = timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, np.vstack([PANDA.home, turn(0.8, 0.6)]))
+    movement = timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, np.vstack([PANDA.home, turn(0.8, 0.6)]))
+    references = movement.references
     ending = references[len(references) // 2 :] - references[-1]
     back = 2 * references[-1] - references
     assert max(shares(np.vstack([references[: len(references) // 2], summed(back, ending)]), CONTROL_PERIOD_S)) > 0.81
-    late = begun_late(LIMITS, references[-1] + (PANDA.home - references), references[-1], ending)
+    returning = JointTrajectory(references[-1] + PANDA.home - movement.positions, -movement.velocities)
+    late = begun_late(LIMITS, returning, references[-1], ending).references
     assert len(late) > len(references)
     together = np.vstack([references[: len(references) // 2], summed(late, ending)])
     assert max(shares(together, CONTROL_PERIOD_S)) <= 0.81
@@ -130,7 +134,7 @@ def test_a_movement_against_the_ending_begins_later() -> None:
 @pytest.mark.parametrize("done", [30, 250, 400])
 def test_braking_stops_on_the_path_within_the_limits(done: int) -> None:
     points = np.vstack([PANDA.home, turn(0.8, 0.6)])
-    first = through(np.vstack([PANDA.home, timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, points)]), STEPS)
+    first = timed(LIMITS, np.arange(61) * CONTROL_PERIOD_S, points)
     rest = first.after(min(done, len(first) - 20))
     samples = round(braking_time(PANDA, rest.velocities[0]) / STEP_S)
     braked = rest.braked(samples)

@@ -56,18 +56,18 @@ def test_no_thin_board_is_tunnelled(bare: Scene, thickness: float) -> None:
     assert set() in coarse  # with long steps the board is missed
 
 
-@pytest.mark.parametrize(
-    ("gap", "longest"), [(0.02, 0.02), (0.008, 0.012)], ids=["twice what is looked ahead", "twice the clearance"]
-)
-def test_steps_are_as_short_as_said(bare: Scene, gap: float, longest: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    plate = {"plate": ((0.56, 0.0, 0.09 - gap / 2), (0.44, 0.9, 0.09 - gap / 2))}
+@pytest.mark.parametrize(("clearance", "longest"), [(0.006, 0.012), (0.0015, 0.008)])
+def test_steps_are_as_short_as_said(
+    bare: Scene, clearance: float, longest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plate = {"plate": ((0.56, 0.0, 0.086), (0.44, 0.9, 0.086))}
     check, seen = checker(with_boxes(bare, plate)), []
     met = CollisionChecker._met
     monkeypatch.setattr(CollisionChecker, "_met", lambda *args: seen.append(check._data.geom_xpos.copy()) or met(*args))
-    assert check.blockers(SWEEP, clearance=0.006) == set()
+    assert check.blockers(SWEEP, clearance=clearance) == set()
     on_path = np.array(seen[1:])  # the first is the end of the path
     moved = np.linalg.norm(np.diff(on_path, axis=0), axis=2).max(axis=1)
-    assert 0.7 * longest < np.median(moved[moved > 0]) and moved.max() <= longest
+    assert longest / 3 < np.median(moved[moved > 0]) and moved.max() <= longest
 
 
 def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:

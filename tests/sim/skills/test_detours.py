@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from skill_runs import assert_clean, assert_placed, perform_all
 from walls import Box, with_boxes
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.errors import BlockedError
+from sim.motion.joint_trajectory import JointTrajectory, sampled
 from sim.motion.kinematics import Arm
 from sim.motion.planning import EDGE_STEPS_M
-from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
+from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer
 from sim.skills.catalogue import perform
@@ -46,11 +48,11 @@ def test_a_slow_movement_is_followed_only_if_there_is_no_quicker_one(
 ) -> None:
     over = transfer._over
 
-    def slowly(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[np.ndarray]:
-        for references in over(cell, ends, height):
-            path = np.vstack([cell.reference, references])
-            shares = np.linspace(0, len(references), 1 + round(2 * transfer.SLOW_S / CONTROL_PERIOD_S))[1:]
-            yield np.column_stack([np.interp(shares, np.arange(len(path)), joint) for joint in path.T])
+    def slowly(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[JointTrajectory]:
+        for movement in over(cell, ends, height):
+            path = np.vstack([cell.reference, movement.positions])
+            curve = CubicSpline(np.linspace(0, movement.seconds, len(path)), path, bc_type="clamped")
+            yield sampled(curve, movement.seconds, slower=2 * transfer.SLOW_S / movement.seconds)
 
     monkeypatch.setattr(transfer, "_over", slowly)
     quick = Workcell(table, initial_state(table))
@@ -80,10 +82,10 @@ def test_a_path_whose_motion_collides_is_planned_again_with_denser_checks(
         steps.append(step)
         return planned_path(cell, goal, clearance=clearance, step=step)
 
-    def check(cell: Workcell, references: np.ndarray, *, clearance: float, touching: bool) -> None:
+    def check(cell: Workcell, movement: JointTrajectory, *, clearance: float, touching: bool) -> None:
         if EDGE_STEPS_M[1] not in steps:
             raise BlockedError.on_the_way({"wall"})
-        check_path(cell, references, clearance=clearance, touching=touching)
+        check_path(cell, movement, clearance=clearance, touching=touching)
 
     monkeypatch.setattr(transfer, "planned_path", plan)
     monkeypatch.setattr(transfer, "check_path", check)
@@ -98,7 +100,7 @@ def test_the_fingers_pass_over_an_object_that_they_are_about_to_take(table: Scen
     sides = [ToolPose.down(slot + [x, 0.0, 0.03], 0.0) for x in (-0.12, 0.12)]
     transfer.travel(cell, sides[:1], height=0.3)
     cell.settle()
-    cell.contacts.handle("cup")
+    cell.touch("cup")
     before = cell.observe("cup").position
     transfer.travel(cell, sides[1:], height=0.0)
     cell.settle()
@@ -132,7 +134,7 @@ def test_a_board_under_the_end_of_a_long_load_is_seen_on_the_way_down() -> None:
 def test_the_opened_hand_goes_round_what_it_would_push(table: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     move, aside = Arm.move, []
 
-    def straying(arm: Arm, q: np.ndarray, goal: np.ndarray, pose: ToolPose, **options: Any) -> np.ndarray:
+    def straying(arm: Arm, q: np.ndarray, goal: np.ndarray, pose: ToolPose, **options: Any) -> JointTrajectory:
         """Leave the straight line by 3 cm when the hand rises, along the direction in which it closes."""
         here = arm.tool(q)
         if options.get("height") is not None or pose.position[2] < here.position[2] + 0.05:
@@ -140,7 +142,9 @@ def test_the_opened_hand_goes_round_what_it_would_push(table: Scene, monkeypatch
         midway = here.shifted(0.03 * here.rotation[:, 1])
         between, _ = arm.reach([midway], near=q)
         aside.append(midway)
-        return np.vstack([move(arm, q, between, midway, seconds=1.0), move(arm, between, goal, pose)])
+        one, other = move(arm, q, between, midway, seconds=1.0), move(arm, between, goal, pose)
+        positions, velocities = [one.positions, other.positions], [one.velocities, other.velocities]
+        return JointTrajectory(np.vstack(positions), np.vstack(velocities))
 
     cell = perform_all(table, "transit a", "grasp cup", "transport cup b")
     begun = len(cell.recorder.arrays["times"])

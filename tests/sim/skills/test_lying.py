@@ -20,7 +20,7 @@ from sim.execution.faults.miss import Miss
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture, object_pose
 from sim.simulation.workcell import Workcell
-from sim.skills import grasp, hand, turning
+from sim.skills import grasp, hand, regrasp
 from sim.skills.catalogue import SKILLS, perform
 from sim.skills.skill import SkillError
 from sim.world.scene import build_scene, initial_state
@@ -39,9 +39,7 @@ def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
     data.joint("x").qpos[3:] = rotation.as_quat(scalar_first=True)
     mujoco.mj_forward(scene.mujoco, data)
     assert object_pose(scene, data, "x").posture == Posture.LYING
-    cell = Workcell(scene, data)
-    cell.destination = "dish"
-    return cell
+    return Workcell(scene, data)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +59,7 @@ def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
 def test_what_lies_is_taken_and_set_upright(kind: str, size: tuple[float, ...], heading: float) -> None:
     cell = lying(kind, size, heading)
     for action in ("transit near", "grasp x", "transport x dish", "release x dish"):
-        perform(cell, action)
+        perform(cell, action, ahead=["release x dish"])
     assert object_pose(cell.scene, cell.data, "x").tilt < np.radians(1)
     assert_placed(cell, "x", "dish")
     assert contacts(cell.events) == []
@@ -78,7 +76,7 @@ def test_an_object_is_not_set_down_in_a_wall_that_stands_beside_it() -> None:
     data.joint("x").qpos[3:] = Rotation.from_matrix(turned).as_quat(scalar_first=True)
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
-    centres = list(turning._centres(cell, "x", cell.observe("x"), turned))
+    centres = list(regrasp._centres(cell, "x", cell.observe("x"), turned))
     shifts = np.round([centre[:2] - [0.45, -0.2] for centre in centres], 3)
     assert shifts.tolist() == [[0.0, 0.0], [0.0, 0.1], [0.0, -0.1], [0.1, 0.0]]
 
@@ -111,10 +109,10 @@ def test_what_cannot_be_raised_the_way_the_hand_came(
         return hand.move_tool(cell, goals, **options)
 
     monkeypatch.setattr(grasp, "move_tool", move_tool)
-    monkeypatch.setattr(grasp, "find_draw", lambda *_: None)  # nor dragged away from y
+    monkeypatch.setattr(grasp, "find_drag", lambda *_: None)  # nor dragged away from y
     perform(cell, "transit near")
     with nullcontext() if held else pytest.raises(BlockedError):
-        perform(cell, "grasp x")
+        perform(cell, "grasp x", ahead=["release x dish"])
     cell.settle()
     assert cell.held() == held and refused
     if held:

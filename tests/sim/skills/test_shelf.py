@@ -9,7 +9,7 @@ from prefplan.scenario.decode import loads
 from sim.geometry.rectangle import Rectangle, contains
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
-from sim.skills.turning import find_turn
+from sim.skills.regrasp import find_regrasp
 from sim.world.scene import build_scene, initial_state
 
 
@@ -62,8 +62,8 @@ def test_nothing_is_set_aside_in_front_of_a_board() -> None:
     data.joint("box").qpos[:3] = 0.56, 0.34, 0.30
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
-    cell.contacts.handle("can")
-    turn = find_turn(cell, "can", cell.measure("can"))
+    cell.touch("can")
+    turn = find_regrasp(cell, "can", cell.measure("can"), None)
     assert turn is not None
     place = turn.pose.footprint
     assert contains(Rectangle(np.array([0.62, 0.28]), np.array([0.12, 0.25]), 0.0), place)

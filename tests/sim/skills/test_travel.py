@@ -45,10 +45,10 @@ def polar(radius: float, bearing: float) -> tuple[float, float]:
 def test_near_the_base_an_object_is_taken_and_put_back_without_long_movements(distance: float) -> None:
     scene = table(Location("a", at=(distance, 0.0)), Location("b", at=(0.5, 0.2)))
     cell = Workcell(scene, initial_state(scene, seed=1))
-    for cell.destination, actions in (("b", THERE_AND_BACK[:4]), ("a", THERE_AND_BACK[6:])):
+    for ahead, actions in ("release cup b", THERE_AND_BACK[:4]), ("release cup a", THERE_AND_BACK[6:]):
         for action in actions:
             began = cell.data.time
-            perform(cell, action)
+            perform(cell, action, ahead=[ahead])
             assert cell.data.time - began < 8.0, action
     assert contacts(cell.events) == []
     assert_placed(cell, "cup", "a")

@@ -14,7 +14,7 @@ from prefplan import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.simulation.workcell import Workcell
-from sim.skills import drawing
+from sim.skills import drag
 from sim.skills.catalogue import perform
 from sim.skills.skill import SkillError
 from sim.world.scene import build_scene, initial_state
@@ -46,9 +46,9 @@ def test_dragging_ends_with_the_first_stroke_under_which_the_object_slips(monkey
         cell.data.joint(obj).qpos[0] += advances.pop(0)
         mujoco.mj_forward(scene.mujoco, cell.data)
 
-    monkeypatch.setattr(drawing, "_stroke", slipping)
+    monkeypatch.setattr(drag, "_stroke", slipping)
     with pytest.raises(SkillError, match="slipped under the fingers"):
-        drawing.draw_free(cell, "cup", np.array([0.1, 0.0, 0.0]))
+        drag.drag_free(cell, "cup", np.array([0.1, 0.0, 0.0]))
     assert advances == [0.01]
 
 
@@ -63,9 +63,8 @@ def test_a_can_that_lies_in_a_corner_is_rolled_free_set_aside_and_set_upright() 
     data.joint("cup").qpos[3:] = Rotation.from_euler("y", 90, degrees=True).as_quat(scalar_first=True)
     mujoco.mj_forward(scene.mujoco, data)
     cell = Workcell(scene, data)
-    cell.destination = "tray"
     for action in ("transit desk", "grasp cup", "transport cup tray", "release cup tray"):
-        perform(cell, action)
+        perform(cell, action, ahead=["release cup tray"])
     assert [event.kind for event in cell.events] == ["drawn free", "set aside", "grasped", "placed"]
     assert_clean(cell)
     cup = cell.observe("cup")

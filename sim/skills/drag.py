@@ -35,7 +35,7 @@ MIN_PROGRESS_M = 0.005
 """Least distance that a stroke drags an object towards its goal, m: if it is less, the fingers slip, and another stroke
 would do no better."""
 
-SHARE_DRAWN = 0.8
+SHARE_DRAGGED = 0.8
 """Share of the distance after which an object counts as dragged free."""
 
 MAX_DIRECTIONS = 3
@@ -86,7 +86,7 @@ class _FeltError(SimulationError):
     """A pad is pressed hard enough; it ends the way down."""
 
 
-def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
+def find_drag(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
     """Return a (3,) shift, m, by which to drag an object to where it can be grasped; None if none is found.
 
     A hand with a suction cup does not drag objects.
@@ -94,15 +94,15 @@ def find_draw(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
     if isinstance(cell.scene.robot.gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
-        drawn = replace(pose, position=pose.position + SHARE_DRAWN * shift)
-        if find_grasp(cell, obj, drawn, pose.yaw, foreseen=False) is not None:
+        drawn = replace(pose, position=pose.position + SHARE_DRAGGED * shift)
+        if find_grasp(cell, obj, drawn, pose.yaw) is not None:
             with suppress(SimulationError):
                 _pressing(cell, obj, pose, shift)
                 return shift
     return None
 
 
-def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
+def drag_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
     """Press an object from above with closed fingers and drag it aside, in several strokes, since it slips or rolls.
 
     Args:
@@ -121,7 +121,7 @@ def draw_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
         pose = cell.measure(obj)
         came = (pose.position - start) * [1.0, 1.0, 0.0]
         along = float(came @ shift) / length
-        if along >= SHARE_DRAWN * length:
+        if along >= SHARE_DRAGGED * length:
             cell.log_event("drawn free", object=obj, distance_mm=round(1000 * float(np.hypot(*came[:2])), 1))
             return
         if along < reached + MIN_PROGRESS_M:
@@ -184,8 +184,8 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
         turned = ToolPose.down(pose.position + [*offset, pose.above], yaw).leaning(tilt, shift)
         goal = turned.shifted(turned.position - _lowest_point(cell, turned) - give)
         try:
-            before, lowest = free_pose(cell, [goal], CLOSED, near=cell.reference)
-            free_pose(cell, [lowest.shifted(shift)], CLOSED, near=cell.reference)
+            before, lowest = free_pose(cell, [goal], CLOSED, obj, near=cell.reference)
+            free_pose(cell, [lowest.shifted(shift)], CLOSED, obj, near=cell.reference)
         except SimulationError as error:
             refused = error
             continue

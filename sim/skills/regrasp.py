@@ -35,7 +35,7 @@ SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
 
 
 @dataclass(frozen=True)
-class Turn:
+class Regrasp:
     """How an object is grasped and set down on another face, or on the same face elsewhere.
 
     Attributes:
@@ -57,13 +57,16 @@ class Turn:
     over: bool
 
 
-def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
-    """Return how to set an object down so that it can then be grasped and set upright; None if no way is found."""
+def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | None) -> Regrasp | None:
+    """Return how to set an object down so that it can then be grasped and set upright; None if no way is found.
+
+    `destination` is the location at which it is put down then; None if that is not known.
+    """
     frame = frame_of(pose, pose.yaw)
     taken: dict[int, tuple[GraspPose, ToolPose, ToolPose] | None] = {}
-    for grasp, turned in _turns(cell, obj, frame):
+    for grasp, turned in _options(cell, obj, frame):
         if id(grasp) not in taken:
-            taken[id(grasp)] = _reached(cell, pose.position, frame, grasp)
+            taken[id(grasp)] = _reached(cell, obj, pose.position, frame, grasp)
         found = taken[id(grasp)]
         if found is None:
             continue
@@ -71,18 +74,18 @@ def find_turn(cell: Workcell, obj: str, pose: ObjectPose) -> Turn | None:
         for centre in _centres(cell, obj, pose, turned):
             poses = tuple(held.at(centre, about_z(heading) @ turned) for heading in HEADINGS_RAD)
             try:
-                above, placing = free_pose(cell, poses, held, near=cell.reference)
+                above, placing = free_pose(cell, poses, held, obj, near=cell.reference)
             except SimulationError:
                 continue
             rotation = placing.rotation @ held.rotation.T
             rests = replace(pose, position=centre, rotation=rotation)
-            if find_grasp(cell, obj, rests, pose.yaw, certain=True) is not None:
+            if find_grasp(cell, obj, rests, pose.yaw, destination=destination, certain=True) is not None:
                 over = not np.allclose(turned, frame)
-                return Turn(held, before, tool, above, placing, rests, over)
+                return Regrasp(held, before, tool, above, placing, rests, over)
     return None
 
 
-def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
+def set_down(cell: Workcell, obj: str, regrasp: Regrasp) -> None:
     """Set the held object down, let go and raise the hand.
 
     Raises:
@@ -90,27 +93,27 @@ def set_down(cell: Workcell, obj: str, turn: Turn) -> None:
         BlockedError: bodies are in the way.
         SimulationError: the arm does not reach the pose where it is set down.
     """
-    cell.contacts.handle(obj, aloft=True)
-    travel(cell, [turn.above], height=transfer_height(cell, cell.shapes, held=obj))
+    cell.attach(obj)
+    travel(cell, [regrasp.above], height=transfer_height(cell, cell.shapes, held=obj))
     cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
-    rotation = turn.placing.rotation @ tool.rotation.T
-    centre = turn.pose.position.copy()
-    centre[2] += shape.depth(rotation @ held.rotation) - shape.depth(turn.pose.rotation) + DROP_HEIGHT_M
-    placing = ToolPose(centre - rotation @ (held.position - tool.position), turn.placing.rotation)
+    rotation = regrasp.placing.rotation @ tool.rotation.T
+    centre = regrasp.pose.position.copy()
+    centre[2] += shape.depth(rotation @ held.rotation) - shape.depth(regrasp.pose.rotation) + DROP_HEIGHT_M
+    placing = ToolPose(centre - rotation @ (held.position - tool.position), regrasp.placing.rotation)
     check_held(cell, obj)
-    cell.contacts.handle(obj)
+    cell.detach()
     lower(cell, obj, placing, watch=lambda: check_held(cell, obj))
     cell.unload()
     opening, rising = TILTED_DURATIONS_S
-    cell.set_width(turn.grasp.opening, opening)
+    cell.set_width(regrasp.grasp.opening, opening)
     cell.wait(rising)
-    leave(cell, turn.above)
+    leave(cell, regrasp.above)
     cell.settle()
-    cell.log_event("turned over" if turn.over else "set aside", object=obj)
+    cell.log_event("turned over" if regrasp.over else "set aside", object=obj)
 
 
-def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
+def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
     """Yield grasps of an object with (3, 3) axes `frame`, each with the (3, 3) axes in which it sets the object down.
 
     Those with the least tilt of the hand come first. From each of the new orientations, some grasp can set the object
@@ -131,11 +134,11 @@ def _turns(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspP
 
 
 def _reached(
-    cell: Workcell, position: np.ndarray, frame: np.ndarray, grasp: GraspPose
+    cell: Workcell, obj: str, position: np.ndarray, frame: np.ndarray, grasp: GraspPose
 ) -> tuple[GraspPose, ToolPose, ToolPose] | None:
     """Return a grasp with the hand's rotation, its pre-grasp pose and its pose; None if they are not collision-free."""
     try:
-        before, tool = free_pose(cell, grasp.at(position, frame).symmetric_poses(), grasp, near=cell.reference)
+        before, tool = free_pose(cell, grasp.at(position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
     except SimulationError:
         return None
     return replace(grasp, rotation=frame.T @ tool.rotation), before, tool
