@@ -30,6 +30,7 @@ from .rendering.video import render_frame as render_frame
 from .rendering.video import render_video as render_video
 from .robots.gripper import Gripper as Gripper
 from .robots.robot import Robot as Robot
+from .simulation.observer import Observer as Observer
 from .simulation.rollout import Event as Event
 from .simulation.rollout import Rollout as Rollout
 from .simulation.rollout import Step as Step
