@@ -15,7 +15,6 @@ import pytest
 from scenario_texts import task_tables
 
 from experiments.report import recordings
-from experiments.runs import carry_out
 
 ERRANDS = """# Two errands, and the nearer one is not the one that is preferred first.
 [model]
@@ -44,7 +43,7 @@ def pictures_for_tests() -> Iterator[list[Path]]:
         return path
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(carry_out, "render_video", render)
+        patch.setattr("sim.rendering.video.render_video", render)
         patch.setattr(recordings, "check_rendering", lambda: None)
         yield videos
 

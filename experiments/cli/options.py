@@ -35,9 +35,9 @@ class FaultOption(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
         with loading(), suppress(ModuleNotFoundError):  # without the simulation there are no faults
-            from sim.execution.faults.fault import KINDS
+            from sim.execution.faults.fault import kinds
 
-            self.help = f"{str(self.help).partition(':')[0]}: {', '.join(kind.form() for kind in KINDS.values())}."
+            self.help = f"{str(self.help).partition(':')[0]}: {', '.join(kind.form() for kind in kinds().values())}."
         return super().get_help_record(ctx)
 
 

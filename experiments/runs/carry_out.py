@@ -9,7 +9,6 @@ from typing import TypedDict, Unpack
 
 from experiments.cli.progress import Tell
 from experiments.cli.status import tell
-from experiments.runs.captions import captions
 from experiments.runs.outcome import Outcome
 from prefplan.errors import ScenarioError
 from prefplan.front import NoPlanError
@@ -27,7 +26,6 @@ from sim.execution.faults.fault import Fault, spares_for
 from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
 from sim.rendering.quality import DRAFT, Quality
-from sim.rendering.video import render_video
 from sim.world.randomization import Perturbation, camera_bias, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -138,6 +136,9 @@ def carry_out(
     outcome = _outcome(problem, loop, scene, interrupted=interrupted, **conditions)
     if video is None or interrupted:
         return outcome
+    from experiments.runs.captions import captions  # loaded when there is a video
+    from sim.rendering.video import render_video
+
     try:
         render_video(
             scene,

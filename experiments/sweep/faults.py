@@ -6,7 +6,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
-from sim.execution.faults.fault import KINDS, Fault, draw_fault
+from sim.execution.faults.fault import Fault, draw_fault, kinds
 
 MAX_FAULTS = 3
 """Greatest number of faults in one rollout."""
@@ -26,7 +26,7 @@ def possible_kinds(model: ManipulationModel, kind: str) -> list[str]:
         SimulationError: none can.
     """
     possible, reasons = list[str](), set[str]()
-    for each in KINDS if kind == ANY else (kind,):
+    for each in kinds() if kind == ANY else (kind,):
         try:
             draw_fault(each, 1, model, np.random.default_rng(0))
             possible.append(each)

@@ -15,7 +15,7 @@ from prefplan.ledger import Entry
 from prefplan.plan import Plan
 from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
-from sim.execution.faults.fault import KINDS, Fault
+from sim.execution.faults.fault import Fault, kinds
 from sim.execution.pull import Pull
 from sim.execution.run_ledger import ledger_of
 from sim.simulation.observer import Observer
@@ -135,7 +135,7 @@ class LiveRun(threading.Thread):
     def inject(self, kind: str, argument: str = "") -> None:
         """Let a `Fault` happen as soon as the simulation continues, or log why it cannot; no effect after the end."""
         if not (self.statuses and self.statuses[-1].ended):
-            self.waiting.append(KINDS[kind](1, argument))
+            self.waiting.append(kinds()[kind](1, argument))
 
     def pull(self, obj: str, target: np.ndarray) -> None:
         """Pull an object towards a (3,) point, m, until another call or `let_go`."""

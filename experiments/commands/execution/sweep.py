@@ -106,9 +106,9 @@ def _kind(faults: str, model: pp.ManipulationModel) -> str:
     """Return the value of `--faults`, of which some can happen in a model."""
     from experiments.cli.simulation_options import checked
     from experiments.sweep.faults import ANY, possible_kinds
-    from sim.execution.faults.fault import KINDS
+    from sim.execution.faults.fault import kinds
 
-    kind = checked("--faults", faults, (ANY, *KINDS))
+    kind = checked("--faults", faults, (ANY, *kinds()))
     with prefixed("--faults "):
         possible_kinds(model, kind)
     return kind

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, MutableMapping, Sequence
@@ -13,11 +15,12 @@ import numpy as np
 from prefplan.errors import choices
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
+from sim.execution import faults
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import Skill
 
-KINDS: dict[str, type[Fault]] = {}
-"""The kinds of faults by name; a subclass of `Fault` is added when it is defined."""
+_KINDS: dict[str, type[Fault]] = {}
+"""The kinds of faults that are defined, by name."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ class Fault(ABC):
     def __init_subclass__(cls) -> None:
         """Add the kind to those that `read_fault` reads; a class without a name is a base of others."""
         if "kind" in vars(cls):
-            KINDS[cls.kind] = cls
+            _KINDS[cls.kind] = cls
 
     def __str__(self) -> str:
         """Return the fault as `read_fault` reads it."""
@@ -96,6 +99,13 @@ class Fault(ABC):
             yield self.inject(injection)
 
 
+def kinds() -> dict[str, type[Fault]]:
+    """Return the kinds of faults by name: those in the files of this folder, and other subclasses of `Fault`."""
+    for module in pkgutil.iter_modules(faults.__path__):
+        importlib.import_module(f"{faults.__name__}.{module.name}")
+    return _KINDS
+
+
 def unknown(name: str, names: Sequence[str], noun: str) -> str | None:
     """Return that a name is none of several; None if it is one of them."""
     return None if name in names else f"unknown {noun} {name!r} {choices(name, names)}"
@@ -114,9 +124,9 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
             in its scene.
     """
     name = re.split("[:@]", text)[0]
-    if name not in KINDS:
-        raise SimulationError(f"{text!r}: unknown fault {name!r} {choices(name, KINDS)}")
-    kind = KINDS[name]
+    if name not in (known := kinds()):
+        raise SimulationError(f"{text!r}: unknown fault {name!r} {choices(name, known)}")
+    kind = known[name]
     head, _, number = text.rpartition("@")
     if not re.fullmatch("0*[1-9][0-9]*", number) or not head:
         raise SimulationError(f"{text!r}: must end with @ and the number of an action from 1, as in {kind.form()}")
@@ -137,7 +147,8 @@ def draw_fault(kind: str, action: int, model: ManipulationModel, rng: np.random.
     Raises:
         SimulationError: none can; the message says why.
     """
-    options = [KINDS[kind](action, argument) for argument in KINDS[kind].candidates(model, rng)]
+    drawn = kinds()[kind]
+    options = [drawn(action, argument) for argument in drawn.candidates(model, rng)]
     reasons = [fault.unavailable_because(model) for fault in options]
     possible = [fault for fault, reason in zip(options, reasons, strict=True) if reason is None]
     if not possible:
@@ -145,6 +156,6 @@ def draw_fault(kind: str, action: int, model: ManipulationModel, rng: np.random.
     return possible[rng.integers(len(possible))]
 
 
-def spares_for(faults: Sequence[Fault]) -> int:
+def spares_for(injected: Sequence[Fault]) -> int:
     """Return the number of spare objects that a scene must hold for some faults."""
-    return sum(fault.spares for fault in faults)
+    return sum(fault.spares for fault in injected)

@@ -191,7 +191,7 @@ def test_without_opengl_all_but_the_video_is_there(run: Run, cup: Path, monkeypa
     def render(*arguments: Any, **options: Any) -> None:
         raise RenderingError("no OpenGL here")
 
-    monkeypatch.setattr(carry_out, "render_video", render)
+    monkeypatch.setattr("sim.rendering.video.render_video", render)
     result = run("run", "cup.toml", "--json")
     assert (result.status, result.json["completed"], result.json["video"]) == (0, True, None)
     assert result.err.startswith("prefplan: no video: no OpenGL here") and result.err.count("\n") == 1
@@ -243,7 +243,7 @@ def test_the_demo_carries_both_plans_out(
     opened: list[str] = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(webbrowser, "open", opened.append)
-    monkeypatch.setattr(carry_out, "render_video", draw_nothing)
+    monkeypatch.setattr("sim.rendering.video.render_video", draw_nothing)
     monkeypatch.setattr(case_study_3, "compose", compose_nothing)
     assert main(["demo", "--out", "shown"]) == 0
     printed = capsys.readouterr().out
