@@ -66,7 +66,7 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
         console.print(f"  {compose(videos, out / 'both.mp4', headings=headings)}")
     page = write_page(scenario, front, recordings, out)
     console.print(f"\nReport (open it in a browser)\n  {page}")
-    return DONE if all(outcome.rollout.completed for outcome in outcomes) else FAILED
+    return DONE if all(outcome.run.completed for outcome in outcomes) else FAILED
 
 
 def perform(

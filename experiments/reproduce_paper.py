@@ -177,7 +177,7 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
         scene = scene_of(scenario)
         outcomes = {name: carry_out(scenario, scene, front[index]) for name, index in FIGURE_5.items()}
         for name, outcome in outcomes.items():
-            rollout = outcome.rollout
+            rollout = outcome.run
             done = "carried out in simulation" if rollout.completed else f"stopped {rollout.reason}"
             study.compare(f"Figure 5, {name} plan", "carried out by the robot", done, agrees=rollout.completed)
 

@@ -10,7 +10,6 @@ from .evidence.certificate import certify as certify
 from .evidence.log import Log as Log
 from .evidence.log import read_log as read_log
 from .execution.closed_loop import ClosedLoop as ClosedLoop
-from .execution.closed_loop import Pursuit as Pursuit
 from .execution.executor import Execution as Execution
 from .execution.executor import execute as execute
 from .execution.faults.fault import Fault as Fault
@@ -31,9 +30,9 @@ from .rendering.video import render_video as render_video
 from .robots.gripper import Gripper as Gripper
 from .robots.robot import Robot as Robot
 from .simulation.observer import Observer as Observer
-from .simulation.rollout import Event as Event
-from .simulation.rollout import Rollout as Rollout
-from .simulation.rollout import Step as Step
+from .simulation.run import Event as Event
+from .simulation.run import Run as Run
+from .simulation.run import Step as Step
 from .simulation.workcell import Workcell as Workcell
 from .skills.catalogue import SKILLS as SKILLS
 from .skills.skill import Skill as Skill

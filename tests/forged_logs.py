@@ -33,7 +33,7 @@ def log_of_run(
     start = initial_state(scene, seed=seed)
     run = Execution(scene, start, system=problem.system, faults=faults, seed=seed)
     loop = ClosedLoop(run, problem, cheapest_plan(problem), go_on=continue_cheaply)
-    loop.pursue()
+    loop.run()
     plan = loop.plan
     claims = Claims(
         completed=True,
@@ -45,7 +45,7 @@ def log_of_run(
     )
     return log_of(
         scene,
-        run.rollout(),
+        run.record(),
         claims,
         scenario=scenario.name,
         text=scenario.text,

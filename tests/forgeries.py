@@ -13,7 +13,7 @@ from forged_logs import claiming, cut, moved, telling, without_action
 from sim.evidence.log import ARRAYS, Log, text_hash
 from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import STATE
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 
 FALL_M_S2 = 9.81
 

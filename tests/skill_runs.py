@@ -11,7 +11,7 @@ import numpy as np
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import object_pose, true_poses
 from sim.robots.arms.panda import PANDA
-from sim.simulation.rollout import Event, Rollout
+from sim.simulation.run import Event, Run
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.world.scene import Scene, initial_state
@@ -62,7 +62,7 @@ def assert_placed(cell: Workcell, obj: str, location: str) -> None:
     assert cell.held() is None
 
 
-def assert_good(rollout: Rollout) -> None:
+def assert_good(rollout: Run) -> None:
     """Fail unless a rollout was completed as predicted, without a touch or a limit passed."""
     assert rollout.completed, rollout.reason
     assert all(step.observed == step.predicted for step in rollout.steps)

@@ -17,7 +17,7 @@ from sim.rendering.clips import compose
 from sim.rendering.overlay import caption_at
 from sim.rendering.quality import DRAFT, FINAL
 from sim.rendering.video import render_frame, render_video
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ
 from sim.world.scene import Scene
 
 OUT = Path(__file__).parents[1]
@@ -51,14 +51,14 @@ def main() -> None:
             texts = captions(outcome, scenario.model)
             taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")
-            videos.append(render_video(scene, outcome.rollout, texts, video, fps=FPS, size=VIDEO_SIZE, quality=DRAFT))
+            videos.append(render_video(scene, outcome.run, texts, video, fps=FPS, size=VIDEO_SIZE, quality=DRAFT))
             headings.append(f"{name}: cost {plan.cost}")
         compose(videos, OUT / "trade_off.webp", headings=headings, height=VIDEO_SIZE[1], fps=FPS * SPEED, speed=SPEED)
 
 
 def taken(scenario: Scenario, scene: Scene, outcome: Outcome) -> Image.Image:
     """Return a picture of a run just before the light of a location that works last goes out, else from its middle."""
-    rollout = outcome.rollout
+    rollout = outcome.run
     lit = np.flatnonzero(rollout.glow >= 0)
     moment = int(lit[-1]) - BEFORE if len(lit) else len(rollout.times) // 2
     lamps = [scene.model.locations[rollout.glow[moment]].name] if len(lit) else []

@@ -81,14 +81,14 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
     from sim.rendering.video import render_frame
 
     shown = {
-        name: [step for step in outcome.rollout.steps if scene.model.action(step.action).kind == "release"]
+        name: [step for step in outcome.run.steps if scene.model.action(step.action).kind == "release"]
         for name, outcome in outcomes.items()
     }
     most = max(len(steps) for steps in shown.values())
     with drawing(size=(3.2 * most, 2.2 * len(outcomes)), layout=True) as figure:
         panels = figure.subplots(len(outcomes), most, squeeze=False)
         for row, (name, steps) in zip(panels, shown.items(), strict=True):
-            rollout = outcomes[name].rollout
+            rollout = outcomes[name].run
             for axes in row:
                 axes.set_axis_off()
             for axes, step in zip(row, steps, strict=False):

@@ -112,7 +112,7 @@ def penetration(scene: Scene, outcome: Outcome) -> float:
     """Return the greatest depth, in any frame, by which an object reaches into another or into what is fixed, m."""
     model, data, deepest = scene.mujoco, mujoco.MjData(scene.mujoco), 0.0
     of_robot = scene.robot.bodies(model)[model.geom_bodyid]
-    for qpos in outcome.rollout.qpos:
+    for qpos in outcome.run.qpos:
         data.qpos[:] = qpos
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)

@@ -93,7 +93,7 @@ def assert_plan(
 def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
     """Assert that the simulated arm carries a plan out and that its log confirms this, and return the outcome.
 
-    After a mismatch the arm plans again, as in `prefplan run`; `pursuit.replans` counts the new plans.
+    After a mismatch the arm plans again, as in `prefplan run`; `run.replans` counts the new plans.
 
     Args:
         scenario: with a manipulation model.
@@ -116,8 +116,8 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     wanted = choose(Planner(given.problem()), plan)
     outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
     certificate = certify(evidence(given, scene, outcome))
-    if not (outcome.rollout.completed and certificate.confirmed):
-        why = in_a_line(certificate) if outcome.rollout.completed else f"stopped {outcome.rollout.reason}"
+    if not (outcome.run.completed and certificate.confirmed):
+        why = in_a_line(certificate) if outcome.run.completed else f"stopped {outcome.run.reason}"
         drawn = "" if seed is None else f" --seed {seed}"
         raise AssertionError(
             f"{given.name}: plan {plan!r} was not carried out: {why}\n\n"

@@ -9,7 +9,7 @@ from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
 from prefplan.scenario.decode import Model
 from sim.rendering.overlay import Caption, TaskStatus
-from sim.simulation.rollout import Rollout
+from sim.simulation.run import Run
 
 NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""
@@ -23,15 +23,15 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
 
     The first action of a new plan says so, and so does an action that is tried again.
     """
-    rollout, plan = outcome.rollout, outcome.plan
+    run, plan = outcome.run, outcome.plan
     problem = outcome.ledger.problem
     display, wanted = problem.display, {task.name: goal_words(task, model) for task in problem.tasks}
-    before = [-math.inf, *(step.start for step in rollout.steps)]
+    before = [-math.inf, *(step.start for step in run.steps)]
     shown = [
-        (step.start, step.end, _news(rollout, since, step.start) + display.action(step.action))
-        for since, step in zip(before, rollout.steps, strict=False)
+        (step.start, step.end, _news(run, since, step.start) + display.action(step.action))
+        for since, step in zip(before, run.steps, strict=False)
     ]
-    shown.append((rollout.sim_seconds, rollout.sim_seconds, "done" if rollout.completed else "stopped"))
+    shown.append((run.sim_seconds, run.sim_seconds, "done" if run.completed else "stopped"))
     told = tuple(
         Caption(
             start,
@@ -54,7 +54,7 @@ def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
     return told
 
 
-def _news(rollout: Rollout, since: float, until: float) -> str:
+def _news(run: Run, since: float, until: float) -> str:
     """Return the words for the last new plan or new attempt between two times, s; empty if there was none."""
-    news = [NEWS[event.kind] for event in rollout.events if event.kind in NEWS and since < event.time <= until]
+    news = [NEWS[event.kind] for event in run.events if event.kind in NEWS and since < event.time <= until]
     return news[-1] if news else ""

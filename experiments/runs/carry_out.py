@@ -128,9 +128,9 @@ def carry_out(
 
     loop = begin(problem, scene, plan, tell=acting, **conditions)
     # After a mismatch the model may have more locations; the video shows those of the first model.
-    scene, interrupted = loop.run.scene, False
+    scene, interrupted = loop.execution.scene, False
     try:
-        loop.pursue()
+        loop.run()
     except KeyboardInterrupt:
         interrupted = True
     outcome = _outcome(problem, loop, scene, interrupted=interrupted, **conditions)
@@ -142,7 +142,7 @@ def carry_out(
     try:
         render_video(
             scene,
-            outcome.rollout,
+            outcome.run,
             captions(outcome, scenario.model) if captioned else (),
             video,
             size=quality.size,
@@ -165,7 +165,7 @@ def begin(
     tell: Callable[[int, int, str], None] = lambda done, total, action: None,
     **conditions: Unpack[Conditions],
 ) -> ClosedLoop:
-    """Return the pursuit of a plan before its first action.
+    """Return the closed loop of a plan before its first action.
 
     Args:
         problem: what was planned.
@@ -191,22 +191,21 @@ def begin(
 def _outcome(
     problem: Problem, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
 ) -> Outcome:
-    run, costs = loop.run, scene.model.costs
-    rollout, seed, faults = run.rollout(), conditions.get("seed"), conditions.get("faults", ())
+    happened, costs = loop.execution.injector.happened, scene.model.costs
+    run, seed, faults = loop.record(), conditions.get("seed"), conditions.get("faults", ())
     perturbation = None if seed is None else str(conditions.get("perturbation") or Perturbation())
     setting: dict[str, object] = {"seed": seed, "perturbation": perturbation}
     if faults:
         setting["faults"] = [str(fault) for fault in faults]
     if interrupted:
-        rollout = replace(rollout, completed=False, reason="interrupted")
+        run = replace(run, completed=False, reason="interrupted")
     return Outcome(
         loop.plan,
-        rollout,
-        ledger_of(problem, loop.plan, rollout.steps),
-        loop.pursuit,
+        run,
+        ledger_of(problem, loop.plan, run.steps),
         seed=seed,
         setting=setting,
-        faults=tuple((fault, run.injector.happened.get(i)) for i, fault in enumerate(faults)),
+        faults=tuple((fault, happened.get(i)) for i, fault in enumerate(faults)),
         interrupted=interrupted,
         quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
     )

@@ -42,15 +42,15 @@ def prove(
 def evidence(scenario: Scenario, scene: Scene, outcome: Outcome) -> Log:
     """Return the log of an outcome, from which `sim.evidence.certificate` can check every claim about the run."""
     claims, setting = claims_of(outcome), outcome.setting
-    return log_of(scene, outcome.rollout, claims, scenario=scenario.name, text=scenario.text, setting=setting)
+    return log_of(scene, outcome.run, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 
 
 def claims_of(outcome: Outcome) -> Claims:
     """Return the claims about a run; for a run that was not completed, the costs and relaxations so far."""
-    said, completed = asdict(outcome.ledger.final), outcome.rollout.completed
+    said, completed = asdict(outcome.ledger.final), outcome.run.completed
     return Claims(
         completed=completed,
         **{key: said[key] for key in ("cost", "task_costs", "violation_costs")},
         preference=plan_json(outcome.plan)["preference"] if completed else None,
-        relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.rollout.steps)),
+        relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.run.steps)),
     )

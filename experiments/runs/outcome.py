@@ -19,9 +19,8 @@ from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import condense, number
 from prefplan.text.names import DisplayNames
 from sim.evidence.certificate import Certificate
-from sim.execution.closed_loop import Pursuit
 from sim.execution.faults.fault import Fault
-from sim.simulation.rollout import Event, Rollout
+from sim.simulation.run import Event, Run
 
 NEWS = {
     "fault": "fault {fault}",
@@ -44,9 +43,8 @@ class Outcome:
 
     Attributes:
         plan: the last plan that was followed.
-        rollout: what was recorded.
+        run: what was recorded.
         ledger: costs and satisfied tasks, from the observations after each action.
-        pursuit: numbers of new plans and retries, and the tasks that were violated.
         seed: of the random numbers, or None.
         setting: the run's seed, perturbation and faults, JSON-ready.
         faults: the faults, and the simulated time at which each happened, s; None if it did not.
@@ -59,9 +57,8 @@ class Outcome:
     """
 
     plan: Plan
-    rollout: Rollout
+    run: Run
     ledger: Ledger
-    pursuit: Pursuit
     seed: int | None = None
     setting: dict[str, Any] = field(default_factory=dict)
     faults: tuple[tuple[Fault, float | None], ...] = ()
@@ -80,15 +77,15 @@ class Outcome:
     @property
     def reason(self) -> str | None:
         """Why the run was not completed, in one sentence; None if it was."""
-        if self.rollout.completed and self.certificate is not None and self.certificate.refuted:
+        if self.run.completed and self.certificate is not None and self.certificate.refuted:
             first = self.certificate.refuted[0]
             return f"the log refutes it: {first.name}: {first.words}"
-        return self.rollout.reason
+        return self.run.reason
 
     @property
     def executed(self) -> tuple[str, ...]:
         """The actions that were carried out."""
-        return tuple(step.action for step in self.rollout.steps)
+        return tuple(step.action for step in self.run.steps)
 
     @property
     def task_costs(self) -> dict[str, Number]:
@@ -98,19 +95,19 @@ class Outcome:
 
 def outcome_json(outcome: Outcome) -> dict[str, Any]:
     """Return an outcome as the documented JSON object."""
-    rollout = outcome.rollout
+    run = outcome.run
     result = {
         "completed": outcome.completed,
         "plan": plan_json(outcome.plan),
         "executed": list(outcome.executed),
         "task_costs": outcome.task_costs,
-        "replans": outcome.pursuit.replans,
-        "sim_seconds": round(rollout.sim_seconds, 3),
-        "max_placement_error_mm": round(rollout.placement_error * 1000, 3),
+        "replans": outcome.run.replans,
+        "sim_seconds": round(run.sim_seconds, 3),
+        "max_placement_error_mm": round(run.placement_error * 1000, 3),
         "video": None if outcome.video is None else str(outcome.video),
         "log": None if outcome.log is None else str(outcome.log),
         "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
-        "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in rollout.events],
+        "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in run.events],
     }
     if outcome.quantity is not None:
         result["measured"] = {
@@ -125,8 +122,8 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         ]
     if outcome.reason is not None:
         result["reason"] = outcome.reason
-    if outcome.pursuit.violated:
-        result["violated"] = list(outcome.pursuit.violated)
+    if outcome.run.violated:
+        result["violated"] = list(outcome.run.violated)
     if outcome.interrupted:
         result["complete"] = False
     return result
@@ -134,17 +131,17 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
 
 def _executed(outcome: Outcome, quantity: str) -> float:
     """Return the measured quantity summed over all actions, in its unit."""
-    return float(sum(getattr(step.effort, quantity) for step in outcome.rollout.steps))
+    return float(sum(getattr(step.effort, quantity) for step in outcome.run.steps))
 
 
 def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
     """Print an outcome."""
-    plan, rollout = outcome.plan, outcome.rollout
+    plan, run = outcome.plan, outcome.run
     done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
     if outcome.completed:
         console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
     else:
-        verdict = "wrongly called completed" if rollout.completed else "stopped"
+        verdict = "wrongly called completed" if run.completed else "stopped"
         console.print(f"{scenario.name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
     for line in _surprises(outcome):
@@ -154,7 +151,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         if name in outcome.ledger.final.satisfied:
             console.print(f"  {shown} satisfied at cost {number(cost)}", markup=False)
         else:
-            lost = ", and no longer possible" if name in outcome.pursuit.violated else ""
+            lost = ", and no longer possible" if name in outcome.run.violated else ""
             console.print(f"  {shown} not satisfied{lost}", markup=False)
     console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
@@ -162,9 +159,9 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         console.print(
             f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.ledger.final.cost)} {unit}"
         )
-    console.print(f"  placed to within {rollout.placement_error * 1000:.1f} mm")
-    factor = rollout.sim_seconds / rollout.wall_seconds
-    console.print(f"  {rollout.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
+    console.print(f"  placed to within {run.placement_error * 1000:.1f} mm")
+    factor = run.sim_seconds / run.wall_seconds
+    console.print(f"  {run.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
         console.print(f"  video: {outcome.video}")
     if outcome.log:
@@ -175,7 +172,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
 
 def _surprises(outcome: Outcome) -> list[str]:
     """Return a line for every fault and every event to show."""
-    lines = news_of((event for event in outcome.rollout.events if event.kind != "ended"), outcome.plan.display)
+    lines = news_of((event for event in outcome.run.events if event.kind != "ended"), outcome.plan.display)
     if outcome.faults:
         lines.append(f"seed of the faults {outcome.seed or 0}")
     return lines

@@ -158,7 +158,7 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> RolloutRec
 
 def observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
     """Return the entries of a record about a run; `longest_action` is the action that took most simulated time."""
-    rollout = outcome.rollout
+    rollout = outcome.run
     longest = max(rollout.steps, key=lambda step: step.end - step.start, default=None)
     return {
         "completed": outcome.completed,
@@ -167,9 +167,9 @@ def observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
         "wrongly_completed": rollout.completed and not outcome.completed,
         "actions": len(rollout.steps),
         "cost": outcome.ledger.final.cost,
-        "replans": outcome.pursuit.replans,
-        "retries": outcome.pursuit.retries,
-        "violated": list(outcome.pursuit.violated),
+        "replans": outcome.run.replans,
+        "retries": outcome.run.retries,
+        "violated": list(outcome.run.violated),
         "happened": [str(fault) for fault, when in outcome.faults if when is not None],
         "sim_seconds": round(rollout.sim_seconds, 3),
         "longest_action": longest and longest.action,

@@ -26,7 +26,7 @@ from sim.motion.planning import MotionPlanner
 from sim.perception.touch import ContactMonitor
 from sim.simulation.collision import CollisionChecker
 from sim.simulation.recorder import COMMANDS_PER_UNIT, Recorder
-from sim.simulation.rollout import Rollout
+from sim.simulation.run import Run
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
 
@@ -67,10 +67,10 @@ def measure(name: str, *, repeats: int) -> dict[str, str]:
     problem = (scenario := load(name)).problem()
     scene, plan = scene_of(scenario), Planner(problem).cheapest()
 
-    def carried_out() -> Rollout:
+    def carried_out() -> Run:
         loop = begin(problem, scene, plan)
-        loop.pursue()
-        return loop.run.rollout()
+        loop.run()
+        return loop.record()
 
     rollout = carried_out()
     # In turns, so that other load on the machine slows both down.
@@ -106,7 +106,7 @@ def _seconds(function: Callable[[], object]) -> float:
     return time.thread_time() - began
 
 
-def _step(scene: Scene, rollout: Rollout) -> None:
+def _step(scene: Scene, rollout: Run) -> None:
     """Simulate the steps of a rollout again, and nothing else."""
     data = initial_state(scene)
     for control in rollout.controls / COMMANDS_PER_UNIT:

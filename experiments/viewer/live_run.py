@@ -20,7 +20,7 @@ from sim.execution.pull import Pull
 from sim.execution.run_ledger import ledger_of
 from sim.simulation.observer import Observer
 from sim.simulation.plant import Plant
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a mismatch is not interrupted."""
@@ -108,11 +108,11 @@ class LiveRun(threading.Thread):
         """Carry the plan out."""
         try:
             loop = self._begin(lambda done, total, action: self._note(loop) if action else None)
-            loop.run.cell.observers[:0] = [_Pace(self, loop), self._pull]
+            loop.execution.cell.observers[:0] = [_Pace(self, loop), self._pull]
             self._note(loop)
             self._record(loop)
-            loop.pursue()
-            self._note(loop, ended=loop.run.reason or "completed")
+            loop.run()
+            self._note(loop, ended=loop.execution.reason or "completed")
             self._record(loop)
         except _Stopped:
             pass
@@ -172,7 +172,7 @@ class LiveRun(threading.Thread):
 
     def before_period(self, loop: ClosedLoop) -> None:
         """Wait until more time is allowed, record a frame when one is due, and apply the user's faults and pulls."""
-        run = loop.run
+        run = loop.execution
         now = float(run.cell.data.time)
         with self._changed:
             self._changed.wait_for(lambda: self._stopping or now < self._until)
@@ -189,11 +189,11 @@ class LiveRun(threading.Thread):
             self._note(loop)
 
     def _record(self, loop: ClosedLoop) -> None:
-        cell = loop.run.cell
+        cell = loop.execution.cell
         self.frames.append(Frame(float(cell.data.time), cell.data.qpos.copy(), cell.glowing))
 
     def _note(self, loop: ClosedLoop, *, ended: str | None = None) -> None:
-        run, plan = loop.run, loop.plan
+        run, plan = loop.execution, loop.plan
         costs = ledger_of(self.problem, plan, run.steps).final
         news = tuple(news_of(run.cell.events, self.problem.display))
         self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))

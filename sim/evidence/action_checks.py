@@ -13,7 +13,7 @@ from prefplan.models.manipulation.action import Action, at
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, NOISE_FACTOR, RecordedWorld
 from sim.geometry.mjcf import columns
-from sim.simulation.rollout import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ, Event
 
 POINTED_M = np.linspace(0, 0.12, 13)
 """Distances ahead of the tool of the points that decide which location a hand is over, m."""

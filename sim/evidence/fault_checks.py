@@ -15,7 +15,7 @@ from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
 from sim.geometry.mjcf import columns
-from sim.simulation.rollout import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ, Event
 
 FAULT_KINDS = {"slip", "move", "knock", "miss", "foreign", "blind"}
 """Kinds of faults; on purpose, nothing here is shared with the code that injects them. A kind of one's own, of which no

@@ -25,7 +25,7 @@ from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from sim.errors import LogError
 from sim.evidence.archive import read_arrays
 from sim.external.bundle import packed
-from sim.simulation.rollout import FRAME_RATE_HZ, Event, Frames, Rollout, Step
+from sim.simulation.run import FRAME_RATE_HZ, Event, Frames, Run, Step
 from sim.world.scene import Scene
 
 FORMAT = 2
@@ -128,34 +128,34 @@ class Log(Frames):
 
 
 def log_of(
-    scene: Scene, rollout: Rollout, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
+    scene: Scene, run: Run, claims: Claims, *, scenario: str, text: str, setting: dict[str, Any] | None = None
 ) -> Log:
-    """Return the log of a rollout, up to the end of its last action if it was not completed (see `About`)."""
+    """Return the log of a run, up to the end of its last action if it was not completed (see `About`)."""
     model = scene.mujoco
-    end = np.inf if rollout.completed else max([0.0, *(step.end for step in rollout.steps)]) + 1 / FRAME_RATE_HZ
+    end = np.inf if run.completed else max([0.0, *(step.end for step in run.steps)]) + 1 / FRAME_RATE_HZ
     joints = [model.joint(i) for i in range(model.njnt)]
     about = About(
         versions=versions(),
         scenario=scenario,
         text=text,
         scenario_sha256=text_hash(text),
-        model_sha256=rollout.model_sha256,
+        model_sha256=run.model_sha256,
         measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
         meshes=scene.dressed,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
-        actions=tuple(_logged(step) for step in rollout.steps),
-        events=tuple(event for event in rollout.events if event.time <= end),
+        actions=tuple(_logged(step) for step in run.steps),
+        events=tuple(event for event in run.events if event.time <= end),
         claims=claims,
         files=packed(scene.model),
     )
     decimals = dict.fromkeys(PACKED, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
-    kept = {name: getattr(rollout, name)[rollout.times <= end] for name in ARRAYS}
-    whole = len(kept["times"]) == len(rollout.times)
-    steps = len(rollout.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
-    kept["controls"] = rollout.controls[:steps]
-    kept["interventions"] = rollout.interventions[rollout.interventions[:, 0] < max(steps, 1)]
+    kept = {name: getattr(run, name)[run.times <= end] for name in ARRAYS}
+    whole = len(kept["times"]) == len(run.times)
+    steps = len(run.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
+    kept["controls"] = run.controls[:steps]
+    kept["interventions"] = run.interventions[run.interventions[:, 0] < max(steps, 1)]
     rounded = {name: rows.round(decimals[name]) if name in PACKED else rows for name, rows in kept.items()}
     return Log(about=about, **rounded)
 

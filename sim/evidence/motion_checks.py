@@ -12,7 +12,7 @@ from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ
 
 ROUNDING = 1e-6
 """Slack for comparisons of recorded numbers."""

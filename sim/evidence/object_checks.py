@@ -12,7 +12,7 @@ from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.geometry.mjcf import columns, joint_at
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ
 
 START_TOLERANCE = 1e-5
 """Greatest difference of a first position from the one that the seed gives, m or rad."""

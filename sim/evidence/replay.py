@@ -26,7 +26,7 @@ from sim.geometry.mjcf import columns, first_met, is_solid, opaque, solid_geoms
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.rollout import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ, Event
 from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
 from sim.world.scene import Scene, build_scene, initial_state
 

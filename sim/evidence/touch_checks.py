@@ -14,7 +14,7 @@ import numpy as np
 from prefplan.claims import Check
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, fault_of, touching
-from sim.simulation.rollout import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ, Event
 
 MAX_GAP_M = 0.005
 """Greatest distance that a point of the robot moves between two states that are checked."""

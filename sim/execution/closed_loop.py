@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, cast
 
 from prefplan import replanning
@@ -20,29 +20,13 @@ from sim.execution.failures import MAX_ATTEMPTS, Failures
 from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import ObservationTimeoutError
 from sim.perception.world_model import spots_in
+from sim.simulation.run import Run
 
 MAX_REPLANS = 10
 """Greatest number of new plans in one execution."""
 
 GoOn = Callable[[Problem, replanning.Past, System], Plan]
 """Returns a new plan, which begins with the past; raises NoPlanError if there is none."""
-
-
-@dataclass(frozen=True)
-class Pursuit:
-    """Result of the execution of a plan in closed loop.
-
-    Attributes:
-        plan: the last plan; if the run was completed, its actions are those that were carried out.
-        replans: number of new plans.
-        retries: number of times that an action was tried again and the rest of the plan kept.
-        violated: tasks that can no longer be satisfied.
-    """
-
-    plan: Plan
-    replans: int = 0
-    retries: int = 0
-    violated: tuple[str, ...] = ()
 
 
 class _GivenUp(Exception):
@@ -53,29 +37,29 @@ class ClosedLoop:
     """The execution of a plan that is planned again after mismatches.
 
     Attributes:
-        run: the execution.
-        plan: the current plan.
+        execution: what is carried out.
+        plan: the current plan; if the run was completed, its actions are those that were carried out.
     """
 
     def __init__(
         self,
-        run: Execution,
+        execution: Execution,
         problem: Problem,
         plan: Plan,
         *,
         go_on: GoOn,
         on_progress: Callable[[int, int, str], None] = lambda done, total, action: None,
     ) -> None:
-        """Prepare the execution of a plan; `pursue` carries it out.
+        """Prepare the execution of a plan; `run` carries it out.
 
         Args:
-            run: an execution at its start.
+            execution: at its start.
             problem: the problem that was planned.
             plan: one of its plans.
             go_on: returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`.
             on_progress: called before each action with the number of actions done, that of all actions, and its name.
         """
-        self.run, self.plan = run, plan
+        self.execution, self.plan = execution, plan
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
         # The problem without the tasks that were given up, and why they were.
         self._goal = problem
@@ -85,48 +69,48 @@ class ClosedLoop:
         self._failures = Failures()
 
     @property
-    def pursuit(self) -> Pursuit:
-        """The result so far."""
-        return Pursuit(self.plan, self._replans, self._retries, replanning.violated(self._problem, self._labels))
-
-    @property
     def _labels(self) -> list[frozenset[str]]:
         return [state.label for state in self._states]
 
-    def pursue(self) -> None:
-        """Execute the plan until it is completed or given up; if it is given up, `run.reason` says why.
+    def record(self) -> Run:
+        """Return the run so far, after the arm has come to rest."""
+        violated = replanning.violated(self._problem, self._labels)
+        return replace(self.execution.record(), replans=self._replans, retries=self._retries, violated=violated)
+
+    def run(self) -> None:
+        """Carry the plan out until it is completed or given up; if it is given up, `execution.reason` says why.
 
         If some tasks can no longer be done, the others are, except those that would make one of the former impossible
         for good.
         """
         try:
-            if not self.run.check_state():
+            if not self.execution.check_state():
                 self._replan()
             while not self._is_completed():
-                done = len(self.run.steps)
+                done = len(self.execution.steps)
                 action = self.plan.actions[done]
                 self._on_progress(done, len(self.plan.actions), action)
-                if self.run.step(action, ahead=self.plan.actions[done + 1 :]):
-                    self._states.append(self.run.steps[-1].observed)
+                if self.execution.step(action, ahead=self.plan.actions[done + 1 :]):
+                    self._states.append(self.execution.steps[-1].observed)
                 else:
                     self._replan()
             self._on_progress(len(self.plan.actions), len(self.plan.actions), "")
         except _GivenUp as end:
             self._shortfalls.append(str(end))
         finally:
-            self.run.injector.end()
+            self.execution.injector.end()
         if self._shortfalls:
-            self.run.reason = "; ".join(self._shortfalls)
-            self.run.cell.log_event("ended", reason=self.run.reason)
+            self.execution.reason = "; ".join(self._shortfalls)
+            self.execution.cell.log_event("ended", reason=self.execution.reason)
 
     def _is_completed(self) -> bool:
         """Return whether all actions are done and an observation of objects at rest confirms the final state."""
         for _ in range(MAX_REPLANS):
-            if len(self.run.steps) < len(self.plan.actions):
+            if len(self.execution.steps) < len(self.plan.actions):
                 return False
-            if self.run.check_state(at_rest=True):
+            if self.execution.check_state(at_rest=True):
                 return True
-            surprise = self.run.reason
+            surprise = self.execution.reason
             self._replan()
         raise _GivenUp(surprise)
 
@@ -138,7 +122,7 @@ class ClosedLoop:
         Raises:
             _GivenUp: there is no plan, or `MAX_REPLANS` is exceeded.
         """
-        run, surprise = self.run, self.run.reason or ""
+        run, surprise = self.execution, self.execution.reason or ""
         if run.lost_sensor:
             raise _GivenUp(surprise)
         try:
@@ -177,7 +161,7 @@ class ClosedLoop:
 
     def _system(self) -> System:
         """Return the model from the current state on, without the actions that are barred after failures."""
-        return self.run.scene.model.transition_system().without(self._failures.barred)
+        return self.execution.scene.model.transition_system().without(self._failures.barred)
 
     def _plan_on(self, surprise: str, system: System) -> tuple[str, System]:
         """Plan from the current state in a model; return the reason for the new plan, and the model in which it is.
@@ -210,7 +194,7 @@ class ClosedLoop:
 
     def _is_unaffected(self, system: System) -> bool:
         """Return whether the rest of the plan has the same labels and costs in a new model as it was predicted to."""
-        run = self.run
+        run = self.execution
         rest = self.plan.actions[len(run.steps) :]
         try:
             return self._trace(system, system.start, rest) == self._trace(run.system, run.predicted, rest)
@@ -232,7 +216,7 @@ class ClosedLoop:
 
     def _past(self) -> replanning.Past:
         """Return the executed actions, and the observed state before each of them."""
-        steps = self.run.steps
+        steps = self.execution.steps
         before = self._states[: len(steps)]
         return replanning.Past(
             tuple(step.action for step in steps),
@@ -254,7 +238,7 @@ class ClosedLoop:
             why.append("no other plan avoids it")
         else:
             why.append(str(error.reason))
-        return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.run.lost.items())])
+        return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.execution.lost.items())])
 
     def _leave_tasks_out(self, why: str, past: replanning.Past, system: System) -> None:
         """Continue with those tasks alone that can be done without making one of the others impossible for good.
@@ -285,7 +269,7 @@ class ClosedLoop:
 
         Tasks that are satisfied already are left out; an empty list if all are.
         """
-        done = ledger_of(self._problem, self.plan, self.run.steps).satisfied
+        done = ledger_of(self._problem, self.plan, self.execution.steps).satisfied
         skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
         ahead = [name for name in problem.names if done[name] is None]
         ends = {

@@ -22,7 +22,7 @@ from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
 from sim.perception.grounding import hand_over, slot_of
 from sim.perception.sensors import true_poses
-from sim.simulation.rollout import Effort
+from sim.simulation.run import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
 from sim.skills.skill import Skill, SkillError

@@ -25,7 +25,7 @@ from sim.execution.observation import await_grip, observed_poses, poses_at_rest
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
-from sim.simulation.rollout import Rollout, Step
+from sim.simulation.run import Run, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
 from sim.skills.skill import Skill, SkillError
@@ -69,7 +69,7 @@ class Execution:
         Args:
             scene: the scene.
             data: from `initial_state`.
-            system: the model's transition system; None to build it, which takes a tenth of the time of a rollout.
+            system: the model's transition system; None to build it, which takes a tenth of the time of a run.
             sensor: observes the objects; None for exact poses.
             skills: by kind of action.
             faults: faults to inject.
@@ -189,24 +189,25 @@ class Execution:
         self.system, self.reason = system, None
         self.state = self.predicted = system.start
 
-    def rollout(self) -> Rollout:
+    def record(self) -> Run:
         """Return the record of the run so far, after the arm has come to rest."""
         cell = self.cell
         cell.settle()
-        rollout = Rollout(
+        frames: dict[str, Any] = cell.recorder.arrays
+        run = Run(
             completed=self.reason is None,
             reason=self.reason,
             steps=tuple(self.steps),
             events=tuple(cell.events),
-            **cell.recorder.arrays,
+            **frames,
             sim_seconds=float(cell.data.time),
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
             model_sha256=self._built.sha256,
         )
-        found = objection(rollout)
-        return replace(rollout, completed=False, reason=found) if rollout.completed and found else rollout
+        found = objection(run)
+        return replace(run, completed=False, reason=found) if run.completed and found else run
 
     def _states(self, state: Any) -> ManipulationState:
         return cast(ManipulationState, self.system.decode(state))
@@ -261,7 +262,7 @@ def execute(
     system: System | None = None,
     skills: Mapping[str, Skill] = SKILLS,
     on_progress: Callable[[int, int, str], None] | None = None,
-) -> Rollout:
+) -> Run:
     """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
 
     Args:
@@ -284,4 +285,4 @@ def execute(
             on_progress(done, len(actions), action)
         if not run.step(action, ahead=actions[done + 1 :]):
             break
-    return run.rollout()
+    return run.record()

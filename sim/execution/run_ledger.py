@@ -9,7 +9,7 @@ from prefplan.ledger import Ledger
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.plan import Plan
 from prefplan.problem import Problem
-from sim.simulation.rollout import Step
+from sim.simulation.run import Step
 
 
 def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:

@@ -22,7 +22,7 @@ from sim.rendering.clips import run_ffmpeg
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter
-from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
+from sim.simulation.run import FRAME_RATE_HZ, Run
 from sim.world.scene import Scene
 
 LAST_FRAME_S = 0.5
@@ -57,7 +57,7 @@ class _Frame:
 
 def render_video(
     scene: Scene,
-    rollout: Rollout,
+    run: Run,
     captions: Sequence[Caption],
     path: Path | str,
     *,
@@ -71,7 +71,7 @@ def render_video(
 
     Args:
         scene: in which it was carried out.
-        rollout: the recorded execution.
+        run: the recorded execution.
         captions: shown below the picture, in order of `start`; without any, the picture fills the frame.
         path: the file to write; it appears only when it is complete.
         fps: frames a second.
@@ -88,8 +88,8 @@ def render_video(
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    frames = _frames(scene, rollout, fps)
-    scene = with_strays(scene, rollout.qpos[:: round(REST_S * FRAME_RATE_HZ)])
+    frames = _frames(scene, run, fps)
+    scene = with_strays(scene, run.qpos[:: round(REST_S * FRAME_RATE_HZ)])
     opening = OPENING_S * fps / len(frames)
     render = partial(
         _render_part,
@@ -148,15 +148,15 @@ def render_frame(
     return with_strip(picture, caption, height) if caption else picture
 
 
-def _frames(scene: Scene, rollout: Rollout, fps: int) -> list[_Frame]:
+def _frames(scene: Scene, run: Run, fps: int) -> list[_Frame]:
     """Return every frame, with the nearest recorded state; the last state is held at the end."""
-    duration = rollout.times[-1] - rollout.times[0]
-    times = rollout.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
-    rows = np.searchsorted(rollout.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(rollout.times) - 1)
+    duration = run.times[-1] - run.times[0]
+    times = run.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
+    rows = np.searchsorted(run.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(run.times) - 1)
     places = {i: place.name for i, place in enumerate(scene.model.locations) if place.marks}
-    levels = np.array([_eased(rollout.glow[rows] == i, fps) for i in places]).reshape(len(places), len(rows))
+    levels = np.array([_eased(run.glow[rows] == i, fps) for i in places]).reshape(len(places), len(rows))
     return [
-        _Frame(time, share, rollout.qpos[row], dict(zip(places.values(), level, strict=True)))
+        _Frame(time, share, run.qpos[row], dict(zip(places.values(), level, strict=True)))
         for time, share, row, level in zip(times, np.linspace(0, 1, len(times)), rows, levels.T.tolist(), strict=True)
     ]
 

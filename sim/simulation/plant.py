@@ -14,7 +14,7 @@ from sim.perception.touch import ContactMonitor
 from sim.simulation.observer import Observer
 from sim.simulation.payload import SHIFT_DURATION_S, Payload
 from sim.simulation.recorder import Recorder
-from sim.simulation.rollout import Effort, Event
+from sim.simulation.run import Effort, Event
 from sim.world.scene import Scene
 
 CONTACT_FLICKER_S = 0.18

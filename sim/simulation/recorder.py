@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from scipy.linalg import solve_banded
 
-from sim.simulation.rollout import FRAME_RATE_HZ, Effort
+from sim.simulation.run import FRAME_RATE_HZ, Effort
 from sim.world.scene import Scene
 
 COMMANDS_PER_UNIT = 2**24

@@ -13,7 +13,7 @@ from scenario_texts import GRAPH, GRID, TABLE
 from experiments.commands.command_line import main
 from prefplan.text.printable import printable, printable_lines
 from sim.evidence.log import Log, encode
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 
 EVIL = "evil\x1b]0;owned\x07\u202e\n  ok  forged: proved\n\x9b2J\x7f\u2028"
 """Sets the window's title, turns the line around, prints a line of its own, clears the screen."""

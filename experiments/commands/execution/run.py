@@ -123,7 +123,7 @@ def _status(outcome: Outcome, *, as_json: bool) -> int:
     """Return the exit status; say on stderr which faults did not happen, why there is no video, and why it is not 0."""
     from experiments.runs.outcome import NEWS
 
-    for event in outcome.rollout.events:
+    for event in outcome.run.events:
         if event.kind == "not injected":
             tell(f"{NEWS[event.kind].format(**event.detail)}")
     if outcome.no_video:

@@ -159,9 +159,9 @@ def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> N
 def test_plans_still_take_what_was_measured(name: str, index: int) -> None:
     scenario = load(name)
     outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), shipped_front(name)[index], seed=1)
-    assert outcome.rollout.completed, outcome.rollout.reason
-    assert [step.action for step in outcome.rollout.steps] == list(outcome.plan.actions)
-    assert contacts(outcome.rollout.events) == [] and outcome.rollout.placement_error < 0.002
+    assert outcome.run.completed, outcome.run.reason
+    assert [step.action for step in outcome.run.steps] == list(outcome.plan.actions)
+    assert contacts(outcome.run.events) == [] and outcome.run.placement_error < 0.002
     measured = outcome_json(outcome)["measured"]
     assert measured["executed"] == pytest.approx(measured["predicted"], rel=0.05)
 

@@ -151,9 +151,9 @@ def test_penetration_is_the_greatest_depth_of_an_object() -> None:
     assert isinstance(scenario.model, ManipulationModel)
     scene = build_scene(scenario.model)
     outcome = carry_out(scenario, scene, Planner(scenario.problem()).cheapest())
-    sunk = outcome.rollout.qpos.copy()
+    sunk = outcome.run.qpos.copy()
     sunk[len(sunk) // 2, scene.mujoco.joint("elm").qposadr[0] + 2] -= 0.005
-    deeper = replace(outcome, rollout=replace(outcome.rollout, qpos=sunk))
+    deeper = replace(outcome, run=replace(outcome.run, qpos=sunk))
     assert penetration(scene, deeper) == pytest.approx(penetration(scene, outcome) + 0.005, abs=0.002)
 
 

@@ -52,7 +52,7 @@ def test_a_front_that_differs(assert_front):
 
 
 def test_completed(assert_completed):
-    assert assert_completed("cup.toml").rollout.completed
+    assert assert_completed("cup.toml").run.completed
     import assets
     from sim import clock
     assert assets.OWNER == clock.OWNER == "me" and (sys.modules["experiments"], sys.modules["sim"]) == OTHERS

@@ -137,7 +137,7 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
 
         def test_it_works(assert_completed):
             outcome = assert_completed("cup.toml", seed=1)
-            assert outcome.rollout.placement_error < 0.005
+            assert outcome.run.placement_error < 0.005
 
         def test_every_grasp_misses(assert_completed, monkeypatch):
             spoilt = partial(experiments.runs.carry_out.carry_out, faults=[Miss(1, "99")])

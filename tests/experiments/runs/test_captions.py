@@ -16,10 +16,9 @@ from experiments.runs.outcome import Outcome
 from prefplan import Front, ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import load, loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
-from sim.execution.closed_loop import Pursuit
 from sim.execution.run_ledger import ledger_of
 from sim.robots.arms.panda import PANDA
-from sim.simulation.rollout import Event, Rollout, Step
+from sim.simulation.run import Event, Run, Step
 
 
 def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Outcome:
@@ -30,7 +29,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
     steps = tuple(
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
-    rollout = Rollout(
+    rollout = Run(
         **dict.fromkeys(ARRAYS | MORE_ARRAYS, np.zeros(0)),
         completed=True,
         reason=None,
@@ -41,7 +40,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         placement_error=0.0,
         robot=PANDA,
     )
-    return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps), Pursuit(plan))
+    return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps))
 
 
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
@@ -91,9 +90,9 @@ def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenari
 
 def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, arch_front: Front) -> None:
     outcome = outcome_of(arch, arch_front[0])
-    late = tuple(replace(step, start=step.start + 1, end=step.end + 1) for step in outcome.rollout.steps)
-    rollout = replace(outcome.rollout, steps=late, sim_seconds=outcome.rollout.sim_seconds + 1)
-    first, second, *_ = captions(replace(outcome, rollout=rollout), arch.model)
+    late = tuple(replace(step, start=step.start + 1, end=step.end + 1) for step in outcome.run.steps)
+    rollout = replace(outcome.run, steps=late, sim_seconds=outcome.run.sim_seconds + 1)
+    first, second, *_ = captions(replace(outcome, run=rollout), arch.model)
     assert (first.start, first.end, first.action, first.cost) == (0, 1, "to the start", 0)
     assert (second.start, second.action, second.tasks) == (1, arch_front[0].actions[0], first.tasks)
 
@@ -116,10 +115,10 @@ def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, arch_front: Fro
     plan = arch_front[1]
     outcome = outcome_of(arch, plan)
     events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
-    surprised = replace(outcome, rollout=replace(outcome.rollout, events=events))
+    surprised = replace(outcome, run=replace(outcome.run, events=events))
     told = [text.action for text in captions(surprised, arch.model)]
     actions = [*map(plan.display.action, plan.actions)]
     assert told[2] == f"planned again: {actions[2]}" and told[5] == f"once more: {actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*actions[:2], *actions[3:5], *actions[6:], "done"]
-    stopped = replace(outcome, rollout=replace(outcome.rollout, completed=False, reason="a surprise"))
+    stopped = replace(outcome, run=replace(outcome.run, completed=False, reason="a surprise"))
     assert captions(stopped, arch.model)[-1].action == "stopped"

@@ -17,7 +17,7 @@ from prefplan import Scenario, load, pareto_front
 from sim.evidence.certificate import certify
 from sim.execution.faults import move
 from sim.execution.faults.fault import read_fault
-from sim.simulation.rollout import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ
 
 REST_SPEED_M_S = 0.01
 
@@ -155,15 +155,15 @@ def recover(tmp_path: Path) -> Recover:
 
 def final_speed(outcome: Outcome, first: int) -> float:
     """Return the final speed, m/s, of the object whose position begins at this column of the recorded states."""
-    last = outcome.rollout.qpos[-2:, first : first + 3]
+    last = outcome.run.qpos[-2:, first : first + 3]
     return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE_HZ
 
 
 def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> None:
     outcome = recover(BYSTANDER, "knock:vase@1", seed=1)
-    assert outcome.rollout.completed, outcome.rollout.reason
-    assert (outcome.pursuit.replans, len(outcome.executed)) == (0, 4)
-    assert "vase" in str([event.detail for event in outcome.rollout.events if event.kind == "unaffected"])
+    assert outcome.run.completed, outcome.run.reason
+    assert (outcome.run.replans, len(outcome.executed)) == (0, 4)
+    assert "vase" in str([event.detail for event in outcome.run.events if event.kind == "unaffected"])
 
 
 @pytest.mark.parametrize("seed", [4, 24])
@@ -178,7 +178,7 @@ def test_what_was_marked_and_fell_from_the_table_is_not_in_the_way_of_other_task
     monkeypatch.setattr(move, "is_carried", lambda *place: True)
     outcome = recover(SUPPER, "move:fish@5", seed=3)
     assert outcome.completed and outcome.executed[-1] == "release soup plate"
-    assert "fish_cooked" not in outcome.rollout.steps[-1].observed.label
+    assert "fish_cooked" not in outcome.run.steps[-1].observed.label
 
 
 def test_what_is_higher_than_the_fingers_are_long_is_taken_near_its_top_and_set_upright(recover: Recover) -> None:
@@ -187,7 +187,7 @@ def test_what_is_higher_than_the_fingers_are_long_is_taken_near_its_top_and_set_
 
 def test_success_is_judged_by_the_tasks(recover: Recover) -> None:
     outcome = recover(TALL, "knock:can@8", seed=3)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert len(outcome.executed) == 8 and outcome.ledger.final.satisfied == {"can", "pack"}
 
 
@@ -204,31 +204,31 @@ def test_a_high_can_is_put_down_in_the_end_and_the_log_is_honest(
     recover: Recover, seed: int, faults: list[str]
 ) -> None:
     outcome = recover(HIGH_CAN, *faults, seed=seed)
-    assert outcome.rollout.completed and all(time is not None for _, time in outcome.faults)
+    assert outcome.run.completed and all(time is not None for _, time in outcome.faults)
 
 
 @pytest.mark.parametrize("seed", [7, 9])
 def test_a_tower_is_built_on_what_stands_there(recover: Recover, seed: int) -> None:
     outcome = recover(TOWER, "knock:r@12", seed=seed)
-    assert outcome.rollout.completed, outcome.rollout.reason
-    assert outcome.pursuit.replans <= 1
+    assert outcome.run.completed, outcome.run.reason
+    assert outcome.run.replans <= 1
 
 
 def test_a_block_against_a_wall_is_taken(recover: Recover) -> None:
     outcome = recover("case_study_3", "move:blue@14", seed=0)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
 
 
 def test_a_plank_is_laid_on_two_blocks(recover: Recover) -> None:
     outcome = recover(PLANK, seed=0)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
 
 
 @pytest.mark.parametrize("seed", [1, 41])
 def test_nothing_moves_when_a_run_is_completed(recover: Recover, seed: int) -> None:
     outcome = recover(CAN, "knock:x@4", seed=seed)
-    assert outcome.rollout.completed, outcome.rollout.reason
-    assert final_speed(outcome, outcome.rollout.qpos.shape[1] - 7) < REST_SPEED_M_S
+    assert outcome.run.completed, outcome.run.reason
+    assert final_speed(outcome, outcome.run.qpos.shape[1] - 7) < REST_SPEED_M_S
 
 
 @pytest.mark.parametrize(
@@ -243,4 +243,4 @@ def test_what_slips_is_noticed_in_time_and_the_log_proves_it(
     recover: Recover, seed: int, faults: tuple[str, ...]
 ) -> None:
     outcome = recover("case_study_3", *faults, seed=seed)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason

@@ -217,7 +217,7 @@ def test_a_video_of_a_run(cup: Path) -> None:
     )
     assert outcome.video == video
     frames, _ = imageio_ffmpeg.count_frames_and_secs(str(video))
-    assert frames >= outcome.rollout.sim_seconds * 30
+    assert frames >= outcome.run.sim_seconds * 30
     assert told[:2] == [("carrying out", 0, 1, "transit desk"), ("carrying out", 1, 1, "")]
     assert told[2] == ("rendering", 0, frames, "") and told[-1] == ("rendering", frames, frames, "")
     assert outcome_json(outcome)["video"] == str(video)

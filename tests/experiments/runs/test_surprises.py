@@ -55,12 +55,12 @@ def pursue(arch: Scenario, arch_front: Front, stocked: Scene) -> Callable[..., O
 
 
 def told(outcome: Outcome, kind: str) -> list[dict[str, object]]:
-    return [event.detail for event in outcome.rollout.events if event.kind == kind]
+    return [event.detail for event in outcome.run.events if event.kind == kind]
 
 
 def assert_consistent(outcome: Outcome) -> None:
     """Fail unless the last plan has the actions that were carried out, and its costs and penalty are right."""
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert outcome.executed == outcome.plan.actions
     assert outcome.ledger.final.cost == outcome.plan.cost
     assert outcome.task_costs == outcome.plan.task_costs
@@ -73,27 +73,27 @@ def test_whatever_goes_wrong_the_tasks_are_done(pursue: Callable[..., Outcome], 
     outcome = pursue(*faults, choice=choice, seed=41)
     assert_consistent(outcome)
     assert all(time is not None for _, time in outcome.faults)
-    assert outcome.rollout.placement_error < 0.005
+    assert outcome.run.placement_error < 0.005
 
 
 def test_a_grasp_that_never_works_is_given_up(pursue: Callable[..., Outcome]) -> None:
     outcome = pursue("miss:20@2")
-    assert not outcome.rollout.completed
+    assert not outcome.run.completed
     assert outcome.executed[1:4] == ("grasp pink",) * 3
-    assert "the fingers closed without a firm grip on pink" in str(outcome.rollout.reason)
-    assert "given up after 3 attempts" in str(outcome.rollout.reason)
+    assert "the fingers closed without a firm grip on pink" in str(outcome.run.reason)
+    assert "given up after 3 attempts" in str(outcome.run.reason)
 
 
 def test_with_noise_of_a_millimetre_blocks_are_still_placed_well(pursue: Callable[..., Outcome]) -> None:
     outcome = pursue(noise=0.001)
     assert_consistent(outcome)
-    assert outcome.pursuit.replans == 0 and 0 < outcome.rollout.placement_error < 0.003
+    assert outcome.run.replans == 0 and 0 < outcome.run.placement_error < 0.003
 
 
 def test_the_choice_of_the_user_is_kept(pursue: Callable[..., Outcome]) -> None:
     """An unknown block is on the sanitizer: clearing the sanitizer costs more, but keeps the preferred order."""
     outcomes = {choice: pursue("foreign:san@2", choice=choice, whole=False) for choice in ("cost", "preference", 1)}
-    assert all(outcome.interrupted and outcome.pursuit.replans == 1 for outcome in outcomes.values())
+    assert all(outcome.interrupted and outcome.run.replans == 1 for outcome in outcomes.values())
     worth = {choice: outcome.plan for choice, outcome in outcomes.items()}
     assert worth["cost"].cost < worth["preference"].cost
     assert worth["preference"].preference == worth[1].preference == 0 < worth["cost"].preference
@@ -143,17 +143,17 @@ def test_a_block_off_every_location_is_fetched_from_there(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outcome = pursue_from(small(), displaced(cup=(0.38, 0.25)), monkeypatch)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     fetched = outcome.executed.index("transit spot1")
     assert outcome.executed[fetched:][:4] == ("transit spot1", "grasp cup", "transport cup tray", "release cup tray")
-    assert (outcome.plan.cost, outcome.pursuit.replans) == (20, 1)
+    assert (outcome.plan.cost, outcome.run.replans) == (20, 1)
 
 
 def test_what_lies_in_the_way_is_put_away_first(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outcome = pursue_from(small(), displaced(cup=(0.45, 0.147)), monkeypatch)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert outcome.executed.index("grasp cup") < outcome.executed.index("release jug desk")
 
 
@@ -162,7 +162,7 @@ def test_what_lies_beside_another_at_a_place_for_one_has_it_once_the_other_is_go
 ) -> None:
     scenario = small()
     outcome = pursue_from(scenario, displaced(cup=(0.45, 0.08), jug=(0.45, 0.13)), monkeypatch)
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert outcome.executed == ("transit desk", "grasp cup", "transport cup tray", "release cup tray")
     assert "expected jug on spot1, but it rests on desk" in str(told(outcome, "replan")[-1]["reason"])
     assert outcome.task_costs == {"tidy": 10, "other": 4}
@@ -199,21 +199,21 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
     monkeypatch.setattr(transfer, "check_path", check_path)
     monkeypatch.setattr(transfer, "planned_path", planned_path)
     outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert f"the way is blocked by {blocker}" in str(told(outcome, "replan")[0]["reason"])
     assert [action for action in outcome.executed if action == "transit desk"] == ["transit desk"] * 2
     assert outcome.executed.index("grasp jug") < outcome.executed.index("grasp cup")
-    assert outcome.pursuit.replans == 1 and outcome.ledger.final.satisfied == {"tidy", "other"}
+    assert outcome.run.replans == 1 and outcome.ledger.final.satisfied == {"tidy", "other"}
 
 
 def test_a_task_violated_beyond_repair_ends_the_run_with_what_can_still_be_done(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     outcome = pursue_from(small(), displaced(jug=(0.45, 0.10), cup=(0.60, 0.20)), monkeypatch)
-    assert not outcome.rollout.completed and outcome.executed == ()
-    assert outcome.pursuit.violated == ("tidy",)
+    assert not outcome.run.completed and outcome.executed == ()
+    assert outcome.run.violated == ("tidy",)
     assert "tidy is violated beyond repair; other could still be satisfied, at a total cost of 0" in str(
-        outcome.rollout.reason
+        outcome.run.reason
     )
 
 
@@ -245,7 +245,7 @@ def test_what_can_only_be_skipped_is_not_called_satisfied(
     start = displaced(jug=(0.60, -0.10), cup=(0.60, 0.20))
     outcome = pursue_from(load(tmp_path / "floor.toml"), start, monkeypatch)
     assert "tidy is violated beyond repair; other could still be skipped, at a total cost of 0" in str(
-        outcome.rollout.reason
+        outcome.run.reason
     )
 
 
@@ -260,7 +260,7 @@ def test_what_can_still_be_done_is_when_a_task_cannot(
         == outcome.plan.actions
         == ("transit shelf", "grasp jug", "transport jug desk", "release jug desk")
     )
-    assert outcome.ledger.final.satisfied == {"other"} and outcome.pursuit.violated == ()
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.run.violated == ()
     assert (outcome.plan.task_costs, outcome.plan.preference) == (outcome.task_costs, outcome.ledger.final.preference)
     certificate = certify(evidence(scenario, scene_of(scenario), outcome))
     assert [check.name for check in certificate.refuted] == ["start"]
@@ -271,7 +271,7 @@ def test_what_would_spoil_a_task_that_cannot_be_done_now_is_left(
 ) -> None:
     (tmp_path / "floor.toml").write_text(small().text.replace("!cup_shelf U", "!jug_desk U"))
     outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
-    assert outcome.executed == () and outcome.pursuit.violated == ()
+    assert outcome.executed == () and outcome.run.violated == ()
     assert str(outcome.reason).endswith(
         "cup fell from the table; other could still be satisfied, at a total cost of 10, but then tidy never"
     )
@@ -285,7 +285,7 @@ def test_of_the_plans_for_the_other_tasks_one_is_taken_that_spoils_none_left_out
     (tmp_path / "floor.toml").write_text(text.replace('"F jug_desk"', '"F (jug_desk | jug_rack)"'))
     outcome = pursue_from(load(tmp_path / "floor.toml"), displaced(cup=(0.90, 0.25)), monkeypatch)
     assert str(outcome.reason).endswith("cup fell from the table; tidy left out")
-    assert outcome.executed[-1] == "release jug rack" and outcome.pursuit.violated == ()
+    assert outcome.executed[-1] == "release jug rack" and outcome.run.violated == ()
     assert outcome.ledger.final.satisfied == {"other"} and outcome.executed == outcome.plan.actions
 
 
@@ -318,7 +318,7 @@ def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     cup = [action for action in outcome.executed if "cup" in action]
     tray = ["transport cup tray", "release cup tray"]
     assert cup == ["grasp cup", tray[0], "transport cup rack", "release cup rack", "grasp cup", *tray]
-    assert outcome.pursuit.replans == 1
+    assert outcome.run.replans == 1
 
 
 def test_where_there_is_no_way_round_a_fixture_the_other_tasks_are_done(
@@ -347,7 +347,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     front = pareto_front(scenario.problem())
     monkeypatch.setattr(programs, "initial_state", displaced(jug=(0.38, 0.30), cup=(0.60, 0.20)))
     outcome = carry_out(scenario, scene_of(scenario), front[-1], choice="preference")
-    assert outcome.rollout.completed, outcome.rollout.reason
+    assert outcome.run.completed, outcome.run.reason
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]
-    assert outcome.ledger.final.satisfied == {"other"} and outcome.pursuit.violated == ()
+    assert outcome.ledger.final.satisfied == {"other"} and outcome.run.violated == ()

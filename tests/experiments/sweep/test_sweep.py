@@ -158,7 +158,7 @@ def light(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
     job: Sweep, cup: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Rollout 3 kills its process each time, rollout 6 the first time only."""
+    """Run 3 kills its process each time, rollout 6 the first time only."""
     once = cup / "killed_once"
 
     def deadly(sweep: Sweep, number: int) -> dict[str, Any]:

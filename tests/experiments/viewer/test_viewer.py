@@ -18,7 +18,7 @@ from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
 from prefplan.text.names import DisplayNames
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 from sim.world.scene import build_scene, initial_state
 
 CUP = cup_scenario(

@@ -13,7 +13,7 @@ from scenario_texts import shipped
 from prefplan import Purchase
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 
 
 @pytest.mark.usefixtures("claims_alone")

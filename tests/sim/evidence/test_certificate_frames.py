@@ -21,7 +21,7 @@ from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import check_contacts
 from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 from sim.skills import transfer, transport
 
 GRAZE_M = 0.002

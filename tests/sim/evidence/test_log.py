@@ -15,7 +15,7 @@ from prefplan.plan import Purchase
 from sim.errors import LogError
 from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
 from sim.robots.arms.panda import PANDA
-from sim.simulation.rollout import Event
+from sim.simulation.run import Event
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from prefplan.models.transition_system import TransitionSystem
 from sim.errors import SimulationError
 from sim.execution.executor import Execution, execute
 from sim.robots.robot import Robot
-from sim.simulation.rollout import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ, Event
 from sim.simulation.workcell import BLEND_TIME_S
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
@@ -75,7 +75,7 @@ def test_an_unwanted_touch_counts_unless_a_fault_has_just_moved_the_object(
     touch = Event(5.0, "contact", {"moving": "hand", "other": "green"})
     fault = Event(5.0 - before, "fault", {"fault": f"knock:{obj}@1", "object": obj})
     run.cell.events += sorted([fault, touch], key=lambda event: event.time)
-    rollout = run.rollout()
+    rollout = run.record()
     assert rollout.completed == excused and rollout.reason == (None if excused else "hand touched green at 5.00 s")
 
 
@@ -84,11 +84,11 @@ def test_a_run_that_exceeded_a_limit_does_not_say_that_it_was_completed(
 ) -> None:
     run = Execution(scene, initial_state(scene), system=system)
     assert run.step("transit top")
-    fastest = run.rollout().load_shares["speeds"]
-    assert run.rollout().completed and fastest.max() < 1
+    fastest = run.record().load_shares["speeds"]
+    assert run.record().completed and fastest.max() < 1
     limits = run.scene.robot.load_limits | {"speeds": run.scene.robot.load_limits["speeds"] * fastest / 1.25}
     monkeypatch.setattr(Robot, "load_limits", limits)
-    rollout = run.rollout()
+    rollout = run.record()
     assert not rollout.completed and re.fullmatch(
         r"joint\d exceeded a limit: 125.0% of its speeds", str(rollout.reason)
     )
@@ -145,7 +145,7 @@ def test_an_object_that_is_not_where_it_should_be_stops_the_run(
     assert all(run.step(before) for before in COST_OPTIMAL[:done])
     run.cell.data.joint(obj).qpos[:3] = point
     assert not run.step(action)
-    rollout = run.rollout()
+    rollout = run.record()
     assert not rollout.completed and reason in str(rollout.reason)
     assert rollout.events[-1].kind == "mismatch" and rollout.events[-1].detail["action"] == action
 

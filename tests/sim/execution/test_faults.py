@@ -109,7 +109,7 @@ def test_a_slip_is_noticed_and_stops_the_transport(scene: Scene) -> None:
     assert run.steps[-1].action == "transport pink bin2" and "expected pink in the hand" in str(run.reason)
     tool = run.cell.data.site("tcp").xpos
     assert min(np.hypot(*(tool - slot.position)[:2]) for slot in scene.slots["bin2"]) > 0.1, "it went on to the end"
-    shares = {load: float(share.max()) for load, share in run.rollout().load_shares.items()}
+    shares = {load: float(share.max()) for load, share in run.record().load_shares.items()}
     assert max(shares.values()) < 1, shares
 
 
@@ -148,7 +148,7 @@ def test_what_was_placed_and_fell_from_the_table_ends_no_run_with_an_error(scene
     assert run.reason is None
     run.cell.data.joint("pink").qpos[:3] = [0.5, 0.3, -1.0]
     run.reground()
-    assert "pink" in run.lost and run.rollout().placement_error == 0
+    assert "pink" in run.lost and run.record().placement_error == 0
 
 
 def test_what_is_knocked_over_tumbles(scene: Scene) -> None:

@@ -18,7 +18,7 @@ from sim.execution.cost_measurement import MOTION, Failure, Trial, measure, meas
 from sim.execution.executor import execute
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import true_poses
-from sim.simulation.rollout import Effort
+from sim.simulation.run import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.skill import SkillError

@@ -18,7 +18,7 @@ from sim.rendering import video
 from sim.rendering.overlay import Caption, TaskStatus, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT
 from sim.rendering.video import LAST_FRAME_S, render_video
-from sim.simulation.rollout import FRAME_RATE_HZ, Rollout
+from sim.simulation.run import FRAME_RATE_HZ, Run
 from sim.world.scene import build_scene, initial_state
 
 SIZE = (160, 90)
@@ -100,7 +100,7 @@ def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path
     qpos[:, 0] = np.linspace(0, 0.8, frames)
     times = np.arange(frames) / FRAME_RATE_HZ
     lit = [place.name for place in scene.model.locations].index("san")
-    rollout = Rollout(
+    rollout = Run(
         completed=True,
         reason=None,
         steps=(),

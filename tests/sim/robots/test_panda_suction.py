@@ -13,7 +13,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from sim.errors import SimulationError
 from sim.execution.executor import execute
 from sim.robots.arms.panda_suction import FORCE_N, PANDA_SUCTION
-from sim.simulation.rollout import Rollout
+from sim.simulation.run import Run
 from sim.world.grasps import grasps
 from sim.world.scene import build_scene
 from sim.world.shapes import extent, shape_of
@@ -22,17 +22,17 @@ COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
 
 @pytest.fixture(scope="module")
-def rollout(arch_model: ManipulationModel) -> Rollout:
+def rollout(arch_model: ManipulationModel) -> Run:
     actions = ["transit top", "grasp pink", "transport pink bin1", "release pink bin1"]
     return execute(build_scene(arch_model, robot="panda_suction", meshes=False), actions, seed=1)
 
 
-def test_it_takes_an_object_by_its_top_and_puts_it_down(rollout: Rollout) -> None:
+def test_it_takes_an_object_by_its_top_and_puts_it_down(rollout: Run) -> None:
     assert_good(rollout)
     assert rollout.placement_error < 0.002
 
 
-def test_the_cup_draws_only_while_it_holds(rollout: Rollout) -> None:
+def test_the_cup_draws_only_while_it_holds(rollout: Run) -> None:
     drawing = rollout.controls[:, -1] > 0
     grasp, release = rollout.steps[1], rollout.steps[3]
     steps = np.arange(len(drawing)) * 0.002
@@ -42,7 +42,7 @@ def test_the_cup_draws_only_while_it_holds(rollout: Rollout) -> None:
     assert rollout.pad_forces[held] == pytest.approx(FORCE_N, rel=0.2)
 
 
-def test_its_pull_is_no_torque_of_the_arm(rollout: Rollout) -> None:
+def test_its_pull_is_no_torque_of_the_arm(rollout: Run) -> None:
     """The arm's torques do not jump when the suction is switched on or off."""
     assert rollout.torque_rates.max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
 

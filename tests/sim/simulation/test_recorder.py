@@ -9,12 +9,12 @@ from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
 from sim.simulation.recorder import Recorder
-from sim.simulation.rollout import Rollout
+from sim.simulation.run import Run
 from sim.world.scene import Scene, initial_state
 
 
 @pytest.fixture(scope="module")
-def grasp(scene: Scene) -> Rollout:
+def grasp(scene: Scene) -> Run:
     return execute(scene, ["transit top", "grasp pink"])
 
 
@@ -54,7 +54,7 @@ def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
     assert forces[0].tolist() == [0, 0] and forces[1].min() > 0.5
 
 
-def test_a_rollout_holds_the_loads_of_every_frame(grasp: Rollout) -> None:
+def test_a_rollout_holds_the_loads_of_every_frame(grasp: Run) -> None:
     frames = len(grasp.times)
     assert grasp.speeds.shape == grasp.torques.shape == (frames, 7) and grasp.pad_forces.shape == (frames, 2)
     shares = {name: share.max() for name, share in grasp.load_shares.items()}

@@ -10,7 +10,7 @@ from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
-from sim.simulation.rollout import REST_SPEED_RAD_S
+from sim.simulation.run import REST_SPEED_RAD_S
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.hand import move_tool

@@ -115,7 +115,7 @@ class Frames:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rollout(Frames):
+class Run(Frames):
     """One execution of a plan.
 
     Attributes:
@@ -128,6 +128,9 @@ class Rollout(Frames):
         wall_seconds: total real time.
         placement_error: largest horizontal distance of a placed object from its slot's centre at the end, m.
         robot: the robot, whose arm has n joints.
+        replans: number of new plans after mismatches.
+        retries: number of times that an action was tried again and the rest of the plan kept.
+        violated: tasks that can no longer be satisfied.
         model_sha256: hash of the compiled MuJoCo model.
     """
 
@@ -140,6 +143,9 @@ class Rollout(Frames):
     placement_error: float
     robot: Robot
     model_sha256: str = ""
+    replans: int = 0
+    retries: int = 0
+    violated: tuple[str, ...] = ()
 
     @property
     def rest_share(self) -> float:
