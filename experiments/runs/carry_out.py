@@ -23,9 +23,9 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults.fault import Fault, spares_for
-from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
 from sim.rendering.quality import DRAFT, Quality
+from sim.simulation.run import ledger_of
 from sim.world.randomization import Perturbation, camera_bias, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
 

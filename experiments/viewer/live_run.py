@@ -17,10 +17,9 @@ from prefplan.problem import Problem
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.faults.fault import Fault, kinds
 from sim.execution.pull import Pull
-from sim.execution.run_ledger import ledger_of
 from sim.simulation.observer import Observer
 from sim.simulation.plant import Plant
-from sim.simulation.run import FRAME_RATE_HZ
+from sim.simulation.run import FRAME_RATE_HZ, ledger_of
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a mismatch is not interrupted."""

@@ -17,10 +17,9 @@ from prefplan.plan import Plan
 from prefplan.problem import Problem, Task
 from sim.execution.executor import Execution
 from sim.execution.failures import MAX_ATTEMPTS, Failures
-from sim.execution.run_ledger import ledger_of
 from sim.perception.sensors import ObservationTimeoutError
 from sim.perception.world_model import spots_in
-from sim.simulation.run import Run
+from sim.simulation.run import Run, ledger_of
 
 MAX_REPLANS = 10
 """Greatest number of new plans in one execution."""

@@ -18,7 +18,6 @@ from prefplan.models.system import System
 from sim.capability.graspable import ungraspable_because
 from sim.capability.rehearsal import unable_to_begin
 from sim.errors import BlockedError, SimulationError
-from sim.execution.conduct import objection
 from sim.execution.faults.fault import Fault
 from sim.execution.faults.injector import FaultInjector
 from sim.execution.observation import await_grip, observed_poses, poses_at_rest
@@ -206,8 +205,8 @@ class Execution:
             robot=self.scene.robot,
             model_sha256=self._built.sha256,
         )
-        found = objection(run)
-        return replace(run, completed=False, reason=found) if run.completed and found else run
+        found = run.objection if run.completed else None
+        return replace(run, completed=False, reason=found) if found else run
 
     def _states(self, state: Any) -> ManipulationState:
         return cast(ManipulationState, self.system.decode(state))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator, Sequence
+
 import mink
 import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
-from sim.motion.trajectory import ToolPose
+from sim.motion.trajectory import ToolPose, wrap
 from sim.robots.robot import Robot
 
 POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
@@ -40,6 +43,13 @@ MAX_FREE_STEPS, FREE_DAMPING, MAX_FREE_TURN_RAD = 200, 1e-3, 0.3
 """Number of steps of the search without limits, their damping, and the greatest turn of a joint in one, rad."""
 
 
+ELBOW_SWINGS_RAD = (1.4, -1.4)
+"""Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
+
+MIN_VERTICAL_COMPONENT = 0.999
+"""Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
+
+
 class InverseKinematics:
     """Configurations q, (n,) rad or m, of a robot's arm that bring its tool to a pose.
 
@@ -65,6 +75,12 @@ class InverseKinematics:
         ]
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
+        self._home = self.tool(robot.home)
+        self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
+        hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
+        upright = self._configuration.data.xaxis[:, 2]
+        self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
+        self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
 
     def tool(self, q: np.ndarray) -> ToolPose:
         """Return the tool's pose at a configuration."""
@@ -72,6 +88,60 @@ class InverseKinematics:
         data.qpos[:] = q
         mujoco.mj_kinematics(self.model, data)
         return ToolPose(self._tool.xpos.copy(), self._tool.xmat.reshape(3, 3).copy())
+
+    def reach(
+        self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
+    ) -> tuple[np.ndarray, ToolPose]:
+        """Return the first of the `configurations` that bring the tool to one of several poses, and that pose.
+
+        Raises:
+            SimulationError: no configuration does.
+        """
+        for found in self.configurations(goals, near=near, margin=margin):
+            return found
+        how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
+        raise SimulationError(f"the arm cannot {how} at {in_metres(goals[0].position)} within the limits of its joints")
+
+    def configurations(
+        self,
+        goals: Sequence[ToolPose],
+        *,
+        near: np.ndarray | None = None,
+        margin: float = TILTED_MARGIN_RAD,
+    ) -> Iterator[tuple[np.ndarray, ToolPose]]:
+        """Yield configurations that bring the tool to one of several poses, with that pose, preferred ones first.
+
+        If the hand points down they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
+        starts from home turned towards the goal and stays in that vertical plane. Of several poses the one whose seed
+        has the last joint nearest to the middle of its range is tried first. Then the elbow swings aside, as it must
+        near the base.
+
+        Args:
+            goals: acceptable poses.
+            near: (n,) first seed if the hand does not point down, rad.
+            margin: least distance from the joints' position limits if the hand does not point down, rad.
+        """
+        down = all(goal.points_down for goal in goals)
+        if near is not None and not down:
+            found = [(q, goal) for goal in goals if (q := self.nearby(goal, near, margin)) is not None]
+            yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
+        turned = [(self._seed(goal), goal) for goal in goals]
+        turned.sort(key=lambda entry: float(abs(entry[0][-1] - self._middle)))
+        for offset, (seed, goal) in itertools.product(self._elbows, turned):
+            q = self.nearby(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
+            if q is not None:
+                yield q, goal
+
+    def _seed(self, goal: ToolPose) -> np.ndarray:
+        """Return home with the first joint turned towards a pose and the last to its yaw if their axes are vertical."""
+        q = self.robot.home.copy()
+        first, last = self._turns[[0, -1]]
+        turn = self.robot.polar(goal.position)[1] - self._home_bearing
+        q[0] += first * turn
+        if last and len(q) > 1:
+            q[-1] += last * (goal.yaw - self._home.yaw - abs(first) * turn)
+            q[-1] = self._middle + wrap(q[-1] - self._middle)
+        return q
 
     def nearby(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
         """Return a configuration that brings the tool to a pose, searched from a seed; None if the search fails.
@@ -187,3 +257,8 @@ class InverseKinematics:
         mujoco.mju_quat2Vel(error[3:], turn, 1.0)
         error[:3] = self._target[4:] - data.site_xpos[self._site]
         return jacobian, error
+
+
+def in_metres(position: np.ndarray) -> str:
+    """Return a (3,) position, m, for a message."""
+    return f"({', '.join(f'{x:.3f}' for x in position)}) m"

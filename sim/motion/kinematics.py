@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 
-import mujoco
 import numpy as np
 
 from sim.errors import SimulationError
 from sim.motion.dynamics import InverseDynamics
-from sim.motion.ik import TILTED_MARGIN_RAD, InverseKinematics
+from sim.motion.ik import InverseKinematics, in_metres
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (
@@ -48,12 +47,6 @@ it is lowered by 12 cm. The path is checked for collisions."""
 MIN_AXES_PRODUCT = np.cos(np.radians(10))
 """Least scalar product of the tool's z axes at both ends of a path for the hand to count as not tilting."""
 
-ELBOW_SWINGS_RAD = (1.4, -1.4)
-"""Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
-
-MIN_VERTICAL_COMPONENT = 0.999
-"""Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
-
 LINE_SAMPLES = 16
 """Number of segments in which the tool's path is measured for a straight movement in joint space."""
 
@@ -68,12 +61,6 @@ class Arm(InverseKinematics):
         self._stiffness, self._gains = -self.model.actuator_biasprm[motors, 1:3].T
         self._damping = np.diag(self.model.opt.timestep * self._gains)
         self._dynamics = InverseDynamics(self.model, robot.tool)
-        self._home = self.tool(robot.home)
-        self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
-        hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
-        upright = self._configuration.data.xaxis[:, 2]
-        self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
-        self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
 
     def limits(self, *ends: np.ndarray, load: float = 0.0) -> MotionLimits:
         """Return the limits of a movement between (n,) configurations with a load at the tool, kg."""
@@ -100,62 +87,6 @@ class Arm(InverseKinematics):
         for k, row in enumerate(yielding):
             lags[k] = late = late + share * (row - late)
         return lags
-
-    def reach(
-        self, goals: Sequence[ToolPose], *, near: np.ndarray | None = None, margin: float = TILTED_MARGIN_RAD
-    ) -> tuple[np.ndarray, ToolPose]:
-        """Return the first of the `configurations` that bring the tool to one of several poses, and that pose.
-
-        Raises:
-            SimulationError: no configuration does.
-        """
-        for found in self.configurations(goals, near=near, margin=margin):
-            return found
-        how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
-        raise SimulationError(
-            f"the arm cannot {how} at {_in_metres(goals[0].position)} within the limits of its joints"
-        )
-
-    def configurations(
-        self,
-        goals: Sequence[ToolPose],
-        *,
-        near: np.ndarray | None = None,
-        margin: float = TILTED_MARGIN_RAD,
-    ) -> Iterator[tuple[np.ndarray, ToolPose]]:
-        """Yield configurations that bring the tool to one of several poses, with that pose, preferred ones first.
-
-        If the hand points down they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
-        starts from home turned towards the goal and stays in that vertical plane. Of several poses the one whose seed
-        has the last joint nearest to the middle of its range is tried first. Then the elbow swings aside, as it must
-        near the base.
-
-        Args:
-            goals: acceptable poses.
-            near: (n,) first seed if the hand does not point down, rad.
-            margin: least distance from the joints' position limits if the hand does not point down, rad.
-        """
-        down = all(goal.points_down for goal in goals)
-        if near is not None and not down:
-            found = [(q, goal) for goal in goals if (q := self.nearby(goal, near, margin)) is not None]
-            yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
-        turned = [(self._seed(goal), goal) for goal in goals]
-        turned.sort(key=lambda entry: float(abs(entry[0][-1] - self._middle)))
-        for offset, (seed, goal) in itertools.product(self._elbows, turned):
-            q = self.nearby(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
-            if q is not None:
-                yield q, goal
-
-    def _seed(self, goal: ToolPose) -> np.ndarray:
-        """Return home with the first joint turned towards a pose and the last to its yaw if their axes are vertical."""
-        q = self.robot.home.copy()
-        first, last = self._turns[[0, -1]]
-        turn = self.robot.polar(goal.position)[1] - self._home_bearing
-        q[0] += first * turn
-        if last and len(q) > 1:
-            q[-1] += last * (goal.yaw - self._home.yaw - abs(first) * turn)
-            q[-1] = self._middle + wrap(q[-1] - self._middle)
-        return q
 
     def move(
         self,
@@ -245,7 +176,7 @@ class Arm(InverseKinematics):
             fault = "the arm's joints would jump on its path to {}"
         knots, points = self._straight(q, goal, height)
         if self._stray(points) > MAX_STRAY_M:
-            raise SimulationError(fault.format(_in_metres(path.positions[-1])))
+            raise SimulationError(fault.format(in_metres(path.positions[-1])))
         return timed(limits, knots, points, seconds=seconds)
 
     def _stray(self, points: np.ndarray) -> float:
@@ -312,7 +243,3 @@ class Arm(InverseKinematics):
             if (np.abs(steps) < periods[:, None] * fastest).all() and self._within_ranges(points[1:]):
                 break
         return knots, points
-
-
-def _in_metres(position: np.ndarray) -> str:
-    return f"({', '.join(f'{x:.3f}' for x in position)}) m"

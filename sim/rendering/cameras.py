@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
-from sim.geometry.mjcf import CORNERS, box_corners, first_met, is_solid, opaque
+from sim.geometry.mjcf import first_met, is_solid, opaque
+from sim.rendering.framing import home_points, label_anchors, object_corners, of_fixtures, work_points
 from sim.rendering.labels import PixelBox, place_labels
-from sim.skills.hand import HOVER_HEIGHT_M, TRANSFER_CLEARANCE_M
-from sim.world.fixtures import body_name
-from sim.world.places import AT_RADIUS_M, Slot
 from sim.world.scene import WRIST, Scene
-from sim.world.shapes import extent
 
 CAMERAS = ("fixed", "orbit", WRIST, "top")
 """In front of the table; swinging around the front, once left and right in a video; on the hand; straight above."""
@@ -39,9 +34,6 @@ MARGIN = 0.03
 
 NEAREST_M = 1e-3
 """Least distance ahead of the camera at which a point is projected."""
-
-REST_S, REST_DISTANCE_M = 0.5, 0.001
-"""An object is at rest if it moves by less than this distance in this time."""
 
 
 class Camera:
@@ -157,29 +149,9 @@ def read_view(text: str) -> tuple[float, float, float]:
     return azimuth, elevation, distance
 
 
-def work_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points that bound the objects, locations, fixtures, names and the hand at work, m.
-
-    With the hand at home, where it is for a second only, a cube of Case Study 3 would be 40 pixels wide instead of 66.
-    """
-    parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
-    model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
-    mujoco.mj_kinematics(model, data)
-    bases = [model.body(f"{place.name}_base").id for place in scene.model.locations if place.at is not None]
-    stations = np.isin(model.geom_bodyid, bases)
-    parts.append(box_corners(data, np.flatnonzero(stations | _of_fixtures(scene))))
-    return np.concatenate([part.reshape(-1, 3) for part in parts])
-
-
-def _of_fixtures(scene: Scene) -> np.ndarray:
-    """Return (ngeom,) bool: which geoms are the fixtures'."""
-    bodies = [scene.mujoco.body(body_name(fixture.name)).id for fixture in scene.model.fixtures]
-    return np.isin(scene.mujoco.geom_bodyid, bodies)
-
-
 def _fixtures(scene: Scene) -> mujoco.MjData:
     """Return the scene with only its fixtures visible to rays."""
-    data = mujoco.MjData(opaque(scene.mujoco, is_solid(scene.mujoco) & _of_fixtures(scene)))
+    data = mujoco.MjData(opaque(scene.mujoco, is_solid(scene.mujoco) & of_fixtures(scene)))
     mujoco.mj_kinematics(data.model, data)
     return data
 
@@ -190,38 +162,6 @@ def _visible(fixtures: mujoco.MjData, eye: np.ndarray, points: np.ndarray) -> np
     return np.array([not 0 <= distance < 1 for distance in met])
 
 
-def home_points(scene: Scene) -> np.ndarray:
-    """Return (N, 3) points that bound the hand at home, m."""
-    return box_corners(*_hand_at_home(scene)).reshape(-1, 3)
-
-
-def object_corners(scene: Scene) -> np.ndarray:
-    """Return (S, 8, 3) corners of a box round the largest object in each of the S slots, m."""
-    half, slots = _object_half(scene), _slots(scene)
-    middles = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2]]
-    return _turned(CORNERS * half, [slot.yaw for slot in slots]) + middles[:, None]
-
-
-def label_targets(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there.
-
-    Locations are given by what people are shown for them.
-    """
-    show = scene.model.display.location
-    named = [name for name in scene.slots if name not in scene.temporary]
-    lift = {name: _object_half(scene)[2] if scene.model.location(name).on else 0.0 for name in named}
-    return {
-        show(name): np.mean([slot.position for slot in scene.slots[name]], axis=0) + [0.0, 0.0, height]
-        for name, height in lift.items()
-    }
-
-
-def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the preferred (3,) point of the name of each of these locations, m: where it is printed, if it is."""
-    show = scene.model.display.location
-    return label_targets(scene) | {show(marking.text): np.array([*marking.middle, 0.0]) for marking in scene.markings}
-
-
 def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None) -> dict[str, np.ndarray]:
     """Return the (2,) offsets in pixels from each anchor to its name that keep the names clear in all views."""
     shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
@@ -229,74 +169,6 @@ def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None
     boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
     obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
     return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size, inset=inset)
-
-
-def hand_corners(scene: Scene) -> np.ndarray:
-    """Return (S, 8, 3) corners of a box round the hand over each of the S slots, at its transfer height, m."""
-    half, slots = _object_half(scene), _slots(scene)
-    low, high = _hand_box(scene)
-    # The tool's z axis points down.
-    box = (low + high) / 2 * [1.0, 1.0, -1.0] + CORNERS * (high - low) / 2
-    tools = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2] + HOVER_HEIGHT_M]
-    top = max(slot.position[2] for slot in slots) + 2 * half[2]
-    tools[:, 2] = np.maximum(tools[:, 2], top + half[2] + TRANSFER_CLEARANCE_M)
-    return _turned(box, [slot.yaw - np.pi / 2 for slot in slots]) + tools[:, None]
-
-
-def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
-    """Return a scene with temporary locations where objects come to rest off every slot, for instance after faults.
-
-    Args:
-        scene: of the run.
-        qpos: (T, nq) recorded states, one every `REST_S`.
-    """
-    slots = np.array([slot.position[:2] for slot in _slots(scene)])
-    found = {}
-    for name, shape in scene.shapes.items():
-        joint = scene.mujoco.joint(name).qposadr[0]
-        positions = qpos[:, joint : joint + 3] - [0.0, 0.0, shape.half[2]]
-        at_rest = np.linalg.norm(np.diff(positions, axis=0), axis=1) < REST_DISTANCE_M
-        off = np.linalg.norm(positions[1:, None, :2] - slots, axis=2).min(axis=1) > AT_RADIUS_M
-        inside = (abs(positions[1:, :2] - scene.table.centre) < scene.table.half).all(axis=1)
-        above = positions[1:, 2] > -shape.half[2]
-        for position in np.unique(positions[1:][at_rest & off & inside & above].round(2), axis=0):
-            place = f"{name} at {position}"
-            found[place] = (Slot(place, 0, position, 0.0),)
-    return replace(scene, slots=scene.slots | found, temporary=scene.temporary | found.keys())
-
-
-def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (3,) lower and upper corner of the box round the open hand, in the tool's frame, m."""
-    data, geoms = _hand_at_home(scene)
-    points = box_corners(data, geoms).reshape(-1, 3)
-    tool = data.site(scene.robot.tool)
-    local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
-    return local.min(axis=0), local.max(axis=0)
-
-
-def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:
-    """Return the state with the arm at home and its fingers open, and the (G,) geoms of the hand."""
-    model, robot = scene.mujoco, scene.robot
-    data = mujoco.MjData(model)
-    robot.put(data, robot.home, width=robot.gripper.opening_m)
-    mujoco.mj_kinematics(model, data)
-    hand = int(model.site(robot.tool).bodyid[0])
-    return data, np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
-
-
-def _slots(scene: Scene) -> list[Slot]:
-    return [slot for row in scene.slots.values() for slot in row]
-
-
-def _object_half(scene: Scene) -> np.ndarray:
-    size = extent(scene.shapes.values())
-    return np.array([*size.half, size.high / 2])
-
-
-def _turned(points: np.ndarray, yaws: list[float]) -> np.ndarray:
-    """Return (N, 3) points rotated about z by each of S yaws, rad: (S, N, 3)."""
-    matrices = [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(np.cos(yaws), np.sin(yaws), strict=True)]
-    return points @ np.array(matrices)
 
 
 def axes_of(view: mujoco.MjvCamera) -> np.ndarray:

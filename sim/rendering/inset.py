@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.rendering.cameras import Camera, hand_corners, object_corners
+from sim.rendering.cameras import Camera
+from sim.rendering.framing import hand_corners, object_corners
 from sim.rendering.labels import PixelBox, overlaps
 from sim.world.scene import Scene
 

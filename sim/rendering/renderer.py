@@ -11,7 +11,8 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import fill_specks, smooth_edges
-from sim.rendering.cameras import Camera, label_anchors, label_offsets, label_targets
+from sim.rendering.cameras import Camera, label_offsets
+from sim.rendering.framing import label_anchors, label_targets
 from sim.rendering.inset import inset_box, with_inset
 from sim.rendering.labels import draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl

@@ -17,8 +17,8 @@ import numpy as np
 from joblib import Parallel, cpu_count, delayed
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import REST_S, with_strays
 from sim.rendering.clips import run_ffmpeg
+from sim.rendering.framing import REST_S, with_strays
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
 from sim.rendering.quality import DRAFT, Quality
 from sim.rendering.renderer import Painter

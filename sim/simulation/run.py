@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from prefplan.exact_costs import Number
+from prefplan.ledger import Ledger
 from prefplan.models.manipulation.model import ManipulationState
+from prefplan.plan import Plan
+from prefplan.problem import Problem
 from sim.robots.robot import Robot
+
+EXCUSED_S = 2.0
+"""For this long after a fault has moved an object, it may touch anything."""
 
 REST_SPEED_RAD_S = 0.02
 """The arm rests while every joint is slower than this (at 0.5 m that is 1 cm/s); the fingers may move."""
@@ -157,3 +164,32 @@ class Run(Frames):
         """(n,) greatest load of each arm joint as a share of its limit, by the names of the loads in `Frames`."""
         limits = self.robot.load_limits.items()
         return {name: getattr(self, name).max(axis=0) / limit for name, limit in limits}
+
+    @property
+    def objection(self) -> str | None:
+        """Which joint limit the arm exceeded, or what it or its load touched that it should not, or None."""
+        for load, shares in self.load_shares.items():
+            if shares.max() > 1:
+                joint = self.robot.joints[int(shares.argmax())]
+                return f"{joint} exceeded a limit: {shares.max():.1%} of its {load.replace('_', ' ')}"
+        faults = [event for event in self.events if event.kind == "fault"]
+        for touch in (event for event in self.events if event.kind == "contact"):
+            moved = {fault.detail.get("object") for fault in faults if 0 <= touch.time - fault.time <= EXCUSED_S}
+            if moved.isdisjoint(touch.detail.values()):
+                return f"{touch.detail['moving']} touched {touch.detail['other']} at {touch.time:.2f} s"
+        return None
+
+
+def ledger_of(problem: Problem, plan: Plan, steps: Sequence[Step]) -> Ledger:
+    """Return the ledger of the actions that were carried out, from the observation after each of them.
+
+    The plan's first state is the first observed one; the plan's relaxations are applied to the observations.
+    """
+    start = cast(ManipulationState, plan.states[0])
+    return Ledger.of(
+        problem,
+        [step.action for step in steps],
+        [step.cost for step in steps],
+        [start.label, *(step.observed.label for step in steps)],
+        plan.relaxations,
+    )

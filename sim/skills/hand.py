@@ -14,7 +14,6 @@ from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
 from sim.simulation.workcell import Workcell
-from sim.skills.clear_paths import check_path
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import about_z
@@ -95,6 +94,27 @@ def move_tool(
     check_path(cell, movement, clearance=FINGER_CLEARANCE_M, touching=touching)
     cell.follow(movement, within=within, watch=watch)
     return pose
+
+
+def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, touching: bool = True) -> None:
+    """Check a movement from the current configuration for collisions, including those between the robot's own links.
+
+    Args:
+        cell: the running simulation.
+        movement: from where the arm will rest; the rest of the previous movement is added to it.
+        clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
+        touching: whether the fingers may hold or touch the handled object even if it is not attached.
+
+    Raises:
+        BlockedError: there is a collision.
+    """
+    held = cell.held() if touching or cell.attached else None
+    touched = cell.contacts.handled if touching else None
+    width = cell.width if held is None else None
+    checker = cell.collision_checker(touching=touched, held=held or cell.attached, width=width)
+    met = checker.blockers(np.vstack([cell.angles, cell.blended(movement.references)]), clearance=clearance)
+    if met:
+        raise BlockedError.on_the_way(met)
 
 
 def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) -> tuple[ToolPose, JointTrajectory]:

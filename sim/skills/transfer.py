@@ -13,7 +13,6 @@ from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
-from sim.skills.clear_paths import check_path, planned_path
 from sim.skills.hand import (
     BLEND_M,
     PATH_CLEARANCE_M,
@@ -21,6 +20,7 @@ from sim.skills.hand import (
     PLANNING_CLEARANCE_M,
     RECONFIGURED,
     check_approach,
+    check_path,
     move_tool,
 )
 
@@ -156,3 +156,35 @@ def _planned(
                 movement = along(limits, path, overlap=overlap)
                 yield begun_late(limits, movement, cell.reference, cell.ending)
         ends = reached
+
+
+def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
+    """Return a path, (K, n) rad, to a goal from where the arm rests, or will rest when its movement ends.
+
+    Bodies within the clearance at the start may be within it on the whole path, but must not come into contact, unless
+    they are in contact at the start.
+
+    Args:
+        cell: the running simulation.
+        goal: (n,) joint angles, rad.
+        clearance: bodies nearer than this count as in collision, m.
+        step: distance between checks, m; see `EDGE_STEPS_M`.
+
+    Raises:
+        BlockedError: the goal is in collision, or no path was found.
+    """
+    checker = cell.collision_checker(held=cell.attached)
+    near = checker.touches(cell.reference, clearance=clearance)
+    touched = checker.touches(cell.reference)
+    known: dict[bytes, set[str]] = {}
+
+    def met(q: np.ndarray) -> set[str]:
+        if (question := q.tobytes()) not in known:  # a search checks the ends of its edges repeatedly
+            close = checker.touches(q, clearance=clearance)
+            found = close - near
+            if not found and close - touched:
+                found = checker.touches(q) - touched
+            known[question] = {other for _, other in found}
+        return known[question]
+
+    return cell.planner.plan(cell.reference, goal, met, step=step)

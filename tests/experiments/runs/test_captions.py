@@ -16,9 +16,8 @@ from experiments.runs.outcome import Outcome
 from prefplan import Front, ManipulationModel, ManipulationState, Plan, Scenario, Task, pareto_front
 from prefplan.scenario.decode import load, loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
-from sim.execution.run_ledger import ledger_of
 from sim.robots.arms.panda import PANDA
-from sim.simulation.run import Event, Run, Step
+from sim.simulation.run import Event, Run, Step, ledger_of
 
 
 def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Outcome:

@@ -11,17 +11,8 @@ import pytest
 from scenario_texts import shipped
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import (
-    AZIMUTH_DEG,
-    SWING_DEG,
-    Camera,
-    camera_names,
-    home_points,
-    label_anchors,
-    label_offsets,
-    read_view,
-    with_strays,
-)
+from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, camera_names, label_offsets, read_view
+from sim.rendering.framing import home_points, label_anchors, with_strays
 from sim.rendering.labels import draw_labels, label_boxes
 from sim.robots.arms.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenario_texts import shipped
 
-from sim.rendering.cameras import Camera, hand_corners, label_anchors, label_offsets, object_corners
+from sim.rendering.cameras import Camera, label_offsets
+from sim.rendering.framing import hand_corners, label_anchors, object_corners
 from sim.rendering.inset import inset_box
 from sim.rendering.labels import label_boxes
 from sim.rendering.video import render_frame

@@ -20,7 +20,8 @@ from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer
 from sim.skills.catalogue import perform
-from sim.skills.clear_paths import check_path, planned_path
+from sim.skills.hand import check_path
+from sim.skills.transfer import planned_path
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
