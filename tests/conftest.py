@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import shutil
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -77,3 +78,15 @@ def rendered_here(gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(video, "_in_processes", one_by_one)
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
     monkeypatch.setenv("LP_NUM_THREADS", "1")  # as the renderer does for good
+
+
+@pytest.fixture(scope="session")
+def chromium() -> tuple[str, str]:
+    """Paths of Chromium and its driver; without them skip, or fail if PREFPLAN_NEEDS_CHROMIUM is set."""
+    found, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if found and driver:
+        return found, driver
+    missing = "no Chromium here: apt-get install chromium chromium-driver"
+    if os.environ.get("PREFPLAN_NEEDS_CHROMIUM"):
+        pytest.fail(missing)
+    pytest.skip(missing)

@@ -16,6 +16,7 @@ import numpy as np
 import viser
 from viser import _messages
 
+from experiments.viewer.door import HOST, Door
 from experiments.viewer.live_run import Begin, LiveRun
 from experiments.viewer.panel import Actions, Panel
 from experiments.viewer.playback import Playback
@@ -26,9 +27,6 @@ from prefplan.plan import Plan
 from prefplan.problem import Problem
 from sim.rendering.cameras import AZIMUTH_DEG
 from sim.world.scene import Scene
-
-HOST = "127.0.0.1"
-"""Only this machine has access."""
 
 DEFAULT_PORT = 8080
 
@@ -192,15 +190,16 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
     Raises:
         PrefplanError: the port is not free.
     """
+    door = Door()
     with _quiet():
-        server = viser.ViserServer(HOST, DEFAULT_PORT if port is None else port, verbose=False)
+        server = door.serve(DEFAULT_PORT if port is None else port)
     session = None
     try:
         # If a port is in use, viser uses the next one.
         if port and server.get_port() != port:
             raise PrefplanError(f"--port {port}: it is in use; --port 0 takes any free port")
         session = Session(server, show)
-        ready(f"http://{HOST}:{server.get_port()}")
+        ready(f"http://{HOST}:{server.get_port()}/{door.token}")
         before = time.monotonic()
         while True:
             now = time.monotonic()

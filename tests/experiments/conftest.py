@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from functools import partial
 from pathlib import Path
 
@@ -72,15 +70,3 @@ def signed_log(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
     (folder / "cup.toml").unlink()
     (folder / "cost.json").unlink()
     return folder / "cost.npz"
-
-
-@pytest.fixture(scope="session")
-def chromium() -> tuple[str, str]:
-    """Paths of Chromium and its driver; without them skip, or fail if PREFPLAN_NEEDS_CHROMIUM is set."""
-    found, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if found and driver:
-        return found, driver
-    missing = "no Chromium here: apt-get install chromium chromium-driver"
-    if os.environ.get("PREFPLAN_NEEDS_CHROMIUM"):
-        pytest.fail(missing)
-    pytest.skip(missing)

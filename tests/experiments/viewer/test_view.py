@@ -60,7 +60,7 @@ def browser(chromium: tuple[str, str]) -> Iterator[webdriver.Chrome]:
 def address_of(server: subprocess.Popen[str]) -> str:
     assert server.stdout is not None
     line = server.stdout.readline()
-    found = re.fullmatch(r"cup: (http://127\.0\.0\.1:\d+) \(Ctrl-C ends it\)\n", line)
+    found = re.fullmatch(r"cup: (http://127\.0\.0\.1:\d+/[\w-]{43}) \(Ctrl-C ends it\)\n", line)
     assert found, line
     return found[1]
 

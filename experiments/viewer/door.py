@@ -1,0 +1,185 @@
+"""The door of the viewer: who may connect, and which messages and values are let in.
+
+viser serves every page of every origin, and acts on every message of its protocol. Here a request needs a random token,
+which only who started the viewer knows, and the page's own host and origin; messages that the page does not send, and
+values that its controls do not have, are refused.
+"""
+
+from __future__ import annotations
+
+import http
+import math
+import secrets
+from collections.abc import Awaitable, Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from typing import Any
+
+import viser
+import websockets.asyncio.server
+from viser import _messages
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from experiments.cli.status import tell
+
+HOST = "127.0.0.1"
+"""Only this machine has access."""
+
+NAMES = (HOST, "localhost")
+"""Names of this machine in an address; another one may have been pointed at it (DNS rebinding)."""
+
+TOKEN_BYTES = 32
+
+FARTHEST = 1e4
+"""Greatest number in a message about a place or a direction, in m or pixels."""
+
+USED = (
+    _messages.GuiUpdateMessage,
+    _messages.SceneNodeClickMessage,
+    _messages.SceneNodeDragMessage,
+    _messages.ViewerCameraMessage,
+)
+"""The messages that the page sends; viser's others upload files, or publish the page through another server."""
+
+SAFE_HEADERS = {"Referrer-Policy": "no-referrer", "Content-Security-Policy": "frame-ancestors 'none'"}
+"""The token in the address is told to no other page, and no other page shows this one in a frame."""
+
+
+class Door:
+    """Lets in who has its token.
+
+    Attributes:
+        token: the first part of the path of every request.
+    """
+
+    def __init__(self) -> None:
+        """Draw a token."""
+        self.token = secrets.token_urlsafe(TOKEN_BYTES)
+        self._server: viser.ViserServer | None = None
+
+    def serve(self, port: int) -> viser.ViserServer:
+        """Return a new server behind this door; if the port is in use, viser takes the next one."""
+        with self._guarding():
+            self._server = viser.ViserServer(HOST, port, verbose=False)
+        return self._server
+
+    @contextmanager
+    def _guarding(self) -> Iterator[None]:
+        """Guard the server that is made in this context."""
+        # viser has no parameter for it, but looks this function up when its server starts.
+        module = websockets.asyncio.server
+        before: Any = module.serve
+
+        def serve(
+            handler: Callable[[Any], Any],
+            *where: Any,
+            process_request: Callable[[Any, Request], Response | None],
+            **options: Any,
+        ) -> Any:
+            async def guarded(connection: Any) -> None:
+                connection.recv = self._receiver(connection.recv)
+                await handler(connection)
+
+            def checked(connection: Any, request: Request) -> Response | None:
+                port = connection.local_address[1]
+                path = self.path(request, port)
+                if path is None:
+                    return Response(
+                        http.HTTPStatus.FORBIDDEN, "Forbidden", Headers(), b"the address has no valid token\n"
+                    )
+                response = process_request(connection, replace(request, path=path))
+                if response is not None:
+                    response.headers.update(SAFE_HEADERS)
+                return response
+
+            return before(guarded, *where, process_request=checked, **options)
+
+        module.serve = serve  # type: ignore[misc, assignment]
+        try:
+            yield
+        finally:
+            module.serve = before  # type: ignore[misc]
+
+    def path(self, request: Request, port: int) -> str | None:
+        """Return the path behind the token of a request to a port, or None if it is not let in."""
+        _, given, *rest = [*request.path.partition("?")[0].split("/"), "", ""]
+        hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
+        own = [f"{name}:{port}" for name in NAMES]
+        is_socket = request.headers.get("Upgrade", "").lower() == "websocket"
+        if not secrets.compare_digest(given.encode(), self.token.encode()):
+            return None
+        if len(hosts) != 1 or hosts[0] not in own:
+            return None
+        if origins != [f"http://{hosts[0]}"] and (origins or is_socket):
+            return None
+        return "/" + "/".join(rest).strip("/")
+
+    def _receiver(self, receive: Callable[[], Awaitable[Any]]) -> Callable[[], Awaitable[Any]]:
+        """Return a function that receives the next valid message of a connection, as bytes."""
+
+        async def receive_valid() -> Any:
+            while True:
+                received = await receive()
+                objection = self._objection(received)
+                if objection is None:
+                    return received
+                tell(f"refused from the browser: {objection}")
+
+        return receive_valid
+
+    def _objection(self, received: Any) -> str | None:
+        """Return what is wrong with a received message, or None."""
+        try:
+            message = _messages.Message.deserialize(received)
+        except Exception as error:  # whatever a decoder of foreign bytes may raise
+            return f"no message ({type(error).__name__})"
+        if not isinstance(message, USED):
+            return f"a message of another kind, {type(message).__name__}"
+        return "it came too early" if self._server is None else _objection(self._server, message)
+
+
+def _objection(server: viser.ViserServer, message: Any) -> str | None:
+    """Return what is wrong with a message, or None."""
+    if isinstance(message, _messages.GuiUpdateMessage):
+        return _objection_to_update(server.gui._gui_input_handle_from_uuid.get(message.uuid), message.updates)
+    name = getattr(message, "name", None)
+    if name is not None and name not in server.scene._handle_from_node_name:
+        return f"there is no object {name!r}"
+    index = getattr(message, "instance_index", None)
+    if index is not None and not (type(index) is int and 0 <= index < _instances(server, name)):
+        return f"there is no instance {index!r} of {name!r}"
+    for field in fields(message):
+        if not all(map(_is_near, _numbers(getattr(message, field.name)))):
+            return f"{field.name} is {getattr(message, field.name)!r}"
+    return None
+
+
+def _instances(server: viser.ViserServer, name: Any) -> int:
+    return len(getattr(server.scene._handle_from_node_name[name], "batched_positions", (0,)))
+
+
+def _objection_to_update(handle: Any, updates: Any) -> str | None:
+    """Return what is wrong with a new value of a control, or None."""
+    if handle is None:
+        return "there is no such control"
+    value = updates.get("value") if isinstance(updates, dict) and [*updates] == ["value"] else None
+    if hasattr(handle, "options"):
+        valid = value in handle.options
+    elif hasattr(handle, "max"):
+        valid = type(value) in (int, float) and handle.min <= value <= handle.max
+    else:
+        valid = type(value) is bool
+    return None if valid else f"{handle.label or 'a control'} has no value {value!r}"
+
+
+def _numbers(value: Any) -> Iterable[Any]:
+    if isinstance(value, (tuple, list)):
+        for part in value:
+            yield from _numbers(part)
+    elif isinstance(value, (int, float)):
+        yield value
+
+
+def _is_near(number: float) -> bool:
+    return math.isfinite(number) and abs(number) <= FARTHEST
