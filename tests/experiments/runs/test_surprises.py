@@ -19,6 +19,7 @@ from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
 from sim.evidence.certificate import certify
 from sim.execution.faults.fault import read_fault
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.perception.sensors import NoisySensor
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer, transport
@@ -188,9 +189,9 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
         if over_desk and jug_on_shelf:
             raise BlockedError(f"the way is blocked by {blocker}", [blocker])
 
-    def check_path(cell: Workcell, references: np.ndarray, **options: float) -> None:
-        refuse(cell, references[-1])
-        check(cell, references, **options)
+    def check_path(cell: Workcell, movement: JointTrajectory, **options: float) -> None:
+        refuse(cell, movement.positions[-1])
+        check(cell, movement, **options)
 
     def planned_path(cell: Workcell, goal: np.ndarray, **options: float) -> np.ndarray:
         refuse(cell, goal)  # before a search for a path, which would fail after seconds
