@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
 
@@ -19,6 +19,13 @@ UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
 """What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
 
 
+INTERPRETED_S = 5
+"""Time for a search in Python while nothing is compiled, s; compiling takes longer."""
+
+ATTEMPT = "PREFPLAN_INTERPRETED"
+"""Environment variable: "1" while a search in Python is tried, "0" when that took too long."""
+
+
 def load_planner(*, quiet: bool = False) -> None:
     """Load the planner; print on stderr that compiling takes a minute, if it is not compiled and `quiet` is False."""
     with loading():
@@ -29,6 +36,40 @@ def load_planner(*, quiet: bool = False) -> None:
 
     if not quiet and not is_compiled():
         tell("compiling the search, once; this takes 10 to 30 seconds")
+
+
+@contextmanager
+def planner_at_once(*, quiet: bool, is_program: bool) -> Iterator[None]:
+    """Load the planner for a search that prints nothing before it ends; while nothing is compiled, search in Python.
+
+    Kernels give the same plans as Python functions. If nothing is compiled, the program starts itself again with these;
+    if the search takes longer than `INTERPRETED_S`, once more with kernels.
+
+    Args:
+        quiet: whether to print nothing on stderr.
+        is_program: whether this process is the program, and may be replaced.
+    """
+    attempt = os.environ.get(ATTEMPT)
+    if attempt is None and is_program:
+        with loading():
+            from prefplan.warm_up import is_compiled
+        if not is_compiled():
+            if not quiet:
+                tell(f"nothing is compiled yet: searching in Python for up to {INTERPRETED_S} seconds")
+            _start_again({"NUMBA_DISABLE_JIT": "1", ATTEMPT: "1"})
+    if attempt == "1":
+        signal.signal(signal.SIGALRM, lambda number, frame: _start_again({"NUMBA_DISABLE_JIT": "0", ATTEMPT: "0"}))
+        signal.alarm(INTERPRETED_S)
+    load_planner(quiet=quiet)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+
+
+def _start_again(environment: Mapping[str, str]) -> None:
+    """Replace this process by the same program with the same arguments."""
+    os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], os.environ | environment)
 
 
 @contextmanager

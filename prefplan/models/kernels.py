@@ -19,6 +19,9 @@ Integer: TypeAlias = "int | np.integer[Any]"
 COMPILED: bool = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
 """Whether kernels are compiled: `NUMBA_DISABLE_JIT=1` runs them in Python, for a debugger."""
 
+if not COMPILED:
+    np.seterr(over="ignore")  # machine code wraps round silently, and hashes rely on it
+
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
 
