@@ -1,6 +1,6 @@
 """Case Study 1 of the paper: a delivery robot's five tasks, and every best trade-off of cost and desired order.
 
-Plans from Python, prints the front beside Figure 3's captions and every plan, and draws the figure again.
+Plans from Python, compares the front with Figure 3's captions, prints every plan, and draws the figure again.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from pathlib import Path
 
 import prefplan as pp
 from experiments.cli.files import make_folder
-from experiments.figures import plans
-from prefplan.text.layout import condense
+from experiments.paper.study import Study, show_alone
+
+TITLE, ABOUT = "Case Study 1", "A delivery robot's five tasks, preferred in the order of the customers."
 
 SIZE, START = (20, 20), (0, 0)
 """Cells, of unit cost."""
@@ -43,8 +44,8 @@ OUT = Path("out", "case_study_1")
 """Where the figure goes."""
 
 
-def main() -> int:
-    """Plan, compare, draw; return 1 if the front is not the published one."""
+def reproduce(study: Study, out: Path) -> None:
+    """Plan, compare with Figure 3, and draw the figure into a folder."""
     # What the robot can do: a weighted transition system (Definition 1).
     town = pp.GridModel(SIZE, START, regions=TOWN)
 
@@ -54,16 +55,16 @@ def main() -> int:
     # Every plan for which no other is both cheaper and preferred (Problem 1).
     front = pp.pareto_front(problem)
 
-    for plan, published in zip(front, PUBLISHED, strict=False):
-        verdict = "agrees" if (plan.cost, plan.preference) == published else "DIFFERS"
-        print(f"cost {plan.cost}, mu {plan.preference:2}; the paper: {published}, {verdict}")
-        print(f"    {condense(plan.actions)}")
+    study.compare_front("Figure 3", PUBLISHED, front)
+    make_folder(out)
+    study.draw(pp.Scenario("case_study_1", Path(), town, TASKS, pp.Order()), front, out / "figure_3.svg")
 
-    figure = OUT / "figure_3.svg"
-    make_folder(OUT)
-    plans.draw(pp.Scenario("case_study_1", Path(), town, TASKS, pp.Order()), front, figure)
-    print(figure)
-    return 0 if [(plan.cost, plan.preference) for plan in front] == list(PUBLISHED) else 1
+
+def main() -> int:
+    """Carry the study out; return 1 if the front is not the published one."""
+    study = Study(TITLE, ABOUT)
+    reproduce(study, OUT)
+    return show_alone(study)
 
 
 if __name__ == "__main__":

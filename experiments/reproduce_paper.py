@@ -10,20 +10,17 @@ from pathlib import Path
 import click
 
 import prefplan as pp
+from experiments import case_study_1, case_study_2
 from experiments.benchmark import table1
-from experiments.case_study_1 import PUBLISHED as FIGURE_3
-from experiments.case_study_2 import PUBLISHED as FIGURE_4
 from experiments.cli.command import call, command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, INTERRUPTED
 from experiments.cli.values import PATH
-from experiments.figures import plans
 from experiments.paper import arm
-from experiments.paper.study import Report, Study
+from experiments.paper.study import Report
 from experiments.paper.table import RESULTS, compare_times
-from experiments.regression.front_comparison import compare
 from prefplan.logic.good_prefix import is_satisfied
 from prefplan.text.layout import condense, number
 
@@ -32,9 +29,6 @@ PRINTED_PLAN, DRAWN_PLAN = "EEWNNW", "EEWNNE"
 
 EXAMPLE_3 = ((20, 5, 10), 15)
 """A preference cost set and its mu."""
-
-WITH_SKIP_20 = ((50, 67), (60, 30), (64, 15))
-"""The front of Case Study 2 with the price given in the text, which differs from that in Figure 4."""
 
 FIGURE_5 = {"cost-optimal": 0, "preference-optimal": -1}
 """The plans of Figure 5, by their index on the front."""
@@ -61,10 +55,12 @@ def reproduce(out: Path, quick: bool, benchmark: bool) -> int:
     examples(report, out)
 
     # Case Study 1: the Pareto front of five tasks, preferred in an order (Figure 3).
-    case_study_1(report, out)
+    with report.study(case_study_1.TITLE, case_study_1.ABOUT) as study:
+        case_study_1.reproduce(study, out)
 
     # Case Study 2: contradicting tasks, relaxed for a price (Figure 4).
-    case_study_2(report, out)
+    with report.study(case_study_2.TITLE, case_study_2.ABOUT) as study:
+        case_study_2.reproduce(study, out)
 
     # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
     case_study_3(report, out, simulate=not quick)
@@ -110,7 +106,7 @@ def examples(report: Report, out: Path) -> None:
         study.compare(f"Example 3, mu of {costs}", str(mu), f"{float(value):g}", agrees=value == mu)
 
         # The whole front of the example.
-        draw_plans(study, scenario, pp.pareto_front(problem), out / "figure_1.svg")
+        study.draw(scenario, pp.pareto_front(problem), out / "figure_1.svg")
 
 
 def unsatisfied_tasks(problem: pp.Problem, plan: str) -> list[str]:
@@ -125,36 +121,6 @@ def unsatisfied_tasks(problem: pp.Problem, plan: str) -> list[str]:
 
 def _verdict(unsatisfied: list[str]) -> str:
     return f"misses {', '.join(unsatisfied)}" if unsatisfied else "satisfies all tasks"
-
-
-def case_study_1(report: Report, out: Path) -> None:
-    """Compare the front with Figure 3, and draw the figure."""
-    with report.study(
-        "Case Study 1", "A delivery robot's five tasks, preferred in the order of the customers."
-    ) as study:
-        scenario = pp.load("case_study_1")
-        front = pp.pareto_front(scenario.problem())
-        study.compare_front("Figure 3", FIGURE_3, front)
-        draw_plans(study, scenario, front, out / "figure_3.svg")
-
-
-def case_study_2(report: Report, out: Path) -> None:
-    """Compare the front with Figure 4, find which price of skipping phi5 the figure has, and draw the figure."""
-    about = "The same town, but two tasks contradict each other, so that they are relaxed for a price."
-    with report.study("Case Study 2", about) as study:
-        scenario = pp.load("case_study_2")
-        front = pp.pareto_front(scenario.problem())
-        study.compare_front("Figure 4", FIGURE_4, front)
-
-        with_20 = pp.pareto_front(pp.load("case_study_2_skip20").problem())
-        study.erratum(
-            "price of skipping phi5",
-            "20 in the text",
-            "25 in the figure",
-            confirmed=all(row.same for row in (*compare(FIGURE_4, front), *compare(WITH_SKIP_20, with_20))),
-            remark="mu of Figure 4 (a) is 77 = 2 * 25 + 15 + 12; with the text's 20 it would be 67, all else the same",
-        )
-        draw_plans(study, scenario, front, out / "figure_4.svg")
 
 
 def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
@@ -189,14 +155,6 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
         else:
             caption = "the moments at which a block is put down, in the cheapest and in the preferred plan"
             study.figures.append((figure, caption))
-
-
-def draw_plans(study: Study, scenario: pp.Scenario, front: pp.Front, figure: Path) -> None:
-    """Add a figure of every plan of a front on a map, and the plans as text."""
-    plans.draw(scenario, front, figure)
-    study.figures.append((figure, "every plan of the front, and the front"))
-    for i, plan in enumerate(front):
-        study.texts.append(f"Plan {i}: {plan.steps}")
 
 
 def measured(folder: Path, *, quick: bool) -> Path:

@@ -1,20 +1,37 @@
-"""A job for tests of processes, in a module that a new process loads at once."""
+"""A batch for tests of processes, in a module that a new process loads at once."""
 
 from __future__ import annotations
 
 import os
+import signal
 import time
-from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-HANGS, CRASHES = 1, 2
+DEADLY, DEADLY_ONCE = 3, 6
 
 
-def report_and_end(number: int, tell: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Report a number, then hang, crash or return it again."""
-    tell({"told": number})
-    if number == HANGS:
-        time.sleep(600)
-    if number == CRASHES:
-        os.abort()
-    return {"done": number}
+@dataclass(frozen=True)
+class Jobs:
+    """Jobs of which one kills its process each time and one the first time only; or all but 0 wait for a file."""
+
+    once: Path
+    lost: Path | None = None
+
+    key = "job"
+
+    def record(self, number: int) -> dict[str, Any]:
+        """Return the number, or end."""
+        if self.lost is not None:
+            while number and not self.lost.exists():
+                time.sleep(0.01)
+        elif number == DEADLY or (number == DEADLY_ONCE and not self.once.exists()):
+            if number == DEADLY_ONCE:
+                self.once.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {"job": number, "completed": True}
+
+    def crashed(self, number: int, reason: str) -> dict[str, Any]:
+        """Return the record of a job without a result."""
+        return {"job": number, "completed": False, "reason": reason}

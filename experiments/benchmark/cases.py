@@ -12,8 +12,6 @@ import click
 
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.road_costs import COSTS, problem_between, random_queries, write_files
-from experiments.benchmark.road_network import road_network
 from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
 from experiments.cli.command import call, command
@@ -110,23 +108,12 @@ def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run
         yield from _runs(name, [made], {kind: partial(search, kind) for kind in KINDS})
 
 
-def roads(folder: Path, seeds: range) -> Iterator[Run]:
-    """Yield searches for fronts of two and of three costs between crossings of the made-up city."""
-    city = road_network()
-    write_files(city, folder)
-    for query in random_queries(city):
-        for costs in (COSTS[:2], COSTS):
-            name = f"{query.source} to {query.target}, {len(costs)} costs"
-            yield from _runs(name, [partial(problem_between, folder, costs, query)], {FRONT: partial(search, FRONT)})
-
-
 GROUPS: dict[str, Group] = {
     "tasks": many_tasks,
     "stopped": stopped,
     "ablation": ablation,
     "large": partial(large, SIZES),
     "measured": partial(large, MEASURED),
-    "roads": roads,
 }
 
 
@@ -149,7 +136,6 @@ def time_groups(groups: Sequence[str], seeds: int) -> int:
       stopped          the same, stopped after some seconds: the gap that is proven by then
       ablation         the planner without one of its components at a time
       large, measured  manipulation models too large to enumerate, also with measured costs
-      roads            fronts of two and of three costs on the roads of a made-up city
     """
     warm_up()
     search(FRONT, _shipped("case_study_3"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NoReturn
 
 import rich.console
 from rich.segment import Segment
 from rich.table import Table
+from rich.text import Text
 
 from prefplan.text.printable import printable_lines
 
@@ -47,3 +48,23 @@ class Console(rich.console.Console):
     def on_broken_pipe(self) -> NoReturn:
         """Let the program's `main` handle the BrokenPipeError; rich would exit with status 1."""
         raise
+
+
+def table(
+    title: str,
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    right: Collection[int] = (),
+    bold: Collection[int] = (),
+) -> Table:
+    """Return a table of plain text, below a title if there is one.
+
+    `right` are the numbers of the columns that are aligned to the right, and `bold` of those that stand out.
+    """
+    found = Table(title=Text(title, style="table.title") if title else None, title_justify="left")
+    for k, head in enumerate(heads):
+        found.add_column(Text(head), justify="right" if k in right else "left", style="bold" if k in bold else None)
+    for cells in rows:
+        found.add_row(*map(Text, cells))
+    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -56,11 +56,24 @@ class Journal(AbstractContextManager["Journal"]):
         if not whole:
             self._write(header)
             return
-        found, self.done = read_journal(self.path, key=self._key)
+        found, *results = (self._decode(line, i) for i, line in enumerate(content[:whole].splitlines(), start=1))
+        if "prefplan" not in found:
+            raise PrefplanError(f"{self.path}: line 1: not the header of an experiment")
+        for i, result in enumerate(results, start=2):
+            if not isinstance(result.get(self._key), int):
+                raise PrefplanError(f"{self.path}: line {i}: not the result of a {self._key}")
+            self.done[result[self._key]] = result
         different = [key for key in sorted(header.keys() | found.keys()) if header.get(key) != found.get(key)]
         if different:
             told = ", ".join(_difference(key, found.get(key), header.get(key)) for key in different)
             raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
+
+    def _decode(self, line: bytes, number: int) -> dict[str, Any]:
+        with suppress(ValueError):
+            value = json.loads(line)
+            if isinstance(value, dict):
+                return value
+        raise PrefplanError(f"{self.path}: line {number}: not a JSON object; the file is damaged")
 
     def add(self, result: dict[str, Any]) -> None:
         """Write a result to the disk.
@@ -82,38 +95,6 @@ class Journal(AbstractContextManager["Journal"]):
     def __exit__(self, *error: object) -> None:
         """Close the file."""
         self._file.close()
-
-
-def read_journal(path: Path, *, key: str) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
-    """Return the header of a file of results, and the finished results by number, their entry `key`.
-
-    Raises:
-        PrefplanError: it cannot be read or is damaged.
-    """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise PrefplanError(f"{path}: cannot be read ({error.strerror})") from None
-    lines = content[: content.rfind(b"\n") + 1].splitlines()
-    header, *results = (_decode(path, line, number) for number, line in enumerate(lines or [b""], start=1))
-    if "prefplan" not in header:
-        raise PrefplanError(f"{path}: line 1: not the header of an experiment")
-    done = {}
-    for number, result in enumerate(results, start=2):
-        if not isinstance(result.get(key), int):
-            raise PrefplanError(f"{path}: line {number}: not the result of a {key}")
-        done[result[key]] = result
-    return header, done
-
-
-def _decode(path: Path, line: bytes, number: int) -> dict[str, Any]:
-    try:
-        value = json.loads(line)
-    except ValueError:
-        value = None
-    if not isinstance(value, dict):
-        raise PrefplanError(f"{path}: line {number}: not a JSON object; the file is damaged")
-    return value
 
 
 def _difference(key: str, found: Any, expected: Any) -> str:

@@ -24,6 +24,7 @@ from experiments.cli.values import (
     which_plan,
     whole,
 )
+from prefplan.errors import PrefplanError, check_known
 
 Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
@@ -121,8 +122,23 @@ perturb = click.option(
     help="Greatest random differences: position, centre (of mass), noise and bias (of the camera) in mm; angle in "
     "degrees; latency in ms; friction, pads, table, force and mass as a share of 1 (default: position=5,angle=5).",
 )
+
+
+def _robot(context: click.Context, parameter: click.Parameter, name: str | None) -> str | None:
+    """Return the name of a robot, if there is one of that name."""
+    if name is None or context.resilient_parsing:
+        return name
+    with loading():
+        from sim.robots.catalogue import ROBOTS
+    check_known("--robot", "name", name, ROBOTS, PrefplanError)
+    return name
+
+
 robot = click.option(
-    "--robot", metavar="NAME", help="One of those that `prefplan robots` lists (default: the scenario's, or panda)."
+    "--robot",
+    metavar="NAME",
+    callback=_robot,
+    help="One of those that `prefplan robots` lists (default: the scenario's, or panda).",
 )
 no_video = click.option("--no-video", is_flag=True, help="Render no video.")
 camera = click.option(

@@ -8,11 +8,10 @@ from dataclasses import asdict
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 import prefplan as pp
+from experiments.cli.console import table
 from prefplan.models.feasibility import Geometry
 
 
@@ -101,12 +100,8 @@ def _heading(scenario: pp.Scenario) -> dict[str, Any]:
 def show_front(console: Console, scenario: pp.Scenario, front: pp.Front, whole: Callable[[int], str]) -> None:
     """Print a front as a table, and the plans below it; `whole` as in `Front.listing`."""
     heads, *rows = front.table
-    table = Table(title=f"{escape(scenario.name)}: {front.title}", title_justify="left")
-    for i, head in enumerate(heads):
-        table.add_column(escape(head), justify="right", style="bold" if 0 < i <= len(front.objectives) else None)
-    for row in rows:
-        table.add_row(*row)
-    console.print(table)
+    title, count = f"{scenario.name}: {front.title}", len(heads)
+    console.print(table(title, heads, rows, right=range(count), bold=range(1, 1 + len(front.objectives))))
     for note in front.notes:
         console.print(note, style="dim")
     for block in front.listing(whole):

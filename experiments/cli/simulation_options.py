@@ -1,4 +1,4 @@
-"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise`, `--robot` and those of videos."""
+"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise` and those of videos."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Look
-from sim.robots.catalogue import ROBOTS
 from sim.world.randomization import KEYS, Perturbation, read_perturbation
 from sim.world.scene import Scene
 
@@ -56,11 +55,6 @@ def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
     if noise and noise > (greatest := KEYS["noise"].greatest):
         raise PrefplanError(f"--noise {noise}: must be at most {greatest} mm")
     return NoisySensor(float(noise) / 1000, seed=seed or 0) if noise else None
-
-
-def robot_of(name: str | None) -> str | None:
-    """Return the value of `--robot`; None without the option."""
-    return name if name is None else checked("--robot", name, ROBOTS)
 
 
 def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:

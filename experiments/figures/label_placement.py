@@ -10,8 +10,11 @@ import numpy as np
 STEPS = 48
 """Number of positions tried along each axis of the frame."""
 
-BESIDE, PER_LINE, COVERED_POINT, COVERED_AREA, COVERED_DOT = 2.0, 1.5, 1.0, 2.0, 40.0
-"""Penalties of a position: outside its target, per distance of one line height, and per thing that the label covers."""
+BESIDE, PER_LINE = 2.0, 1.5
+"""Penalties of a position outside its target, and per distance of one line height from it."""
+
+PATH, AREA, DOT = 1.0, 2.0, 40.0
+"""Penalties of covering a point of a path, an area and a mark."""
 
 
 @dataclass(frozen=True)
@@ -29,23 +32,12 @@ class MapLabel:
     inside: bool
 
 
-@dataclass(frozen=True)
-class Obstacles:
-    """What labels should not cover.
-
-    Attributes:
-        points: (P, 2) of a path.
-        dots: (D, 4) rectangles of marks.
-        areas: (A, 4) rectangles of named and other areas.
-    """
-
-    points: np.ndarray
-    dots: np.ndarray
-    areas: np.ndarray
+Obstacle = tuple[np.ndarray, float]
+"""What labels should not cover: its (4,) rectangle, and the penalty of covering it."""
 
 
 def place(
-    labels: Sequence[MapLabel], frame: np.ndarray, obstacles: Obstacles, *, line: float
+    labels: Sequence[MapLabel], frame: np.ndarray, obstacles: Sequence[Obstacle], *, line: float
 ) -> list[np.ndarray | None]:
     """Return the rectangle of each label, None if it would overlap another label at every position.
 
@@ -54,12 +46,17 @@ def place(
     """
     taken: list[np.ndarray] = []
     places: list[np.ndarray | None] = [None] * len(labels)
+    covered, costs = (np.array([one[k] for one in obstacles]) for k in (0, 1))
     for i in sorted(range(len(labels)), key=lambda i: (labels[i].inside, _area(labels[i].target))):
         rectangles = _candidates(labels[i], frame)
         if taken:
             rectangles = rectangles[~_overlaps(rectangles, np.array(taken)).any(axis=1)]
         if len(rectangles):
-            places[i] = best = rectangles[np.argmin(_penalties(rectangles, labels[i], obstacles, line))]
+            penalties = _penalties(rectangles, labels[i], line)
+            if len(covered):
+                others = (covered != labels[i].target).any(axis=1)
+                penalties += _overlaps(rectangles, covered[others]) @ costs[others]
+            places[i] = best = rectangles[np.argmin(penalties)]
             taken.append(best)
     return places
 
@@ -113,16 +110,10 @@ def _overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(beside & (one[..., 1] < other[:, 3]) & (other[:, 1] < one[..., 3]))
 
 
-def _penalties(rectangles: np.ndarray, label: MapLabel, obstacles: Obstacles, line: float) -> np.ndarray:
-    points = np.hstack([obstacles.points, obstacles.points])
-    others = obstacles.areas[(obstacles.areas != label.target).any(axis=1)]
+def _penalties(rectangles: np.ndarray, label: MapLabel, line: float) -> np.ndarray:
+    """Return the (R,) penalties of (R, 4) rectangles for where they lie beside the label's target."""
     left, low, right, high = label.target
     within = (rectangles[:, :2] >= (left, low)).all(axis=1) & (rectangles[:, 2:] <= (right, high)).all(axis=1)
     # Inside an area, prefer its upper left corner, where a reader looks first.
     corner = np.hypot(rectangles[:, 0] - left, rectangles[:, 3] - high) / line
-    return (
-        np.where(within, 0.05 * corner, BESIDE + PER_LINE * gap(rectangles, label.target) / line)
-        + COVERED_POINT * _overlaps(rectangles, points).sum(axis=1)
-        + COVERED_DOT * _overlaps(rectangles, obstacles.dots).sum(axis=1)
-        + COVERED_AREA * _overlaps(rectangles, others).sum(axis=1)
-    )
+    return np.where(within, 0.05 * corner, BESIDE + PER_LINE * gap(rectangles, label.target) / line)

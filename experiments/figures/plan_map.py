@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 
 from experiments.figures.figures import POINTS_PER_INCH
-from experiments.figures.label_placement import MapLabel, Obstacles, gap, leader, place
+from experiments.figures.label_placement import AREA, DOT, PATH, MapLabel, Obstacle, gap, leader, place
 from prefplan.ledger import Ledger
 from prefplan.plan import Plan
 from prefplan.problem import Problem
@@ -22,7 +22,7 @@ from prefplan.problem import Problem
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
 """Colours of regions, used in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""
 
-PATH, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
+PATH_COLOR, GOOD, START_COLOR = "#222255", "#117733", "#bb5566"
 """Colours of the path, of satisfied tasks and of the start, suited to colour-blind readers."""
 
 SMALL_FONT_SIZE_PT = 7.5
@@ -59,42 +59,33 @@ class Named(NamedTuple):
     inside: bool
 
 
-def write_names(
-    axes: Axes,
-    named: Sequence[Named],
-    *,
-    dots: Sequence[np.ndarray],
-    others: Sequence[np.ndarray],
-    path: np.ndarray,
-    font_size: float,
-) -> None:
+def write_names(axes: Axes, named: Sequence[Named], obstacles: Sequence[Obstacle], *, font_size: float) -> None:
     """Write names on a map where there is space; its axes must have their final position.
 
-    If possible, names cover neither `dots` nor `others`, both (4,) rectangles, nor the (P, 2) points of a path, nor
-    another named area; the font size is in points.
+    Args:
+        axes: of the map.
+        named: the names; what may hold its own name should not be covered by another one.
+        obstacles: what else names should not cover.
+        font_size: points.
     """
-    to_pixels = axes.transData.transform
+    to_pixels, to_map = axes.transData.transform, axes.transData.inverted().transform
     texts = [_write(axes, one.text, one.kind, font_size) for one in named]
-    extents = [text.get_window_extent() for text in texts]
     targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
     labels = [
-        MapLabel((extent.width + 2 * PAD_PX, extent.height + 2 * PAD_PX), target, one.inside)
-        for extent, target, one in zip(extents, targets, named, strict=True)
+        MapLabel(tuple(np.add(text.get_window_extent().size, 2 * PAD_PX)), target, one.inside)
+        for text, target, one in zip(texts, targets, named, strict=True)
     ]
-    areas = [target for target, one in zip(targets, named, strict=True) if one.inside]
-    dots, others = ([to_pixels(one.reshape(2, 2)).ravel() for one in rectangles] for rectangles in (dots, others))
-    obstacles = Obstacles(to_pixels(path), np.array(dots), np.array([*areas, *others]).reshape(-1, 4))
+    shunned = [(to_pixels(rectangle.reshape(2, 2)).ravel(), cost) for rectangle, cost in obstacles]
+    shunned += [(label.target, AREA if label.inside else DOT) for label in labels]
     frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
     line = font_size * axes.figure.dpi / POINTS_PER_INCH
-    for text, rectangle, target in zip(texts, place(labels, frame, obstacles, line=line), targets, strict=True):
+    for text, rectangle, target in zip(texts, place(labels, frame, shunned, line=line), targets, strict=True):
         if rectangle is None:
             text.remove()
             continue
-        text.set_position(tuple(axes.transData.inverted().transform(rectangle[:2] + PAD_PX)))
+        text.set_position(tuple(to_map(rectangle[:2] + PAD_PX)))
         if gap(rectangle[None], target)[0] > LEADER * line:
-            axes.plot(
-                *axes.transData.inverted().transform(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN
-            )
+            axes.plot(*to_map(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN)
 
 
 def _write(axes: Axes, text: str, kind: str, font_size: float) -> Text:
@@ -165,9 +156,9 @@ class PlanMap(ABC):
         axes.set(xticks=[], yticks=[])
         self._draw_ground(axes)
         line, arrows = self._line(plan)
-        axes.plot(*line.T, color=PATH, linewidth=self.path_width, solid_joinstyle="round", zorder=3, gid="path")
+        axes.plot(*line.T, color=PATH_COLOR, linewidth=self.path_width, solid_joinstyle="round", zorder=3, gid="path")
         for corners in arrows:
-            axes.add_patch(Polygon(corners, closed=True, facecolor=PATH, linewidth=0, zorder=3, gid="arrow"))
+            axes.add_patch(Polygon(corners, closed=True, facecolor=PATH_COLOR, linewidth=0, zorder=3, gid="arrow"))
         dot: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.6, "zorder": 5}
         axes.add_patch(
             Circle(tuple(self._start(plan)), START_SIZE * self.mark, facecolor=START_COLOR, gid="start", **dot)
@@ -187,16 +178,10 @@ class PlanMap(ABC):
             lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
             done.append(Named(lines, "task", square(path[step], self.mark), False))
         named = self._names({plan.states[step] for step in goals}, done)
-        dots = [one.target for one in named if not one.inside]
-        start = square(self._start(plan), START_SIZE * self.mark)
-        write_names(
-            axes,
-            named,
-            dots=[start, *dots],
-            others=self._unnamed(),
-            path=self._kept_clear(plan),
-            font_size=font_size,
-        )
+        obstacles = [(square(self._start(plan), START_SIZE * self.mark), DOT)]
+        obstacles += [(area, AREA) for area in self._unnamed()]
+        obstacles += [(np.array([*point, *point]), PATH) for point in self._kept_clear(plan)]
+        write_names(axes, named, obstacles, font_size=font_size)
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:
         """Return the tasks that a plan satisfies, by the number of actions done when they are."""

@@ -9,13 +9,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rich.table import Table
-
 from experiments.cli.browser import template
-from experiments.cli.console import Console
+from experiments.cli.console import Console, table
 from experiments.cli.files import write_bytes
+from experiments.figures import plans
 from experiments.regression.front_comparison import FrontPoint, compare
-from prefplan import Front, PrefplanError
+from prefplan import Front, PrefplanError, Scenario
 from prefplan.text.layout import number
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
@@ -80,20 +79,34 @@ class Study:
             paper, ours = (f"cost {number(p[0])}, mu {number(p[1])}" if p else "-" for p in (row.expected, row.found))
             self.compare(panel, paper, ours, agrees=row.same)
 
+    def draw(self, scenario: Scenario, front: Front, figure: Path) -> None:
+        """Add a figure of every plan of a front on a map, and the plans as text."""
+        plans.draw(scenario, front, figure)
+        self.figures.append((figure, "every plan of the front, and the front"))
+        self.texts += [f"Plan {i}: {plan.steps}" for i, plan in enumerate(front)]
+
     def show(self, console: Console) -> None:
         """Print a table of the findings, the paper and ours side by side, with remarks and figures below."""
-        table = Table(title=self.title, title_justify="left")
-        for column in ("", "paper", "ours", "verdict"):
-            table.add_column(column)
-        for finding in self.findings:
-            table.add_row(finding.what, finding.paper, finding.ours, finding.verdict)
-        console.print(table if self.failure is None else f"{self.title}: {self.failure}", markup=False)
+        rows = [(one.what, one.paper, one.ours, one.verdict) for one in self.findings]
+        if self.failure is None:
+            console.print(table(self.title, ("", "paper", "ours", "verdict"), rows))
+        else:
+            console.print(f"{self.title}: {self.failure}", markup=False)
         for finding in self.findings:
             if finding.remark:
                 console.print(f"  {finding.what}: {finding.remark}", markup=False, style="dim")
         for picture, _ in self.figures:
             console.print(f"  {picture}", markup=False)
         console.print()
+
+
+def show_alone(study: Study) -> int:
+    """Print a study and its texts, and return 0 if it is reproduced, else 1."""
+    console = Console(highlight=False)
+    study.show(console)
+    for text in study.texts:
+        console.print(text, markup=False)
+    return 0 if study.reproduced else 1
 
 
 class Report:

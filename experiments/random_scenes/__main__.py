@@ -13,19 +13,17 @@ from importlib.metadata import version
 from pathlib import Path
 
 import click
-from joblib import cpu_count
 
 from experiments.cli import options
 from experiments.cli.command import call, command, is_quiet
 from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
-from experiments.cli.status import DONE, INTERRUPTED
+from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import PATH, positive, seconds
 from experiments.random_scenes.page import markdown
-from experiments.random_scenes.processes import in_processes
-from experiments.random_scenes.trial import CRASHED, TIMED_OUT, UNKNOWN, try_scene
-from experiments.sweep.recorded import RECORDS
+from experiments.random_scenes.trial import Scenes
+from experiments.sweep.workers import RECORDS, work
 
 
 @command
@@ -43,29 +41,16 @@ def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int 
     make_folder(out)
     versions = {name: version(name) for name in ("prefplan", "mujoco")}
     header = {**versions, "seed": seed, "max_seconds": max_seconds}
-    with Journal(out / RECORDS, header, key="scene") as records, Bars(quiet=is_quiet()) as bars:
-        asked = range(scenes)
-        missing = [number for number in asked if number not in records.done]
-        done = in_processes(
-            try_scene,
-            (seed, out),
-            missing,
-            jobs=jobs or cpu_count(),
-            max_seconds=max_seconds,
-            timed_out={"outcome": TIMED_OUT},
-            crashed={"outcome": CRASHED},
-        )
-        interrupted = False
+    batch, interrupted = Scenes(seed, out, max_seconds), False
+    with Journal(out / RECORDS, header, key=batch.key) as records, Bars(quiet=is_quiet()) as bars:
         try:
-            for count, (number, record) in enumerate(done, scenes - len(missing) + 1):
-                records.add({"scene": number, **UNKNOWN, **record})
-                bars("scenes", count, scenes, "")
+            work(batch, scenes, records, tell=bars, stage="scenes", jobs=jobs)
         except KeyboardInterrupt:
             interrupted = True
-    found = [records.done[number] for number in asked if number in records.done]
+    found = [records.done[number] for number in range(scenes) if number in records.done]
     print(markdown(found, scenes=scenes, seed=seed, about=f"MuJoCo {versions['mujoco']}"))
     if interrupted:
-        print("interrupted; the same command continues", file=sys.stderr)
+        tell("interrupted; the same command continues")
     return INTERRUPTED if interrupted else DONE
 
 

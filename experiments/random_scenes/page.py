@@ -15,8 +15,8 @@ from experiments.random_scenes.trial import (
     REFUTED,
     USUAL,
 )
-from experiments.sweep.job import RolloutRecord
 from experiments.sweep.summary import share, wilson
+from experiments.sweep.workers import Record
 
 MAX_ACTION_S = 10.0
 """An action should take no longer in simulated time, s."""
@@ -24,7 +24,7 @@ MAX_ACTION_S = 10.0
 ANSWERS = {True: "yes", False: "no: carried out without the test that refused", None: "no answer in time"}
 """The answers of `prefplan check`, in words."""
 
-Records = Sequence[RolloutRecord]
+Records = Sequence[Record]
 
 
 def markdown(records: Records, *, scenes: int, seed: int, about: str) -> str:
@@ -110,13 +110,13 @@ def _figures(records: Records) -> list[str]:
     return ["| | |", "| --- | --- |", *(f"| {name} | {value} |" for name, value in rows.items())]
 
 
-def _is_false_no(record: RolloutRecord) -> bool:
+def _is_false_no(record: Record) -> bool:
     return record["allowed"] is False and record["outcome"] == COMPLETED
 
 
 def _refusals(records: Records) -> list[str]:
     """Return how often the check gave each reason, and in how many of these scenes the run was completed."""
-    found: dict[str, list[RolloutRecord]] = {}
+    found: dict[str, list[Record]] = {}
     for record in records:
         for reason in record["refusals"]:
             found.setdefault(reason, []).append(record)
@@ -132,6 +132,6 @@ def _list(title: str, records: Records) -> list[str]:
     return ["", f"{title}:", "", *lines] if lines else []
 
 
-def _why(record: RolloutRecord) -> str:
+def _why(record: Record) -> str:
     reasons = [*record.get("refuted", ()), *record.get("findings", ()), *record["refusals"]] or [record.get("reason")]
     return "".join(f"; {reason}" for reason in reasons if reason)

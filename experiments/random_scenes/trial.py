@@ -6,10 +6,14 @@ often the check refuses what the arm can do.
 
 from __future__ import annotations
 
+import faulthandler
+import signal
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
 import mujoco
 import numpy as np
@@ -18,26 +22,28 @@ from experiments.cli.files import write_bytes
 from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import scene_text
 from experiments.runs.carry_out import carry_out
-from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
-from experiments.sweep.job import RolloutRecord, failure_class, observed
+from experiments.sweep.job import failure_class, judged
+from experiments.sweep.workers import Record
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario, load
-from sim.evidence.certificate import certify
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
 USUAL = Perturbation()
 """Greatest differences of the start poses."""
 
-UNKNOWN: RolloutRecord = {"allowed": None, "refusals": [], "check_cpu_seconds": None}
+UNKNOWN: Record = {"allowed": None, "refusals": [], "check_cpu_seconds": None}
 """Entries of the record of a scene whose check has not ended."""
 
 MAX_BYTES = 1e9
 """Memory for a run: planning again without an action that a task needs would otherwise take minutes to find nothing."""
+
+GRACE_S = 60.0
+"""Time in which a scene whose time is up has to end by itself."""
 
 COMPLETED, FAILED, REFUTED, ERROR = "completed", "failed honestly", "refuted", "program error"
 NOT_BUILT, TIMED_OUT, CRASHED = "cannot be built", "timed out", "crashed"
@@ -46,18 +52,61 @@ OUTCOMES = (COMPLETED, FAILED, REFUTED, ERROR, NOT_BUILT, TIMED_OUT, CRASHED)
 says so. A run that says itself that a limit was exceeded has failed honestly."""
 
 
-def try_scene(seed: int, folder: Path, number: int, tell: Callable[[RolloutRecord], None]) -> RolloutRecord:
-    """Draw a scene, check it and carry its cheapest plan out.
+class TimeUp(BaseException):
+    """The time of a scene is up; no handler of errors stops it."""
 
-    Args:
+
+@dataclass(frozen=True)
+class Scenes:
+    """The scenes of a seed, each tried in a process.
+
+    Attributes:
         seed: of the scenes.
-        folder: gets the scene's file.
-        number: of the scene.
-        tell: gets the check's answer once it is known.
-
-    Returns:
-        The entries of the record that `tell` has not got.
+        folder: gets each scene's file.
+        max_seconds: time limit of a scene, s.
     """
+
+    seed: int
+    folder: Path
+    max_seconds: float
+
+    key = "scene"
+
+    def record(self, number: int) -> Record:
+        """Draw a scene, check it and carry its cheapest plan out; return what is known when its time is up."""
+        known = {"scene": number, **UNKNOWN}
+        try:
+            with _time_limit(self.max_seconds):
+                for entries in try_scene(self.seed, self.folder, number):
+                    known |= entries
+        except TimeUp:
+            known["outcome"] = TIMED_OUT
+        return known
+
+    def crashed(self, number: int, reason: str) -> Record:
+        """Return the record of a scene whose process ended without a result, twice."""
+        return {"scene": number, **UNKNOWN, "outcome": CRASHED, "reason": reason}
+
+
+@contextmanager
+def _time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeUp after a time; end the process if it has not reached Python code `GRACE_S` later."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise TimeUp
+
+    signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    faulthandler.dump_traceback_later(seconds + GRACE_S, exit=True)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        faulthandler.cancel_dump_traceback_later()
+
+
+def try_scene(seed: int, folder: Path, number: int) -> Iterator[Record]:
+    """Draw a scene, write it to a folder, check it and carry its cheapest plan out; yield parts of its record."""
     path = folder / f"scene_{number}.toml"
     write_bytes(path, scene_text(seed, number).encode())
     began = time.process_time()
@@ -67,22 +116,24 @@ def try_scene(seed: int, folder: Path, number: int, tell: Callable[[RolloutRecor
         assert isinstance(model, ManipulationModel)
         scene, faults = answer(scenario, model)
     except PrefplanError as error:
-        return {"allowed": False, "refusals": [str(error)], "outcome": NOT_BUILT}
+        yield {"allowed": False, "refusals": [str(error)], "outcome": NOT_BUILT}
+        return
     classes = list(dict.fromkeys(failure_class(fault, model) for fault in faults))
-    tell({"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)})
+    yield {"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)}
     try:
         scene = scene or build_scene(model, judged=False)
     except PrefplanError as error:
-        return {"outcome": NOT_BUILT, "reason": str(error)}
+        yield {"outcome": NOT_BUILT, "reason": str(error)}
+        return
     try:
-        return _carried_out(scenario, scene, seed)
+        yield _carried_out(scenario, scene, seed)
     except PrefplanError as error:
-        return {"outcome": FAILED, "reason": str(error)}
+        yield {"outcome": FAILED, "reason": str(error)}
     except Exception as error:  # one error must not end the experiment
-        return {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
+        yield {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
 
 
-def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:
+def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
     """Carry the cheapest plan out and return the entries of the record about the run.
 
     Raises:
@@ -92,17 +143,10 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> RolloutRecord:
     plan = Planner(scenario.problem()).cheapest()
     with Limits(bytes=MAX_BYTES):
         outcome = carry_out(scenario, scene, plan, seed=seed, perturbation=USUAL)
-    certificate = certify(evidence(scenario, scene, outcome))
-    outcome = replace(outcome, certificate=certificate)
-    measures = observed(scene.model, outcome)
-    if certificate.refuted or measures["contacts"]:
-        result = REFUTED
-    else:
-        result = COMPLETED if outcome.completed else FAILED
-    return measures | {
+    found = judged(scenario, scene, outcome)
+    result = REFUTED if found["refuted"] or found["contacts"] else COMPLETED if found["completed"] else FAILED
+    return found | {
         "outcome": result,
-        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
-        "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
         "penetration_mm": round(1000 * penetration(scene, outcome), 2),
         "run_cpu_seconds": round(time.process_time() - began, 1),
     }

@@ -27,18 +27,7 @@ PARTS = "page"
 
 INDEX = "index.html"
 
-SCRIPTS = (
-    "dom.js",
-    "clock.js",
-    "timeline.js",
-    "pictures.js",
-    "chart.js",
-    "parallel.js",
-    "wishes.js",
-    "scene.js",
-    "panel.js",
-    "report.js",
-)
+SCRIPTS = ("dom", "clock", "timeline", "pictures", "chart", "parallel", "wishes", "scene", "panel", "report")
 """The page's scripts, each after those that it uses."""
 
 

@@ -76,23 +76,18 @@ def record_all(
         except RenderingError as error:
             video, notices = False, (f"no videos: {error}",)
     scene = scene_of(scenario, robot=robot)
-    found: dict[int, Recording] = {}
+    found, interrupted = dict[int, Recording](), False
     try:
         for i, plan in plans.items():
 
             def told(stage: str, done: int, total: int, what: str, name: str = f"plan {i}") -> None:
                 tell(f"{name} {stage}", done, total, what)
 
-            path = folder / f"plan_{i}"
-            recording = _record(scenario, scene, plan, path, seed=seed, video=video, tell=told, **look)
-            if recording is None:
-                return found, notices, True
-            found[i] = recording
-            if recording.no_video:
-                notices += (f"no video of plan {i}: {recording.no_video}",)
+            found[i] = _record(scenario, scene, plan, folder / f"plan_{i}", seed=seed, video=video, tell=told, **look)
     except KeyboardInterrupt:
-        return found, notices, True
-    return found, notices, False
+        interrupted = True
+    missing = tuple(f"no video of plan {i}: {one.no_video}" for i, one in found.items() if one.no_video)
+    return found, (*notices, *missing), interrupted
 
 
 def _record(
@@ -105,8 +100,12 @@ def _record(
     video: bool,
     tell: Tell,
     **look: Unpack[Look],
-) -> Recording | None:
-    """Carry a plan out, unless that was done before; None if the user ended it."""
+) -> Recording:
+    """Carry a plan out, unless that was done before.
+
+    Raises:
+        KeyboardInterrupt: the user ended it.
+    """
     found = read(path)
     if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, scene, plan, seed):
         if not video or found.outcome.get("rendered") == _rendered(**look):
@@ -117,7 +116,7 @@ def _record(
     # The page itself shows what captions would.
     outcome = carry_out(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
     if outcome.interrupted:
-        return None
+        raise KeyboardInterrupt
     tell("checking", 0, 0, "the log")
     found = keep(scenario, scene, plan, outcome, path, **look)
     tell("checking", 1, 1, "")

@@ -9,15 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
+from experiments.cli.console import table
 from experiments.cli.files import make_folder
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
-from experiments.sweep.job import RolloutRecord, Sweep
-from experiments.sweep.recorded import RECORDS, define, work
+from experiments.sweep.job import Sweep, define
 from experiments.sweep.summary import failed_by_class, share, wilson
+from experiments.sweep.workers import RECORDS, Record, work
 from prefplan.scenario.decode import Scenario
 from sim.world.randomization import KEYS
 
@@ -69,7 +68,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     Returns:
         The result, if interrupted an incomplete one, as the documented JSON object.
     """
-    trials: dict[float, list[RolloutRecord]] = {}
+    trials: dict[float, list[Record]] = {}
 
     def holds(amount: float) -> bool:
         name = f"{key}={amount:g}"
@@ -78,11 +77,20 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
         make_folder(trial.folder)
         with Journal(trial.folder / RECORDS, define(scenario, trial), key="rollout") as records:
 
-            def known() -> list[RolloutRecord]:
+            def known() -> list[Record]:
                 return decisive(records.done, job.rollouts)
 
             try:
-                work(trial, records, tell=tell, stage=name, enough=lambda: decided(known(), job.rollouts))
+                work(
+                    trial,
+                    job.rollouts,
+                    records,
+                    tell=tell,
+                    stage=name,
+                    jobs=job.jobs,
+                    cluster=job.cluster,
+                    enough=lambda: decided(known(), job.rollouts),
+                )
             finally:
                 trials[amount] = known()
         return not fails(trials[amount], job.rollouts)
@@ -104,9 +112,9 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     }
 
 
-def decisive(done: Mapping[int, RolloutRecord], rollouts: int) -> list[RolloutRecord]:
+def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:
     """Return the records by number, up to the first missing one or until they are `decided`."""
-    records: list[RolloutRecord] = []
+    records: list[Record] = []
     for number in range(rollouts):
         if number not in done or decided(records, rollouts):
             break
@@ -114,18 +122,18 @@ def decisive(done: Mapping[int, RolloutRecord], rollouts: int) -> list[RolloutRe
     return records
 
 
-def decided(records: Sequence[RolloutRecord], rollouts: int) -> bool:
+def decided(records: Sequence[Record], rollouts: int) -> bool:
     """Return whether all rollouts are done, or after `MIN_ROLLOUTS` the threshold can no longer be reached."""
     return len(records) == rollouts or len(records) >= MIN_ROLLOUTS and fails(records, rollouts)
 
 
-def fails(records: Sequence[RolloutRecord], rollouts: int) -> bool:
+def fails(records: Sequence[Record], rollouts: int) -> bool:
     """Return whether fewer than `THRESHOLD` of all rollouts are completed, whatever the outcome of the missing ones."""
     failed = sum(not record["completed"] for record in records)
     return failed > math.floor((1 - THRESHOLD) * rollouts + 1e-9)
 
 
-def _trial(amount: float, records: Sequence[RolloutRecord], rollouts: int) -> dict[str, Any]:
+def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
     completed = sum(record["completed"] for record in records)
     return {
         "amount": amount,
@@ -152,20 +160,14 @@ def boundary_words(result: Mapping[str, Any]) -> str:
 
 def show_boundary(console: Console, result: Mapping[str, Any]) -> None:
     """Print the amounts tried as a table, and the boundary."""
-    title = f"{escape(result['scenario'])}, plan {result['plan']}: {result['key']}, and {result['perturb']}"
-    table = Table(title=title, title_justify="left")
-    table.add_column(f"{result['key']}, {result['unit']}", justify="right")
-    table.add_column("completed")
-    table.add_column("95 % interval (Wilson)")
-    table.add_column("most failures")
+    title = f"{result['scenario']}, plan {result['plan']}: {result['key']}, and {result['perturb']}"
+    rows = []
     for trial in result["trials"]:
         low, high = trial["interval"] or (0, 1)
         worst = trial["failures"][0] if trial["failures"] else None
-        table.add_row(
-            f"{trial['amount']:g}",
-            share(trial["completed"], trial["rollouts"]),
-            f"{low:.1%} to {high:.1%}",
-            escape(f"{worst['count']} x {worst['class']}") if worst else "",
-        )
-    console.print(table)
+        most = f"{worst['count']} x {worst['class']}" if worst else ""
+        completed = share(trial["completed"], trial["rollouts"])
+        rows.append((f"{trial['amount']:g}", completed, f"{low:.1%} to {high:.1%}", most))
+    heads = (f"{result['key']}, {result['unit']}", "completed", "95 % interval (Wilson)", "most failures")
+    console.print(table(title, heads, rows, right=[0]))
     console.print(f"\n{result['key']}: {boundary_words(result)}")

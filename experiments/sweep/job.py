@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import pickle
 import re
 import shlex
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from experiments.runs.carry_out import carry_out
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.sweep.faults import MAX_FAULTS, random_faults
+from experiments.sweep.workers import Record
 from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.plan import Plan
@@ -27,8 +30,8 @@ from sim.execution.faults.fault import Fault, spares_for
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
-RolloutRecord = dict[str, Any]
-"""Result of a rollout, JSON-ready."""
+CRASHED = "crashed"
+"""Class of a rollout whose process ended without a result, twice."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,16 @@ class Sweep:
     jobs: int | None = None
     cluster: str | None = None
 
+    key = "rollout"
+
+    def record(self, number: int) -> Record:
+        """Carry a rollout out, see `roll_out`."""
+        return roll_out(self, number)
+
+    def crashed(self, number: int, reason: str) -> Record:
+        """Return the record of a rollout whose process ended without a result, twice."""
+        return failure(self, number, CRASHED, reason)
+
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; it does not depend on the number of rollouts."""
         return int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0])
@@ -94,12 +107,30 @@ class Sweep:
         )
 
 
+def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
+    """Return everything that determines the records of a sweep; not the number of rollouts or the machines used."""
+    return {
+        "prefplan": version("prefplan"),
+        "mujoco": version("mujoco"),
+        "scenario": scenario.name,
+        "scenario_sha256": hashlib.sha256(scenario.path.read_bytes()).hexdigest(),
+        "plan": job.which,
+        "cost": job.plan.cost,
+        "preference": job.plan.preference,
+        "actions": list(job.plan.actions),
+        "seed": job.seed,
+        "perturb": str(job.perturbation),
+        "robot": job.robot,
+        "faults": job.faults,
+    }
+
+
 def pack(scenario: Scenario) -> bytes:
     """Return a scenario as bytes, without caches."""
     return pickle.dumps(replace(scenario))
 
 
-def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
+def roll_out(sweep: Sweep, number: int) -> Record:
     """Carry a rollout out and return its record, also if the program raises an error."""
     seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
     faults: tuple[Fault, ...] = ()
@@ -118,25 +149,16 @@ def roll_out(sweep: Sweep, number: int) -> RolloutRecord:
             choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        certificate = certify(evidence(scenario, scene, outcome), again=sweep.resimulate)
-        outcome = replace(outcome, certificate=certificate)
+        found = judged(scenario, scene, outcome, again=sweep.resimulate)
     except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
-    return {
-        **_heading(sweep, number, faults),
-        **observed(model, outcome),
-        "certified": certificate.confirmed,
-        "agrees": certificate.agrees,
-        "resimulated": sweep.resimulate,
-        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
-        "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
-        **{name: round(seconds, 3) for name, seconds in times.items()},
-    }
+    times = {name: round(seconds, 3) for name, seconds in times.items()}
+    return {**_heading(sweep, number, faults), **found, "resimulated": sweep.resimulate, **times}
 
 
-def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> RolloutRecord:
+def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
     """Return the record of a rollout that raised an error or whose process crashed."""
-    unchecked: RolloutRecord = {
+    unchecked: Record = {
         "certified": None,
         "agrees": None,
         "refuted": [],
@@ -147,7 +169,7 @@ def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fau
     return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
 
 
-def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> RolloutRecord:
+def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
     return {
         "rollout": number,
         "seed": sweep.rollout_seed(number),
@@ -156,28 +178,36 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> RolloutRec
     }
 
 
-def observed(model: ManipulationModel, outcome: Outcome) -> RolloutRecord:
-    """Return the entries of a record about a run; `longest_action` is the action that took most simulated time."""
-    rollout = outcome.run
-    longest = max(rollout.steps, key=lambda step: step.end - step.start, default=None)
+def judged(scenario: Scenario, scene: Scene, outcome: Outcome, *, again: bool = False) -> Record:
+    """Return the entries of a record about a run and its certificate.
+
+    `longest_action` is the action that took most simulated time. `again` simulates the run again from its log.
+    """
+    certificate = certify(evidence(scenario, scene, outcome), again=again)
+    outcome, run = replace(outcome, certificate=certificate), outcome.run
+    longest = max(run.steps, key=lambda step: step.end - step.start, default=None)
     return {
         "completed": outcome.completed,
-        "class": None if outcome.reason is None else failure_class(outcome.reason, model),
+        "class": None if outcome.reason is None else failure_class(outcome.reason, scene.model),
         "reason": outcome.reason,
-        "wrongly_completed": rollout.completed and not outcome.completed,
-        "actions": len(rollout.steps),
+        "wrongly_completed": run.completed and not outcome.completed,
+        "actions": len(run.steps),
         "cost": outcome.ledger.final.cost,
         "replans": outcome.run.replans,
         "retries": outcome.run.retries,
         "violated": list(outcome.run.violated),
         "happened": [str(fault) for fault, when in outcome.faults if when is not None],
-        "sim_seconds": round(rollout.sim_seconds, 3),
+        "sim_seconds": round(run.sim_seconds, 3),
         "longest_action": longest and longest.action,
         "longest_action_seconds": round(longest.end - longest.start, 3) if longest else 0.0,
-        "placement_error_mm": round(rollout.placement_error * 1000, 3),
-        "speed_share": round(float(rollout.load_shares["speeds"].max()), 4),
-        "torque_share": round(float(rollout.load_shares["torques"].max()), 4),
-        "contacts": sum(event.kind == "contact" for event in rollout.events),
+        "placement_error_mm": round(run.placement_error * 1000, 3),
+        "speed_share": round(float(run.load_shares["speeds"].max()), 4),
+        "torque_share": round(float(run.load_shares["torques"].max()), 4),
+        "contacts": sum(event.kind == "contact" for event in run.events),
+        "certified": certificate.confirmed,
+        "agrees": certificate.agrees,
+        "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
+        "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
     }
 
 

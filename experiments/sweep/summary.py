@@ -9,11 +9,10 @@ from statistics import median
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
-from experiments.sweep.job import RolloutRecord
+from experiments.cli.console import table
+from experiments.sweep.workers import Record
 
 SHOWN = 5
 """Greatest number of rollouts that a summary names for one class of failures."""
@@ -29,7 +28,7 @@ def wilson(count: int, total: int) -> list[float] | None:
     return [round(float(end), 6) for end in interval]
 
 
-def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, rollouts: int) -> dict[str, Any]:
+def summarise(header: Mapping[str, Any], records: Sequence[Record], *, rollouts: int) -> dict[str, Any]:
     """Return the statistics of a sweep as the documented JSON object; `rollouts` is the number requested."""
     done, completed = len(records), sum(record["completed"] for record in records)
     ran = [record for record in records if "sim_seconds" in record]
@@ -54,7 +53,7 @@ def summarise(header: Mapping[str, Any], records: Sequence[RolloutRecord], *, ro
     }
 
 
-def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
+def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
     """Return for each kind of fault the number of rollouts in which it happened, and how many were completed."""
     found: dict[str, dict[str, int]] = {}
     for record in records:
@@ -65,7 +64,7 @@ def _happened(records: Sequence[RolloutRecord]) -> dict[str, dict[str, int]]:
     return dict(sorted(found.items()))
 
 
-def _certificates(records: Sequence[RolloutRecord]) -> dict[str, Any]:
+def _certificates(records: Sequence[Record]) -> dict[str, Any]:
     """Return how many rollouts have a certificate, those that it refutes, and those of which it tells a finding."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
@@ -88,16 +87,16 @@ def _spread(values: list[float]) -> dict[str, float | None]:
     return {"median": round(median(values), 3), "max": max(values)} if values else {"median": None, "max": None}
 
 
-def failed_by_class(records: Sequence[RolloutRecord]) -> dict[str, list[RolloutRecord]]:
+def failed_by_class(records: Sequence[Record]) -> dict[str, list[Record]]:
     """Return the rollouts that were not completed, by class of failure, the most frequent class first."""
-    found = defaultdict[str, list[RolloutRecord]](list)
+    found = defaultdict[str, list[Record]](list)
     for record in records:
         if not record["completed"]:
             found[record["class"]].append(record)
     return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
 
 
-def _failures(records: Sequence[RolloutRecord]) -> list[dict[str, Any]]:
+def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
     """Return the classes of failures, each with its first `SHOWN` rollouts."""
     told = ("rollout", "seed", "reason", "replay")
     return [
@@ -113,35 +112,30 @@ def _failures(records: Sequence[RolloutRecord]) -> list[dict[str, Any]]:
 
 def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     """Print the statistics as a table."""
-    title = (
-        f"{escape(summary['scenario'])}, plan {summary['plan']}: {summary['done']} of {summary['rollouts']} rollouts"
-    )
-    table = Table(title=title, title_justify="left", show_header=False)
-    table.add_column()
-    table.add_column()
-    table.add_row("perturbed by", summary["perturb"])
-    table.add_row("completed", share(summary["completed"], summary["done"]))
+    certificates, replans = summary["certificates"], summary["replans"]
+    rows = [("perturbed by", summary["perturb"]), ("completed", share(summary["completed"], summary["done"]))]
     if summary["success_interval"]:
-        low, high = summary["success_interval"]
-        table.add_row("95 % interval (Wilson)", f"{low:.1%} to {high:.1%}")
-    certificates = summary["certificates"]
-    table.add_row("certificates agree", share(certificates["agree"], certificates["checked"]))
-    table.add_row("all checks hold", share(certificates["confirmed"], certificates["checked"]))
+        rows.append(("95 % interval (Wilson)", "{:.1%} to {:.1%}".format(*summary["success_interval"])))
+    rows.append(("certificates agree", share(certificates["agree"], certificates["checked"])))
+    rows.append(("all checks hold", share(certificates["confirmed"], certificates["checked"])))
     if certificates["wrongly_completed"]:
-        table.add_row("wrongly called completed", share(certificates["wrongly_completed"], summary["done"]))
+        rows.append(("wrongly called completed", share(certificates["wrongly_completed"], summary["done"])))
     for name, key, unit in (("simulated", "sim_seconds", "s"), ("placed to within", "placement_error_mm", "mm")):
         spread = summary[key]
         if spread["max"] is not None:
-            table.add_row(name, f"median {spread['median']:.1f} {unit}, at most {spread['max']:.1f} {unit}")
-    if summary["replans"]["total"]:
-        table.add_row(
-            "planned again", f"{summary['replans']['total']} times, at most {summary['replans']['max']} a run"
-        )
-    for kind, row in summary["happened"].items():
-        table.add_row(f"completed with {kind}", share(row["completed"], row["rollouts"]))
+            rows.append((name, f"median {spread['median']:.1f} {unit}, at most {spread['max']:.1f} {unit}"))
+    if replans["total"]:
+        rows.append(("planned again", f"{replans['total']} times, at most {replans['max']} a run"))
+    rows += [
+        (f"completed with {kind}", share(row["completed"], row["rollouts"]))
+        for kind, row in summary["happened"].items()
+    ]
     if summary["real_time_factor"]:
-        table.add_row("speed", f"{summary['real_time_factor']:.1f} x real time a core")
-    console.print(table)
+        rows.append(("speed", f"{summary['real_time_factor']:.1f} x real time a core"))
+    done = f"{summary['done']} of {summary['rollouts']} rollouts"
+    found = table(f"{summary['scenario']}, plan {summary['plan']}: {done}", ("", ""), rows)
+    found.show_header = False
+    console.print(found)
     for kind in summary["failures"]:
         console.print(Text(f"\n{kind['count']} x {kind['class']}"))
         for rollout in kind["rollouts"]:

@@ -1,22 +1,23 @@
-"""Processes that compute the rollouts of a sweep: on this machine, or on a Dask cluster."""
+"""Jobs carried out in other processes, on this machine or on a Dask cluster, whose results are kept one by one."""
 
 from __future__ import annotations
 
 import signal
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
-from functools import partial
+from contextlib import closing, contextmanager, suppress
 from itertools import takewhile
+from typing import Any, Protocol
 
-from joblib import Parallel, delayed, parallel_config
+from joblib import Parallel, cpu_count, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from experiments.sweep.job import RolloutRecord, Sweep, failure, roll_out
+from experiments.cli.journal import Journal
+from experiments.cli.progress import Tell
 from prefplan.errors import PrefplanError
 
-CRASHED = "crashed"
-"""Class of a rollout whose process ended without a result, twice."""
+RECORDS = "rollouts.jsonl"
+"""File of the records, in the folder of a batch."""
 
 CLUSTER_TIMEOUT_S = 30
 """How long to wait for a cluster's scheduler, and then for its first worker."""
@@ -24,52 +25,121 @@ CLUSTER_TIMEOUT_S = 30
 IDLE_TIMEOUT_S = 20
 """A process on this machine ends after this time without work, even if its parent was killed."""
 
+Record = dict[str, Any]
+"""Result of a job, JSON-ready."""
+
+
+class Batch(Protocol):
+    """Numbered jobs, each a pure function of the batch and its number; a batch can be pickled.
+
+    Attributes:
+        key: the entry of a record with the number of its job.
+    """
+
+    key: str
+
+    def record(self, number: int) -> Record:
+        """Carry a job out, in a process of its own, and return its record."""
+
+    def crashed(self, number: int, reason: str) -> Record:
+        """Return the record of a job whose process ended without a result."""
+
+
+def never() -> bool:
+    """Return False: nothing is enough."""
+    return False
+
+
+def work(
+    batch: Batch,
+    count: int,
+    records: Journal,
+    *,
+    tell: Tell,
+    stage: str,
+    jobs: int | None = None,
+    cluster: str | None = None,
+    enough: Callable[[], bool] = never,
+) -> None:
+    """Carry every job without a record out, until `enough` returns True.
+
+    Args:
+        batch: the jobs.
+        count: number of jobs.
+        records: of the batch; each is added as soon as its job is done.
+        tell: called with the progress.
+        stage: name of the work, for `tell`.
+        jobs: number of processes; None for one per core.
+        cluster: address of a Dask cluster to use instead of processes on this machine.
+        enough: asked before each job.
+    """
+
+    def told() -> None:
+        done = [records.done[number] for number in range(count) if number in records.done]
+        good = sum(record.get("completed", False) for record in done)
+        tell(stage, len(done), count, f"{good / len(done):.1%} completed" if done else "")
+
+    told()
+    missing = [number for number in range(count) if number not in records.done]
+    if not missing or enough():
+        return
+    if cluster:
+        results = on_cluster(batch, missing, address=cluster)
+    else:
+        results = on_this_machine(batch, missing, jobs=jobs or cpu_count(), enough=enough)
+    with closing(results):
+        for record in results:
+            records.add(record)
+            told()
+            if cluster and enough():
+                return
+
 
 def on_this_machine(
-    sweep: Sweep, numbers: Iterable[int], *, jobs: int, enough: Callable[[], bool] = lambda: False
-) -> Generator[RolloutRecord, None, None]:
-    """Yield the record of every rollout, in the order in which they finish.
+    batch: Batch, numbers: Iterable[int], *, jobs: int, enough: Callable[[], bool] = never
+) -> Generator[Record, None, None]:
+    """Yield the record of every job, in the order in which they finish.
 
-    When a process is killed, the unfinished rollouts are tried again one at a time, to find the one that kills its
-    process, which is recorded as crashed. No rollout is begun after `enough` returns True.
+    When a process is killed, the unfinished jobs are tried again one at a time, to find the one that kills its process,
+    which is recorded as crashed. No job is begun after `enough` returns True.
     """
-    # joblib warns when it replaces a process that has grown, and when pending rollouts are cancelled.
+    # joblib warns when it replaces a process that has grown, and when pending jobs are cancelled.
     warnings.filterwarnings("ignore", category=UserWarning, module="joblib")
     waiting = list(numbers)
     while waiting and not enough():
         try:
-            for record in _in_processes(sweep, takewhile(lambda _: not enough(), tuple(waiting)), jobs):
-                waiting.remove(record["rollout"])
+            for record in _in_processes(batch, takewhile(lambda _: not enough(), tuple(waiting)), jobs):
+                waiting.remove(record[batch.key])
                 yield record
         except TerminatedWorkerError:
-            # Rollouts are handed out in order, and never more than `jobs` at a time.
+            # Jobs are handed out in order, and never more than `jobs` at a time.
             for number in waiting[:jobs]:
                 waiting.remove(number)
-                yield _alone(sweep, number)
+                yield _alone(batch, number)
 
 
-def _alone(sweep: Sweep, number: int) -> RolloutRecord:
-    # It may have been another rollout that killed the process: only crashes of this one alone count.
+def _alone(batch: Batch, number: int) -> Record:
+    # It may have been another job that killed the process: only crashes of this one alone count.
     for _ in range(2):
         with suppress(TerminatedWorkerError):
-            (record,) = _in_processes(sweep, [number], 1)
+            (record,) = _in_processes(batch, [number], 1)
             return record
-    return failure(sweep, number, CRASHED, "the process that carried it out ended without a result, twice")
+    return batch.crashed(number, "the process that carried it out ended without a result, twice")
 
 
-def _in_processes(sweep: Sweep, numbers: Iterable[int], jobs: int) -> Iterator[RolloutRecord]:
+def _in_processes(batch: Batch, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
     # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
-    # but at most `jobs` rollouts at a time.
+    # but at most `jobs` jobs at a time.
     with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S), _no_ctrl_c():
         pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
-        results = pool(delayed(_ignore_ctrl_c)(roll_out, sweep, number) for number in numbers)
+        results = pool(delayed(_ignore_ctrl_c)(batch, number) for number in numbers)
     yield from results
 
 
-def _ignore_ctrl_c(function: Callable[[Sweep, int], RolloutRecord], sweep: Sweep, number: int) -> RolloutRecord:
-    """Call a function with Ctrl-C ignored, which the parent handles; libraries may have unblocked the signal."""
+def _ignore_ctrl_c(batch: Batch, number: int) -> Record:
+    """Carry a job out with Ctrl-C ignored, which the parent handles; libraries may have unblocked the signal."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return function(sweep, number)
+    return batch.record(number)
 
 
 @contextmanager
@@ -82,11 +152,11 @@ def _no_ctrl_c() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generator[RolloutRecord, None, None]:
-    """Yield the record of every rollout, in the order in which the workers of a running Dask cluster finish them.
+def on_cluster(batch: Batch, numbers: Iterable[int], *, address: str) -> Generator[Record, None, None]:
+    """Yield the record of every job, in the order in which the workers of a running Dask cluster finish them.
 
-    If a worker is lost, the scheduler gives its rollout to another one, up to `allowed-failures` times. (joblib's own
-    Dask backend waits forever for such a rollout.)
+    If a worker is lost, the scheduler gives its job to another one, up to `allowed-failures` times. (joblib's own Dask
+    backend waits forever for such a job.)
 
     Raises:
         PrefplanError: Dask is not installed, no cluster with a worker answers, or its scheduler was lost.
@@ -106,12 +176,12 @@ def on_cluster(sweep: Sweep, numbers: Iterable[int], *, address: str) -> Generat
     except (OSError, ValueError) as error:
         raise PrefplanError(f"--cluster {address}: no Dask scheduler answers ({error})") from None
     with client:
-        futures = {client.submit(partial(roll_out, sweep), number, pure=False): number for number in numbers}
+        futures = {client.submit(batch.record, number, pure=False): number for number in numbers}
         for future in as_completed(futures):
             if future.status == "finished":
                 yield future.result()
             elif future.status == "error" and isinstance(future.exception(), KilledWorker):
-                yield failure(sweep, futures[future], CRASHED, "the workers that carried it out were lost")
+                yield batch.crashed(futures[future], "the workers that carried it out were lost")
             else:
                 why = future.exception() if future.status == "error" else "the scheduler was lost"
                 raise PrefplanError(f"--cluster {address}: {why}; the same command continues the sweep")

@@ -72,11 +72,10 @@ def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bo
     folder = out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=force)
     with loading():
-        from experiments.cli.simulation_options import robot_of
         from experiments.runs.carry_out import scene_of
         from sim.export.mjcf import encode_mjcf
 
-    files = encode_mjcf(scene_of(scenario, robot=robot_of(robot)))
+    files = encode_mjcf(scene_of(scenario, robot=robot))
     for name, data in files.items():
         make_folder((folder / name).parent)
         write_bytes(folder / name, data)

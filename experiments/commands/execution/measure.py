@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import click
-from rich.table import Table
 
 import prefplan as pp
 from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
-from experiments.cli.console import Console
+from experiments.cli.console import Console, table
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
@@ -124,17 +123,15 @@ def _show(
     """Print the number of measurements, and the range of each quantity."""
     from prefplan.models.manipulation.action_costs import QUANTITIES
 
-    table = Table(title=f"{name}: least and greatest cost of an action", title_justify="left")
-    table.add_column("action")
-    table.add_column("pairs", justify="right")
-    for quantity, unit in QUANTITIES.items():
-        table.add_column(f"{quantity} ({unit})", justify="right")
+    rows = []
     for kind in kinds:
         measured = [one.quantities for one in done if one.pair[0] == kind]
         if measured:
-            columns = [[float(cast(float, quantities[quantity])) for quantities in measured] for quantity in QUANTITIES]
-            table.add_row(kind, str(len(measured)), *(f"{min(values):.2f} .. {max(values):.2f}" for values in columns))
+            columns = [[float(cast(float, quantities[name])) for quantities in measured] for name in QUANTITIES]
+            ranges = (f"{min(values):.2f} .. {max(values):.2f}" for values in columns)
+            rows.append((kind, str(len(measured)), *ranges))
+    heads = ["action", "pairs", *(f"{name} ({unit})" for name, unit in QUANTITIES.items())]
     if done:
-        console.print(table)
+        console.print(table(f"{name}: least and greatest cost of an action", heads, rows, right=range(1, len(heads))))
     again = f"; {before} of them before, delete the file to measure them again" if before else ""
     console.print(f"{len(done)} actions are in {file}{again}")

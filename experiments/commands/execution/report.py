@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -21,6 +22,7 @@ from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import plan_numbers
 
 if TYPE_CHECKING:
+    from experiments.report.recordings import Recording
     from prefplan.limits import Limits
 
 
@@ -68,12 +70,11 @@ def report(
     if isinstance(loaded.model, pp.ManipulationModel):
         # Other models need no MuJoCo, which takes a second to load and may not be installed.
         with loading():
-            from experiments.cli.simulation_options import look_of, robot_of
+            from experiments.cli.simulation_options import look_of
             from experiments.report.recordings import record_all
             from experiments.runs.carry_out import scene_of
             from experiments.runs.geometry import asking_in
 
-        robot = robot_of(robot)
         loaded = asking_in(loaded, None, robot=robot)
         view = look_of(partial(scene_of, loaded, robot=robot), **look)
     folder = out or Path("out", loaded.name)
@@ -107,8 +108,13 @@ def report(
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
+    return _status(front, recordings, loaded.problem(), planner)
+
+
+def _status(front: pp.Front, recordings: Mapping[int, Recording], problem: pp.Problem, planner: pp.Planner) -> int:
+    """Return the exit status; say on stderr why it is not 0, and how far the front is complete."""
     if front.reason:
-        return no_plan(front.reason, loaded.problem(), planner)
+        return no_plan(front.reason, problem, planner)
     if front.ended:
         tell(front.ending)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]

@@ -25,6 +25,7 @@ from experiments.cli.values import PATH, number
 from experiments.runs.geometry import asking_in
 
 if TYPE_CHECKING:
+    from experiments.runs.carry_out import Conditions
     from experiments.runs.outcome import Outcome
 
 
@@ -68,64 +69,57 @@ def run(
         from experiments.cli import simulation_options as simulation
         from experiments.runs.carry_out import carry_out, scene_of
         from experiments.runs.evidence import prove
-        from experiments.runs.outcome import no_outcome_json, outcome_json, show_outcome
+        from experiments.runs.outcome import no_outcome_json, outcome_json
         from sim.evidence.signature import read_private_key
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    name, folder = plan_name(plan), out or Path("out", loaded.name)
-    private_key = read_private_key(key) if key else None
-    perturbation = simulation.perturbation_of(perturb, seed=seed)
-    injected = simulation.faults_of(faults, loaded)
-    robot = simulation.robot_of(robot)
+    path = (out or Path("out", loaded.name)) / plan_name(plan)
+    signing = read_private_key(key) if key else None
+    conditions: Conditions = {
+        "seed": seed,
+        "perturbation": simulation.perturbation_of(perturb, seed=seed),
+        "faults": simulation.faults_of(faults, loaded),
+        "choice": continuation(plan, max_preference),
+    }
     view = simulation.look_of(partial(scene_of, loaded, robot=robot), **look)
     try:
         with Bars(quiet=is_quiet()) as bars:
-            scene = scene_of(loaded, robot=robot, faults=injected)
+            scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
             loaded = asking_in(loaded, scene, robot=robot)
             planner = pp.Planner(loaded.problem())
-            make_folder(folder)
+            make_folder(path.parent)
             bars("planning", 0, 0, "")
             chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             bars("planning", 1, 1, "")
-            outcome = carry_out(
-                loaded,
-                scene,
-                chosen,
-                seed=seed,
-                perturbation=perturbation,
-                faults=injected,
-                sensor=simulation.sensor_of(noise, seed=seed),
-                choice=continuation(plan, max_preference),
-                video=None if no_video else folder / f"{name}.mp4",
-                tell=bars,
-                **view,
-            )
+            conditions["sensor"] = simulation.sensor_of(noise, seed=seed)
+            video = None if no_video else path.with_suffix(".mp4")
+            outcome = carry_out(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
             if noise:
                 outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(noise)})
             bars("checking", 0, 0, "the log")
-            outcome = prove(loaded, scene, outcome, folder / f"{name}.npz", key=private_key)
+            outcome = prove(loaded, scene, outcome, path.with_suffix(".npz"), key=signing)
     except pp.NoPlanError as error:
         return show_no_plan(loaded, planner, error, as_json=as_json)
     except KeyboardInterrupt:
         if as_json:
             output.print_json(no_outcome_json())
         raise
-    write_json(folder / f"{name}.json", outcome_json(outcome))
+    write_json(path.with_suffix(".json"), outcome_json(outcome))
+    return _ended(loaded, outcome, as_json=as_json)
+
+
+def _ended(scenario: pp.Scenario, outcome: Outcome, *, as_json: bool) -> int:
+    """Print an outcome and return the exit status; stderr has faults that did not happen, and why it is not 0."""
+    from experiments.runs.outcome import NEWS, outcome_json, show_outcome
+
     if as_json:
         output.print_json(outcome_json(outcome))
     else:
-        show_outcome(Console(highlight=False), loaded, outcome)
-    return _status(outcome, as_json=as_json)
-
-
-def _status(outcome: Outcome, *, as_json: bool) -> int:
-    """Return the exit status; say on stderr which faults did not happen, why there is no video, and why it is not 0."""
-    from experiments.runs.outcome import NEWS
-
+        show_outcome(Console(highlight=False), scenario, outcome)
     for event in outcome.run.events:
         if event.kind == "not injected":
-            tell(f"{NEWS[event.kind].format(**event.detail)}")
+            tell(NEWS[event.kind].format(**event.detail))
     if outcome.no_video:
         tell(f"no video: {outcome.no_video}")
     if outcome.interrupted:

@@ -72,7 +72,7 @@ def sweep(
       prefplan sweep case_study_3 --find-boundary bias --rollouts 40
     """
     with loading():
-        from experiments.cli.simulation_options import checked, perturbation_of, robot_of
+        from experiments.cli.simulation_options import checked, perturbation_of
         from experiments.runs.carry_out import scene_of
         from experiments.runs.geometry import asking_in
         from experiments.sweep.job import Sweep, pack
@@ -81,7 +81,7 @@ def sweep(
     load_planner(quiet=is_quiet())
     loaded, key = pp.load(scenario), find_boundary and checked("--find-boundary", find_boundary, KEYS)
     folder = out or Path("out", loaded.name, f"boundary_{plan}_{key}" if key else f"sweep_{plan}")
-    perturbation, robot = perturbation_of(perturb, seed=seed), robot_of(robot)
+    perturbation = perturbation_of(perturb, seed=seed)
     with Bars(quiet=is_quiet()) as bars:
         scene = scene_of(loaded, robot=robot)
         kind = faults and _kind(faults, scene.model)
@@ -120,13 +120,14 @@ Shown = tuple[bool, Callable[..., None]]
 
 def _roll_out(scenario: pp.Scenario, job: Sweep, bars: Bars) -> Shown:
     """Carry out the rollouts."""
-    from experiments.sweep.recorded import RECORDS, define, work
+    from experiments.sweep.job import define
     from experiments.sweep.summary import show_summary, summarise
+    from experiments.sweep.workers import RECORDS, work
 
     header, interrupted, path = define(scenario, job), False, job.folder / RECORDS
     with Journal(path, header, key="rollout") as records:
         try:
-            work(job, records, tell=bars)
+            work(job, job.rollouts, records, tell=bars, stage="sweeping", jobs=job.jobs, cluster=job.cluster)
         except KeyboardInterrupt:
             interrupted = True
     # Ctrl-C may have come after a record was written and before it was counted: the file decides.

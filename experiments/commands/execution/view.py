@@ -17,7 +17,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, say
-from experiments.cli.values import port as port_number
+from experiments.cli.values import PORT
 from prefplan.errors import PreferenceError, PrefplanError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ FRONT_TIMEOUT_S = 20.0
 @options.camera
 @click.option(
     "--port",
-    type=port_number,
+    type=PORT,
     metavar="P",
     help="Port of the page, 0 for any free one (default: 8080 or the next free one).",
 )
@@ -68,14 +68,14 @@ def view(
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
     with loading():
         from experiments.cli.browser import open_page
-        from experiments.cli.simulation_options import camera_of, faults_of, robot_of
+        from experiments.cli.simulation_options import camera_of, faults_of
         from experiments.runs.carry_out import begin, scene_of
         from experiments.runs.geometry import asking_in
         from experiments.viewer.session import Show, watch
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    injected, robot = faults_of(faults, loaded), robot_of(robot)
+    injected = faults_of(faults, loaded)
     with Bars(quiet=is_quiet()) as bars:
         scene = scene_of(loaded, robot=robot, faults=injected)
         camera = camera_of(camera, lambda: scene)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
-
 from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
-from experiments.cli.console import Console
+from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
 from experiments.cli.start import loading
 from experiments.cli.status import DONE
@@ -42,17 +40,13 @@ def robots(as_json: bool) -> int:
     if as_json:
         output.print_json({"robots": found})
         return DONE
-    table = Table()
-    table.add_column("robot", no_wrap=True, style="bold")
-    table.add_column("what it is")
-    table.add_column("joints", justify="right")
-    table.add_column("payload", justify="right", no_wrap=True)
-    table.add_column("available here")
+    rows = []
     for one in found:
         payload = "" if one["payload_kg"] is None else f"{one['payload_kg']:g} kg"
         available = "yes" if one["available"] else f"no: {one['reason']}"
-        table.add_row(one["name"], one["title"], str(one["degrees_of_freedom"]), payload, available)
-    Console(highlight=False).print(table)
+        rows.append((one["name"], one["title"], str(one["degrees_of_freedom"]), payload, available))
+    heads = ("robot", "what it is", "joints", "payload", "available here")
+    Console(highlight=False).print(table("", heads, rows, right=(2, 3), bold=[0]))
     return DONE
 
 

@@ -8,21 +8,19 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.markup import escape
-from rich.table import Table
-from rich.text import Text
 
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
-from experiments.cli.console import Console
+from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, tell
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
-    from experiments.checks.checkup import Checkup
+    from experiments.checks.checkup import Checkup, TaskCheck
     from prefplan.limits import Limits
     from prefplan.text.names import DisplayNames
     from sim.capability.feasibility import PlaceCheck
@@ -52,7 +50,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
         loaded = pp.load(scenario)
     left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes - limits.bytes_taken}
     with Bars(quiet=is_quiet()) as bars:
-        found = checkup.check(loaded, robot=_robot(robot), quick=quick, tell=bars, **left)
+        found = checkup.check(loaded, robot=robot, quick=quick, tell=bars, **left)
     if as_json:
         output.print_json(_json(loaded, found))
     else:
@@ -69,15 +67,6 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     return no_plan(pp.Reason("task", found.impossible)) if found.impossible else DONE
 
 
-def _robot(name: str | None) -> str | None:
-    """Return the value of `--robot`; the libraries that check it take a second to load."""
-    if name is None:
-        return None
-    with loading():
-        from experiments.cli.simulation_options import robot_of
-    return robot_of(name)
-
-
 def _json(scenario: pp.Scenario, found: Checkup) -> dict[str, Any]:
     from experiments.checks.checkup import SEARCHES
 
@@ -92,7 +81,6 @@ def _json(scenario: pp.Scenario, found: Checkup) -> dict[str, Any]:
 def _show(console: Console, scenario: pp.Scenario, found: Checkup) -> None:
 
     from experiments.checks.checkup import SEARCHES, USUAL
-    from prefplan.text.layout import number
 
     display = scenario.problem().display
     console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
@@ -115,31 +103,23 @@ def _show(console: Console, scenario: pp.Scenario, found: Checkup) -> None:
         console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
     if found.places:
         _show_places(console, found.places, display, complete=found.complete)
-    table = Table(title="Each task alone", title_justify="left")
-    table.add_column("task", style="bold")
-    for name in found.costs:
-        table.add_column(f"least {name}", justify="right")
-    table.add_column("automaton", justify="right")
-    optional = any(task.relaxations or task.skip is not None for task in found.tasks)
-    if optional:
-        table.add_column("may be")
-    table.add_column("formula")
-    for task in found.tasks:
-        unknown = "impossible" if task.achievable is not None else "unknown"
-        costs = [unknown if task.costs is None else number(task.costs[name]) for name in found.costs]
-        options = []
-        if task.relaxations:
-            options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
-        if task.skip is not None:
-            options.append(f"skipped for {number(task.skip)}")
-        cells = [
-            escape(display.task(task.name)),
-            *costs,
-            f"{task.automaton_states} states",
-            *[" or ".join(options)] * optional,
-        ]
-        table.add_row(*cells, Text(task.formula))
-    console.print(table)
+    rows = [_task_row(task, display.task(task.name), found.costs) for task in found.tasks]
+    heads = ["task", *(f"least {name}" for name in found.costs), "automaton", "may be", "formula"]
+    if not any(row[-2] for row in rows):
+        heads, rows = [*heads[:-2], heads[-1]], [[*row[:-2], row[-1]] for row in rows]
+    console.print(table("Each task alone", heads, rows, right=range(1, 2 + len(found.costs)), bold=[0]))
+
+
+def _task_row(task: TaskCheck, shown: str, costs: Sequence[str]) -> list[str]:
+    """Return what is found of a task: its name, costs, automaton, what may be done instead, and its formula."""
+    unknown = "impossible" if task.achievable is not None else "unknown"
+    options = []
+    if task.relaxations:
+        options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
+    if task.skip is not None:
+        options.append(f"skipped for {number(task.skip)}")
+    least = [unknown if task.costs is None else number(task.costs[name]) for name in costs]
+    return [shown, *least, f"{task.automaton_states} states", " or ".join(options), task.formula]
 
 
 def _show_objectives(console: Console, found: Checkup) -> None:
@@ -162,10 +142,9 @@ def _show_places(console: Console, places: Sequence[PlaceCheck], display: Displa
         console.print(f"  it can grasp and put down {what}")
         return
     impossible = sum(one.reason is not None for one in places)
-    table = Table(title=f"What the arm cannot do: {impossible} of {len(places)} pairs", title_justify="left")
-    table.add_column("object", style="bold")
-    table.add_column("at")
-    table.add_column("why not")
-    for (obj, reason), locations in reasons.items():
-        table.add_row(Text(display.obj(obj)), Text(", ".join(map(display.location, locations))), Text(reason))
-    console.print(table)
+    title = f"What the arm cannot do: {impossible} of {len(places)} pairs"
+    rows = [
+        (display.obj(obj), ", ".join(map(display.location, locations)), reason)
+        for (obj, reason), locations in reasons.items()
+    ]
+    console.print(table(title, ("object", "at", "why not"), rows, bold=[0]))

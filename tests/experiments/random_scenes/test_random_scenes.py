@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from jobs_for_processes import CRASHES, HANGS, report_and_end
 from scenario_texts import cup_scenario, task_tables
 
 from experiments.checks.checkup import check
@@ -18,17 +18,18 @@ from experiments.random_scenes import trial
 from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
 from experiments.random_scenes.page import markdown
-from experiments.random_scenes.processes import in_processes
 from experiments.random_scenes.trial import (
     COMPLETED,
+    CRASHED,
     FAILED,
     NOT_BUILT,
     REFUTED,
     TIMED_OUT,
+    Scenes,
     penetration,
-    try_scene,
 )
 from experiments.runs.carry_out import carry_out
+from experiments.sweep import workers
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
@@ -89,8 +90,7 @@ kind = "order"
 
 def tried(text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr(trial, "scene_text", lambda seed, number: text)
-    known: dict[str, Any] = {}
-    return known | try_scene(1, folder, 3, known.update) | known
+    return Scenes(1, folder, 600).record(3)
 
 
 def test_an_allowed_scene_is_carried_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -202,16 +202,17 @@ def test_the_page_has_the_answers_beside_the_outcomes() -> None:
     assert "- scene 8" not in page
 
 
-def test_a_job_that_hangs_or_crashes_does_not_hold_up_the_others() -> None:
-    ends = in_processes(
-        report_and_end, (), range(4), jobs=2, max_seconds=20, timed_out={"end": "late"}, crashed={"end": "crash"}
-    )
-    assert dict(ends) == {
-        0: {"told": 0, "done": 0},
-        HANGS: {"told": 1, "end": "late"},
-        CRASHES: {"told": 2, "end": "crash"},
-        3: {"told": 3, "done": 3},
-    }
+def test_a_scene_whose_time_is_up_keeps_what_is_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hangs(*arguments: Any, **options: Any) -> None:
+        time.sleep(600)
+
+    monkeypatch.setattr(trial, "carry_out", hangs)
+    monkeypatch.setattr(trial, "answer", lambda scenario, model: (None, ["task oak cannot be satisfied"]))
+    monkeypatch.setattr(trial, "scene_text", lambda seed, number: TWO_BEAMS.format(x=0.65))
+    done = Scenes(1, tmp_path, 3).record(3)
+    assert (done["scene"], done["allowed"], done["outcome"]) == (3, False, TIMED_OUT)
+    crashed = Scenes(1, tmp_path, 3).crashed(4, "it ended")
+    assert (crashed["scene"], crashed["allowed"], crashed["outcome"]) == (4, None, CRASHED)
 
 
 def test_finished_scenes_are_kept_after_an_interruption(
@@ -219,14 +220,14 @@ def test_finished_scenes_are_kept_after_an_interruption(
 ) -> None:
     asked: list[int] = []
 
-    def ends(job: Any, shared: tuple[Any, ...], numbers: list[int], **limits: Any) -> Any:
+    def ends(batch: Scenes, numbers: list[int], **limits: Any) -> Any:
         for number in numbers:
             asked.append(number)
             if asked == [0, 1]:
                 raise KeyboardInterrupt
-            yield number, record(number, COMPLETED)
+            yield record(number, COMPLETED)
 
-    monkeypatch.setattr(command, "in_processes", ends)
+    monkeypatch.setattr(workers, "on_this_machine", ends)
     arguments = ["--scenes", "3", "--out", str(tmp_path), "--quiet"]
     assert command.main(arguments) == 130
     assert re.search("1 of 3 scenes finished", capsys.readouterr().out)

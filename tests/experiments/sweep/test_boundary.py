@@ -14,7 +14,8 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.sweep import workers
 from experiments.sweep.boundary import MIN_ROLLOUTS, bisect, decisive
-from experiments.sweep.job import RolloutRecord, Sweep, failure
+from experiments.sweep.job import Sweep, failure
+from experiments.sweep.workers import Record
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def made_up(search: Run, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int
     Path("cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
     carried_out: list[tuple[str, int]] = []
 
-    def rollouts(sweep: Sweep, numbers: list[int], *, jobs: int, enough: Callable[[], bool]) -> Iterator[RolloutRecord]:
+    def rollouts(sweep: Sweep, numbers: list[int], *, jobs: int, enough: Callable[[], bool]) -> Iterator[Record]:
         for number in numbers:
             if enough():
                 return
@@ -99,7 +100,7 @@ def test_an_interrupted_search_keeps_what_is_finished_and_goes_on(
 ) -> None:
     rollouts = workers.on_this_machine
 
-    def interrupted(sweep: Sweep, numbers: list[int], **options: Any) -> Iterator[RolloutRecord]:
+    def interrupted(sweep: Sweep, numbers: list[int], **options: Any) -> Iterator[Record]:
         for record in rollouts(sweep, numbers, **options):
             yield record
             if len(made_up) == 22:

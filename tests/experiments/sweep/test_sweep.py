@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import cloudpickle
+import jobs_for_processes
 import pytest
 from command_line import Run, assert_is_error
+from jobs_for_processes import DEADLY, DEADLY_ONCE, Jobs
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.commands.command_line import main
@@ -144,36 +146,20 @@ def job(cup: Path) -> Sweep:
     return sweep_of(cup / "cup.toml")
 
 
-@pytest.fixture
-def light(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Send other processes nothing for which they would have to load the simulation, which takes two seconds each."""
-    monkeypatch.setattr(Sweep, "__reduce__", lambda self: (str, ()), raising=False)
-    cloudpickle.register_pickle_by_value(workers)
-    yield
-    cloudpickle.unregister_pickle_by_value(workers)
-
-
 @pytest.mark.slow
-@pytest.mark.usefixtures("light")
-def test_a_rollout_that_kills_its_process_twice_is_recorded_as_crashed(
-    job: Sweep, cup: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Run 3 kills its process each time, rollout 6 the first time only."""
-    once = cup / "killed_once"
-
-    def deadly(sweep: Sweep, number: int) -> dict[str, Any]:
-        if number == 3 or (number == 6 and not once.exists()):
-            if number == 6:
-                once.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return {"rollout": number, "completed": True}
-
-    monkeypatch.setattr(workers, "roll_out", deadly)
-    records = list(on_this_machine(job, [3, 5, 6], jobs=2))
-    assert sorted(record["rollout"] for record in records) == [3, 5, 6] and once.exists()
+def test_a_job_that_kills_its_process_twice_is_recorded_as_crashed(tmp_path: Path) -> None:
+    once = tmp_path / "killed_once"
+    records = list(on_this_machine(Jobs(once), [DEADLY, 5, DEADLY_ONCE], jobs=2))
+    assert sorted(record["job"] for record in records) == [DEADLY, 5, DEADLY_ONCE] and once.exists()
     (crashed,) = (record for record in records if not record["completed"])
-    assert (crashed["rollout"], crashed["class"]) == (3, "crashed")
+    assert crashed["job"] == DEADLY
     assert crashed["reason"] == "the process that carried it out ended without a result, twice"
+
+
+def test_a_rollout_without_a_result_is_a_class_of_failures(job: Sweep) -> None:
+    crashed = job.crashed(3, "it ended")
+    assert (crashed["rollout"], crashed["class"], crashed["reason"]) == (3, "crashed", "it ended")
+    assert crashed["replay"].startswith("prefplan run cup.toml") and not crashed["completed"]
 
 
 def test_rollouts_differ_and_are_certified_and_timed(job: Sweep, undisturbed: Records) -> None:
@@ -316,23 +302,17 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("light")
-def test_a_cluster_that_loses_a_worker_loses_no_rollout(
-    job: Sweep, cup: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cluster_that_loses_a_worker_loses_no_job(tmp_path: Path, cluster: Cluster) -> None:
     """The test of the tutorial shows that a cluster finds the same results as this machine."""
-    lost = cup / "lost"
-
-    def slow(sweep: Sweep, number: int) -> dict[str, Any]:
-        while number and not lost.exists():
-            time.sleep(0.01)
-        return {"rollout": number}
-
-    monkeypatch.setattr(workers, "roll_out", slow)
-    records = on_cluster(job, range(ROLLOUTS), address=cluster.address)
-    numbers = [next(records)["rollout"]]
-    cluster.workers[0].send_signal(signal.SIGKILL)
-    assert cluster.workers[0].wait() == -signal.SIGKILL
-    lost.touch()
-    numbers += [record["rollout"] for record in records]
+    lost = tmp_path / "lost"
+    cloudpickle.register_pickle_by_value(jobs_for_processes)
+    try:
+        records = on_cluster(Jobs(tmp_path / "once", lost), range(ROLLOUTS), address=cluster.address)
+        numbers = [next(records)["job"]]
+        cluster.workers[0].send_signal(signal.SIGKILL)
+        assert cluster.workers[0].wait() == -signal.SIGKILL
+        lost.touch()
+        numbers += [record["job"] for record in records]
+    finally:
+        cloudpickle.unregister_pickle_by_value(jobs_for_processes)
     assert sorted(numbers) == list(range(ROLLOUTS)) and cluster.workers[1].poll() is None
