@@ -10,16 +10,16 @@ import faulthandler
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 
 import mujoco
 import numpy as np
 
+from experiments.checks.checkup import check
 from experiments.cli.files import write_bytes
-from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import scene_text
 from experiments.runs.carry_out import carry_out
 from experiments.runs.outcome import Outcome
@@ -30,6 +30,8 @@ from prefplan.limits import Limits
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario, load
+from sim.capability.answers import Capability
+from sim.capability.feasibility import Feasibility
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
@@ -131,6 +133,25 @@ def try_scene(seed: int, folder: Path, number: int) -> Iterator[Record]:
         yield {"outcome": FAILED, "reason": str(error)}
     except Exception as error:  # one error must not end the experiment
         yield {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
+
+
+def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, list[str]]:
+    """Return a scenario's scene, None if the check refuses its layout, and why `prefplan check` refuses it, if it does.
+
+    A plan that needs only what the arm can do says that it does not, without trying out every object everywhere.
+
+    Raises:
+        PrefplanError: the scenario has a mistake.
+    """
+    scene = None
+    with suppress(PrefplanError):
+        scene = build_scene(model)
+        if Feasibility(scene).check_start() is None:
+            able = replace(scenario, feasible=Capability(model, scene=scene, kept=False))
+            Planner(able.problem()).cheapest()
+            return scene, []
+    found = check(scenario)
+    return scene, [*found.faults, *(f"task {name} cannot be satisfied" for name in found.impossible)]
 
 
 def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:

@@ -15,7 +15,6 @@ from scenario_texts import cup_scenario, task_tables
 from experiments.checks.checkup import check
 from experiments.random_scenes import __main__ as command
 from experiments.random_scenes import trial
-from experiments.random_scenes.answer import answer
 from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
 from experiments.random_scenes.page import markdown
 from experiments.random_scenes.trial import (
@@ -26,6 +25,7 @@ from experiments.random_scenes.trial import (
     REFUTED,
     TIMED_OUT,
     Scenes,
+    answer,
     penetration,
 )
 from experiments.runs.carry_out import carry_out
