@@ -43,9 +43,11 @@ else:
 
     def __getattr__(name):
         """Return a public name, loading all of them at the first use, or the version."""
-        from importlib import import_module, metadata
+        from importlib import import_module
 
         if name == "__version__":
+            from importlib import metadata
+
             try:
                 return metadata.version("prefplan")
             except metadata.PackageNotFoundError:

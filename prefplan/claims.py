@@ -93,7 +93,7 @@ def judge(
 
     For K actions, `trace` (K + 1,) has the labels at the start and after each action, and `costs` (K,) their costs.
     """
-    broken = {rule.name: satisfied_at(rule.negation, trace) for rule in rules}
+    broken = {rule.name: satisfied_at(rule.tree, trace) for rule in rules}
     offered = _check_relaxations(claims, tasks, trace, {rule.name: (rule, broken[rule.name]) for rule in rules})
     spent = list(accumulate(costs, initial=Fraction(0)))
     ends = {task.name: _satisfied(task, trace, claims) for task in tasks}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
@@ -66,6 +65,8 @@ def prefixed(
 
 def choices(wrong: str, valid: Iterable[str]) -> str:
     """Return the bracketed end of a message: the valid name nearest to a wrong one, else the valid names."""
+    import difflib  # for messages only
+
     valid = list(valid)
     near = difflib.get_close_matches(wrong, valid, n=1) if len(valid) <= MOST_COMPARED else []
     if near:

@@ -7,8 +7,6 @@ import os
 import resource
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import TimeoutError as StillRunningError
 from contextlib import contextmanager
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
@@ -150,6 +148,10 @@ def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
     Raises:
         LimitError: a limit was reached.
     """
+    # Few kernels take long, and loading this takes longer than a small problem.
+    from concurrent.futures import ThreadPoolExecutor
+    from concurrent.futures import TimeoutError as StillRunningError
+
     stop = np.zeros(1, dtype=np.bool_)
     with ThreadPoolExecutor(max_workers=1) as pool:
         result = pool.submit(run, stop)

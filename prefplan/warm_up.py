@@ -6,7 +6,7 @@ from pathlib import Path
 
 from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.logic.tasks import Task
-from prefplan.models.kernels import COMPILED
+from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
@@ -21,14 +21,20 @@ from prefplan.search.labels import rehash
 
 def is_compiled() -> bool:
     """Return whether the machine code of the search is cached on disk, or not needed."""
-    if not COMPILED:
-        return True
-    code = f"{Path(boa_star.__file__).stem}.run-*.nbi"
-    return any(Path(boa_star.run.stats.cache_path).glob(code))  # type: ignore[attr-defined]
+    folder = code_folder()
+    return folder is None or any(folder.glob(f"{Path(boa_star.__file__).stem}.run-*.nbi"))
+
+
+def code_folder() -> Path | None:
+    """Return the folder of the machine code of the search; None if there is none, with `NUMBA_DISABLE_JIT=1`."""
+    compile_kernels()
+    stats = getattr(boa_star.run, "stats", None)
+    return None if stats is None else Path(stats.cache_path)
 
 
 def warm_up() -> None:
     """Solve small problems that together use every kernel."""
+    compile_kernels()
     system = TransitionSystem.from_transitions(
         [("s", "go", "t", 1), ("t", "go", "s", 1)], start="s", labels={"s": ["a"], "t": ["b"]}
     )

@@ -18,6 +18,7 @@ from prefplan import Options, Planner, Problem
 from prefplan.front import UnfinishedError
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
+from prefplan.models.kernels import compile_kernels
 from prefplan.product.product_automaton import Product
 from prefplan.search.boa_star import BiObjectiveSearch
 
@@ -116,6 +117,7 @@ def method(kind: str, name: str, *, max_seconds: float) -> SearchMethod:
 
 def warm_up() -> None:
     """Plan small instances with all methods, so that later runs find everything loaded and compiled."""
+    compile_kernels()
     for kind in KINDS:
         for name in (OURS, *YARDSTICKS):
             method(kind, name, max_seconds=math.inf)(instance(RANDOM, 3, 0))

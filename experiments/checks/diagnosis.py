@@ -72,10 +72,9 @@ def packages() -> Diagnosis:
 
 def planner() -> Diagnosis:
     """Whether the search is compiled, and its machine code can be cached."""
-    from prefplan.search import boa_star
-    from prefplan.warm_up import is_compiled
+    from prefplan.warm_up import code_folder, is_compiled
 
-    cache = Path(boa_star.run._cache.cache_path)  # type: ignore[attr-defined]
+    cache = code_folder() or Path()
     existing = next(folder for folder in (cache, *cache.parents) if folder.exists())
     if not os.access(existing, os.W_OK):
         mend = 'export NUMBA_CACHE_DIR="$HOME/.cache/numba"'

@@ -17,9 +17,6 @@ from prefplan.errors import LimitError, PrefplanError
 QUIET = "prefplan.quiet"
 """Key of the context's `meta` under which `-q` is kept, wherever it stands."""
 
-PROGRAM = "prefplan.program"
-"""Key of the context's `meta` that tells that its arguments are those of this process."""
-
 
 def _keep_quiet(context: click.Context, parameter: click.Parameter, value: bool) -> None:
     if value:
@@ -35,11 +32,6 @@ def quiet_option() -> click.Option:
 def is_quiet() -> bool:
     """Return whether the present command was called with `-q`."""
     return QUIET in click.get_current_context().meta
-
-
-def is_program() -> bool:
-    """Return whether the present command was called by the program's arguments, not by other code."""
-    return PROGRAM in click.get_current_context().meta
 
 
 def verbatim(text: str) -> str:
@@ -72,8 +64,6 @@ def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> 
     called = [name]
     try:
         with command.make_context(name, list(sys.argv[1:] if arguments is None else arguments)) as context:
-            if arguments is None:
-                context.meta[PROGRAM] = True
             try:
                 status: int = command.invoke(context)
                 return status

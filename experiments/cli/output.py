@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
 import prefplan as pp
 from experiments.cli.console import table
-from prefplan.models.feasibility import Geometry
+
+if TYPE_CHECKING:
+    from prefplan.models.feasibility import Geometry
 
 
 def plan_json(plan: pp.Plan) -> dict[str, Any]:

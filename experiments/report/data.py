@@ -218,7 +218,7 @@ def _map_words(scenario: Scenario, planned: Ledger) -> str:
 
 def _rule(rule: Rule) -> dict[str, str]:
     price = "" if rule.skip is None else f"; it may be broken once, for {number(rule.skip)}"
-    never = rule.negation
+    never = rule.tree
     if isinstance(never, Until) and (never.left, never.low, never.high) == (TRUE, 0, None):
         never = never.right  # never `F a` means never `a`
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, TypeVar
@@ -38,42 +39,33 @@ class Relaxation:
 
 
 @dataclass(frozen=True)
-class Task:
-    """A temporal task: a co-safe formula (Definition 2), and how it may be relaxed (Remarks 1 to 6).
+class NamedFormula(ABC):
+    """A formula with a name.
 
     Attributes:
-        name: name by which costs and preferences refer to it.
-        formula: co-safe formula, as text.
-        relax: relaxations that plans may use.
-        skip: price of dropping the task before the first action; None if it may not be dropped.
-        label: what people are shown in place of its name; None for the name.
-        propositions: the valid ones, to tell `Fa` from `F a`; None until the task is part of a problem.
+        name: name by which costs, preferences and messages refer to it.
+        formula: the formula, as text.
+        propositions: the valid ones, to tell `Fa` from `F a`; None until it is part of a problem.
     """
 
     name: str
     formula: Text
-    relax: Annotated[
-        tuple[Relaxation, ...],
-        Form('a list such as [{ assume = "p", when = "q", cost = 1 }]', 'a tuple such as (Relaxation("p", "q", 1),)'),
-    ] = ()
-    skip: Number | None = None
-    label: str | None = field(default=None, kw_only=True)
     propositions: frozenset[str] | None = field(
         default=None, repr=False, compare=False, kw_only=True, metadata={"key": None}
     )
 
     @property
+    @abstractmethod
     def tree(self) -> Formula:
-        """The formula's syntax tree.
+        """The syntax tree of the co-safe formula that the automaton reads.
 
         Raises:
             FormulaError: it is not a co-safe formula over the valid propositions.
         """
-        return parse(self.formula, propositions=self.propositions)
 
     @property
     def automaton(self) -> Automaton:
-        """The minimal DFA of its good prefixes.
+        """The minimal DFA of the tree's good prefixes.
 
         Raises:
             FormulaError: as in `tree`, or the automaton would be too large.
@@ -82,40 +74,42 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Rule:
+class Task(NamedFormula):
+    """A temporal task: a co-safe formula (Definition 2), and how it may be relaxed (Remarks 1 to 6).
+
+    Attributes:
+        relax: relaxations that plans may use.
+        skip: price of dropping the task before the first action; None if it may not be dropped.
+        label: what people are shown in place of its name; None for the name.
+    """
+
+    relax: Annotated[
+        tuple[Relaxation, ...],
+        Form('a list such as [{ assume = "p", when = "q", cost = 1 }]', 'a tuple such as (Relaxation("p", "q", 1),)'),
+    ] = ()
+    skip: Number | None = None
+    label: str | None = field(default=None, kw_only=True)
+
+    @property
+    def tree(self) -> Formula:
+        """The formula's syntax tree; see `NamedFormula.tree`."""
+        return parse(self.formula, propositions=self.propositions)
+
+
+@dataclass(frozen=True)
+class Rule(NamedFormula):
     """A safety formula that no plan breaks, or only for a price.
 
     Attributes:
-        name: name by which messages and preferences over violation costs refer to it.
-        formula: safety formula, as text.
         skip: price of breaking it, paid once, after which it no longer applies; None if it may not be broken.
-        propositions: as in `Task`.
     """
 
-    name: str
-    formula: Text
     skip: Number | None = None
-    propositions: frozenset[str] | None = field(
-        default=None, repr=False, compare=False, kw_only=True, metadata={"key": None}
-    )
 
     @property
-    def negation(self) -> Formula:
-        """The formula's negation, which its bad prefixes satisfy, as a syntax tree.
-
-        Raises:
-            FormulaError: it is not a safety formula over the valid propositions.
-        """
+    def tree(self) -> Formula:
+        """The negation's syntax tree, which bad prefixes satisfy; a FormulaError says why this is no safety formula."""
         return parse_rule(self.formula, propositions=self.propositions)
-
-    @property
-    def automaton(self) -> Automaton:
-        """The minimal DFA of its bad prefixes.
-
-        Raises:
-            FormulaError: as in `negation`, or the automaton would be too large.
-        """
-        return automaton(self.negation, text=self.formula)
 
 
 class Possible(Rule):
@@ -124,7 +118,7 @@ class Possible(Rule):
     @property
     def automaton(self) -> Automaton:
         """The DFA of its bad prefixes: that of the formula, with accepting and dead state exchanged."""
-        dfa = automaton(parse(self.formula, propositions=self.propositions), text=self.formula)
+        dfa = Task(self.name, self.formula, propositions=self.propositions).automaton
         return replace(dfa, accepting=dfa.dead, dead=dfa.accepting)
 
 

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
+import sys
+import threading
+import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
-import numba
 import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 Integer: TypeAlias = "int | np.integer[Any]"
 
-COMPILED: bool = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]
-"""Whether kernels are compiled: `NUMBA_DISABLE_JIT=1` runs them in Python, for a debugger."""
+INTERPRETED_S, UNCOMPILED_S = 0.4, 5.0
+"""CPU time for which kernels run in Python, in all, where there is machine code and where not: loading it or compiling
+takes longer."""
 
-if not COMPILED:
-    np.seterr(over="ignore")  # machine code wraps round silently, and hashes rely on it
+INTERPRETED_STATES = 3000
+"""Most states of a product that is searched in Python."""
 
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
@@ -36,9 +39,98 @@ UNBOUNDED = 2**62
 """A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""
 
 
+class Kernel:
+    """A function that runs in Python until all kernels are compiled: small problems are solved sooner than numba loads.
+
+    Attributes:
+        function: the function in Python.
+        options: of `numba.njit`.
+        compiled: the compiled function; None before.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        """Take a function, and how to compile it."""
+        self.function, self.options = function, options
+        self.compiled: Callable[..., Any] | None = None
+        _kernels.append(self)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function; once kernels have run in Python for long enough, compile them first."""
+        if _interpreter.is_running and self.compiled is None:
+            return self.function(*arguments)
+        if _interpreter.seconds_left <= 0:
+            compile_kernels()
+        if self.compiled is not None:
+            return self.compiled(*arguments)
+        began, _interpreter.is_running = time.thread_time(), True
+        try:
+            with np.errstate(over="ignore"):  # as in compiled code
+                return self.function(*arguments)
+        finally:
+            _interpreter.is_running = False
+            Interpreter.seconds_left -= time.thread_time() - began
+
+    def compile(self) -> None:
+        """Make the compiled function; with `NUMBA_DISABLE_JIT=1`, for a debugger, it is the function in Python."""
+        import numba  # takes half a second
+
+        dispatcher = numba.njit(cache=True, nogil=True, **self.options)(self.function)
+        if dispatcher is not self.function:
+            forget_outdated(Path(dispatcher.stats.cache_path))
+        self.compiled = dispatcher
+
+
+def _has_machine_code() -> bool:
+    """Return whether the machine code of a search is on disk, as far as can be told without numba."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    folder = Path(chosen) if chosen else Path(__file__).parents[1] / "search" / "__pycache__"
+    return any(folder.rglob("boa_star.run-*.nbi"))
+
+
+class Interpreter(threading.local):
+    """Kernels that run in Python.
+
+    Attributes:
+        seconds_left: for how long they may, in all threads, before they are compiled.
+        is_running: whether one runs in this thread, which calls others.
+    """
+
+    seconds_left: ClassVar[float] = INTERPRETED_S if _has_machine_code() else UNCOMPILED_S
+    is_running: bool = False
+
+
+_kernels: list[Kernel] = []
+_interpreter = Interpreter()
+_compiling = threading.RLock()
+
+loading: Callable[[], AbstractContextManager[None]] = nullcontext
+"""Called when numba is loaded; a program may say what takes time."""
+
+
+def compile_kernels() -> None:
+    """Let compiled functions take the place of all kernels, everywhere in this package; they compile when called."""
+    with _compiling:
+        waiting = [kernel for kernel in _kernels if kernel.compiled is None]
+        if not waiting:
+            return
+        Interpreter.seconds_left = 0.0
+        with loading():
+            for one in waiting:
+                one.compile()
+            package = __name__.partition(".")[0]
+            for module in [module for name, module in sys.modules.items() if name.partition(".")[0] == package]:
+                names = {name: value for name, value in vars(module).items() if isinstance(value, Kernel)}
+                vars(module).update({name: value.compiled for name, value in names.items()})
+
+
+def is_interpreted() -> bool:
+    """Return whether kernels run in Python for now, so that what they are asked to do at once should be little."""
+    return _interpreter.seconds_left > 0
+
+
 def kernel(function: F) -> F:
     """Compile a function that may allocate arrays."""
-    return _compiled(function)
+    return _kernel(function)
 
 
 def bare_kernel(function: F) -> F:
@@ -47,17 +139,15 @@ def bare_kernel(function: F) -> F:
     Small functions take half the time without reference counts, and inlining, which avoids passing tuples of arrays,
     saves another third.
     """
-    return _compiled(function, _nrt=False, forceinline=True)
+    return _kernel(function, _nrt=False, forceinline=True)
 
 
-def _compiled(function: F, **options: Any) -> F:
+def _kernel(function: F, **options: Any) -> F:
     # C code calls none of them.
-    options |= {"no_cfunc_wrapper": True}
-    dispatcher = numba.njit(cache=True, nogil=True, **options)(function)
-    if not COMPILED:
-        return function
-    forget_outdated(Path(dispatcher.stats.cache_path))
-    return cast(F, dispatcher)
+    made = Kernel(function, {"no_cfunc_wrapper": True, **options})
+    if not is_interpreted():
+        made.compile()
+    return cast(F, made.compiled or made)
 
 
 KERNEL_SOURCES = (
@@ -73,6 +163,8 @@ KERNEL_SOURCES = (
 
 @cache
 def _digest_of_sources() -> str:
+    import hashlib
+
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for source in sorted(source for pattern in KERNEL_SOURCES for source in root.glob(pattern)):

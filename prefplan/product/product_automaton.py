@@ -19,6 +19,7 @@ from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.models.costs import CostTable
+from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
 from prefplan.product.moves import Generated
@@ -90,6 +91,8 @@ class Product:
             )
         if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
             costs = costs.astype(np.int64)
+        if states > INTERPRETED_STATES:
+            compile_kernels()
         # For each automaton and label class, in how many ways the class can be read in any state.
         each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))

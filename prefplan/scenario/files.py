@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import tomllib
 from decimal import Decimal
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from prefplan.errors import ScenarioError, choices, describe
 
-FOLDER = Path(str(files("prefplan"))).parent / "experiments" / "scenarios"
+FOLDER = Path(__file__).parents[2] / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
 
 NEEDED = ("model", "tasks")
@@ -64,6 +62,8 @@ def text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
+        import difflib  # for messages only
+
         near = difflib.get_close_matches(path.name, [file.name for file in path.parent.glob("*.toml")], n=1)
         other = f" (did you mean {str(path.with_name(near[0]))!r}?)" if near else ""
         if path.stem in names():

@@ -10,10 +10,10 @@ from functools import partial
 from prefplan.errors import LimitError
 from prefplan.heuristics.prepare import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
+from prefplan.models.kernels import compile_kernels
 from prefplan.product.product_automaton import Product
 from prefplan.search.boa_star import BiObjectiveSearch
 from prefplan.search.incumbent import run_cheapest, run_with_incumbent
-from prefplan.search.multi_objective.objective_search import ObjectiveSearch
 from prefplan.search.result import Result
 
 
@@ -34,6 +34,10 @@ def choose_search(
     if not (problem.is_bi_objective and problem.measure.bi_objective):
         # The front of one cost and one preference is found sooner than the least value of a preference.
         first = None if problem.is_bi_objective and objective != problem.cost_names[0] else objective
+        compile_kernels()
+        # Most searches do without its modules.
+        from prefplan.search.multi_objective.objective_search import ObjectiveSearch
+
         return ObjectiveSearch(product, options, bounds=bounds, first=first, max_bytes=limits.bytes).run
     cost, preference = problem.objective_names
     single, max_mu = objective == cost, bounds.get(preference)

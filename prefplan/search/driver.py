@@ -15,7 +15,7 @@ from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
-from prefplan.models.kernels import UNBOUNDED
+from prefplan.models.kernels import UNBOUNDED, is_interpreted
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
@@ -36,6 +36,9 @@ from prefplan.search.paths import GeneratedPaths, Paths
 from prefplan.search.result import Goal, Result, ended_by
 
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
+
+INTERPRETED_POPS = 100
+"""Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""
 
 
 def in_units(product: Product, mu: Fraction) -> Fraction:
@@ -116,7 +119,8 @@ class Search(ABC):
         ended = None
         try:
             while not self._is_done and (self._is_pending or self.counters[AT.EXPANDED] < most_expanded):
-                pops = max(1, min(self.pops, most_expanded - self.counters[AT.EXPANDED]))
+                pops = INTERPRETED_POPS if is_interpreted() else self.pops
+                pops = max(1, min(pops, most_expanded - self.counters[AT.EXPANDED]))
                 self._advance(int(pops), limits)
                 if not self._is_done and limits.out_of_time:
                     raise LimitError("time")

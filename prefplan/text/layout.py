@@ -6,9 +6,12 @@ import shutil
 from collections.abc import Sequence
 from decimal import Decimal
 from itertools import accumulate, groupby
+from typing import TYPE_CHECKING
 
-from prefplan.exact_costs import Number
 from prefplan.text.printable import printable
+
+if TYPE_CHECKING:
+    from prefplan.exact_costs import Number  # would load numpy
 
 COLUMN_GAP = "  "
 """Between the columns of a table."""

@@ -13,9 +13,9 @@ import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
 from experiments.cli.choice import check_bounds, objective_name
-from experiments.cli.command import command, is_program, is_quiet
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.start import loading, planner_at_once
+from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, INTERRUPTED, say, tell
 from experiments.runs.geometry import asking, geometry_json
 
@@ -66,7 +66,8 @@ def front(
             from experiments.figures.figures import picture_file
             from experiments.figures.front import draw
         picture = picture_file(plot)
-    with planner_at_once(quiet=is_quiet(), is_program=is_program()), limits:
+    load_planner(quiet=is_quiet())
+    with limits:
         found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         problem = found.problem()
         check_bounds(problem, at_most, max_preference)

@@ -10,9 +10,9 @@ import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
 from experiments.cli.choice import choose
-from experiments.cli.command import command, is_program, is_quiet
+from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.start import planner_at_once
+from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.runs.geometry import asking, geometry_json
 
@@ -55,7 +55,8 @@ def plan(
     cheapest plan of nine or more tasks, by how much it may be dearer. If no plan is known, the exit status is 4,
     although a plan may exist (if none does, it is 3). With --json, "complete" is false in both cases.
     """
-    with planner_at_once(quiet=is_quiet(), is_program=is_program()), limits:
+    load_planner(quiet=is_quiet())
+    with limits:
         found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         planner = pp.Planner(found.problem())
         try:

@@ -76,7 +76,7 @@ def symmetry_of(
         start: its initial state.
         names: propositions that are visible, beside the marks on which barred actions depend.
         barred: actions that do not exist where some propositions hold.
-        stutter_invariant: as in `System.quotient`.
+        stutter_invariant: as in `System.reduced`.
     """
     symmetry = Symmetry(model, names, barred, places_alike=not isinstance(model.costs, MeasuredCosts))
     if stutter_invariant and _loads_cost(model.costs):

@@ -12,6 +12,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.models.costs import UNMEASURED
+from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
@@ -75,6 +76,7 @@ class ManipulationSystem(System):
     @cached_property
     def moves(self) -> Moves:
         """The model as arrays; its codes must be small."""
+        compile_kernels()
         return moves_of(self.space, self.neutral, self.alike, self.barred)
 
     @property
