@@ -36,12 +36,13 @@ class BlockedError(SimulationError):
 
     Attributes:
         by: names of the bodies in the way: objects, or fixtures such as a lamp; empty if none is in the way.
+        at_goal: whether they are where the fingers would be, so that it does not matter where the hand comes from.
     """
 
-    def __init__(self, message: str, by: Collection[str]) -> None:
+    def __init__(self, message: str, by: Collection[str], *, at_goal: bool = False) -> None:
         """Store a message, and the names of the bodies in the way."""
         super().__init__(message)
-        self.by = tuple(sorted(by))
+        self.by, self.at_goal = tuple(sorted(by)), at_goal
 
     @classmethod
     def on_the_way(cls, by: Collection[str]) -> Self:
@@ -51,7 +52,7 @@ class BlockedError(SimulationError):
     @classmethod
     def beside_fingers(cls, by: Collection[str]) -> Self:
         """Return the error of a grasp or a release with bodies where the fingers would be."""
-        return cls(f"no room for the fingers: they would touch {' and '.join(sorted(by))}", by)
+        return cls(f"no room for the fingers: they would touch {' and '.join(sorted(by))}", by, at_goal=True)
 
 
 class RenderingError(PrefplanError):

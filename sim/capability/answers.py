@@ -16,6 +16,7 @@ from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import arranged
@@ -84,8 +85,8 @@ class Capability:
     def _answers(self) -> dict[str, PlaceCheck]:
         found: dict[str, PlaceCheck] = {}
         if self._kept:
-            with suppress(OSError, ValueError, TypeError, AttributeError):
-                found = {name: PlaceCheck(**each) for name, each in json.loads(self._path.read_text()).items()}
+            with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+                found = {name: _decoded(each) for name, each in json.loads(self._path.read_text()).items()}
         return found
 
     def _keep(self) -> None:
@@ -118,6 +119,12 @@ class Capability:
         if model.scene or setup.mjcf or any(obj.file for obj in model.objects):
             parts.append(self._scene.sha256)  # files that may refer to others
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
+
+
+def _decoded(each: dict[str, Any]) -> PlaceCheck:
+    """Return an answer as JSON has it."""
+    unless = {key: tuple(map(tuple, each[key])) for key in ("take_unless", "put_unless")}
+    return PlaceCheck(**each | unless)
 
 
 def sources() -> str:

@@ -28,6 +28,10 @@ TAKEN, BROUGHT = 2, 4
 """Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
 
 
+Neighbours = tuple[tuple[str, str], ...]
+"""Objects, each with its location."""
+
+
 @dataclass(frozen=True)
 class PlaceCheck:
     """Whether an object can be grasped and put down at a location.
@@ -38,6 +42,8 @@ class PlaceCheck:
         reason: why it cannot be grasped or put down there, or not be brought there from its start; None if it can.
         take: whether it can be grasped there, perhaps after other objects were moved away.
         put: whether it can be put down there, likewise.
+        take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
+        put_unless: the same, while they stand there it cannot be put down.
     """
 
     obj: str
@@ -45,13 +51,22 @@ class PlaceCheck:
     reason: str | None = None
     take: bool = True
     put: bool = True
+    take_unless: Neighbours = ()
+    put_unless: Neighbours = ()
 
     @property
     def barred(self) -> Barred:
         """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
-        grasp = frozenset({at(self.obj, self.location)}), f"grasp {self.obj}"
-        release = frozenset[str](), f"release {self.obj} {self.location}"
-        return [entry for possible, entry in ((self.take, grasp), (self.put, release)) if not possible]
+        here = frozenset({at(self.obj, self.location)})
+        entries = (
+            (self.take, self.take_unless, here, f"grasp {self.obj}"),
+            (self.put, self.put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
+        )
+        return [
+            (conditions | ({at(*one) for one in unless} if possible else set()), action)
+            for possible, unless, conditions, action in entries
+            if unless or not possible
+        ]
 
 
 class Feasibility:
@@ -117,15 +132,31 @@ class Feasibility:
         if error is None:
             unbrought = f"from {start}: {refused}" if refused is not None and brought < BROUGHT else None
             return PlaceCheck(obj, location, unbrought)
-        may_change = self._may_change(error)
+        if done >= TAKEN and brought >= BROUGHT:
+            return PlaceCheck(obj, location)
+        may_change, unless = self._may_change(error), self._neighbours(staying, error)
         if done >= TAKEN:
-            if brought >= BROUGHT:
-                return PlaceCheck(obj, location)
-            return PlaceCheck(
-                obj, location, f"to put it there: {self._diagnosis.reason(staying, error)}", put=may_change
-            )
-        reason = self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
-        return PlaceCheck(obj, location, reason, take=may_change, put=may_change or brought >= BROUGHT)
+            reason = f"to put it there: {self._diagnosis.reason(staying, error)}"
+            return PlaceCheck(obj, location, reason, put=may_change, put_unless=unless)
+        return PlaceCheck(
+            *(obj, location, self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)),
+            take=may_change,
+            put=may_change or brought >= BROUGHT,
+            take_unless=unless,
+            put_unless=self._neighbours(staying, refused) if TAKEN <= brought < BROUGHT else (),
+        )
+
+    def _neighbours(self, refused: Rehearsal, error: SimulationError | None) -> Neighbours:
+        """Return the movable objects that leave no room for the fingers in a rehearsal, each with its location.
+
+        None where a location has several slots: then it is not known which of them the objects are in.
+        """
+        if not (isinstance(error, BlockedError) and error.at_goal and self._may_change(error)):
+            return ()
+        found = tuple((other, refused.places[other]) for other in error.by if other in refused.places)
+        locations = (refused.location, *(place for _, place in found))
+        alone = all(self._scene.model.location(place).capacity == 1 for place in locations)
+        return found if alone else ()
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene, self._skills)

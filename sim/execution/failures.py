@@ -67,7 +67,7 @@ class Failures:
         # An object may have been grasped at a temporary location, which the problem does not know.
         sources = {at(obj, source) for obj, source, _ in self._detours}
         system = replace(problem.system, propositions=problem.system.propositions | sources)
-        knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules)
+        knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
         return with_rules(knowing, rules, labels)
 
     def bar_detours(self) -> bool:
@@ -106,15 +106,17 @@ def _is_blocked_by_fixtures(run: Execution) -> bool:
 def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
     """Return the propositions of a state under which the last action is expected to fail again.
 
-    An action that another object blocks is barred until an object moves. One that a fixture blocks, or whose goal
-    is out of reach, is barred until its own object moves. A transit has no object, and its path depends on how
-    high the objects are piled up: it is barred until any object moves, or if a fixture keeps the hand from where
-    an object lies off every location, until that one does.
+    An action that other objects block is barred until one of these or its own object moves, whatever else does. One
+    that a fixture blocks, or whose goal is out of reach, is barred until its own object moves. A transit has no object,
+    and its path depends on how high the objects are piled up: it is barred until any object moves, or if a fixture
+    keeps the hand from where an object lies off every location, until that one does.
     """
     symbolic = run.scene.model.action(run.steps[-1].action)
     obj = symbolic.obj
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
-    if not obj or not _is_blocked_by_fixtures(run):
+    blockers = {name for name in run.blocked or () if name in run.scene.shapes} - {obj}
+    if not obj or run.blocked is None or not blockers <= state.place.keys():
         return state.label
-    return state.label & {holding(obj), at(obj, state.place.get(obj, ""))} or state.label
+    places = {at(name, state.place[name]) for name in blockers}
+    return state.label & {holding(obj), at(obj, state.place.get(obj, "")), *places} or state.label

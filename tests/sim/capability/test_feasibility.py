@@ -88,6 +88,9 @@ def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distanc
         r"no room for the fingers: they would touch in_b .*, (\d\.\d) cm too close", found.reason or ""
     )
     assert match is not None and found.take, found.reason  # a plan may move the others first
+    beside = {f"in_{name}_{name}" for name in "bde"}
+    [(conditions, action)] = found.barred
+    assert action == "grasp in_a" and {"in_a_a", "in_b_b"} <= conditions <= {"in_a_a", *beside}
     assert check(-float(match[1]) / 100 - 0.002).reason is None
 
 
