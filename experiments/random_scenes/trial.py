@@ -1,7 +1,7 @@
 """One random scene: what `prefplan check` answers, and what becomes of its cheapest plan.
 
-The plan of a scene that the check refuses is carried out as well, without the test that refused it: this tells how
-often the check refuses what the arm can do.
+The plan of a scene that the check refuses is carried out as well, made without asking the arm and without the test
+that refused the scene: this tells how often the check refuses what the arm can do.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from experiments.checks.checkup import check
 from experiments.cli.files import write_bytes
 from experiments.random_scenes.drawing import scene_text
 from experiments.runs.carry_out import carry_out
+from experiments.runs.geometry import asking_in
 from experiments.runs.outcome import Outcome
 from experiments.sweep.job import failure_class, judged
 from experiments.sweep.workers import Record
@@ -123,6 +124,8 @@ def try_scene(seed: int, folder: Path, number: int) -> Iterator[Record]:
     classes = list(dict.fromkeys(failure_class(fault, model) for fault in faults))
     yield {"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)}
     try:
+        if scene is not None and not faults:
+            scenario = asking_in(scenario, scene)
         scene = scene or build_scene(model, judged=False)
     except PrefplanError as error:
         yield {"outcome": NOT_BUILT, "reason": str(error)}

@@ -100,6 +100,8 @@ def report(
             )
         else:
             recordings, notices, interrupted = {}, (), front.ended == "interrupt"
+        if planner.geometry is not None and (left_out := planner.geometry.note):
+            notices = (left_out, *notices)
         bars("page", 0, 0, "")
         page = write_page(loaded, front, recordings, folder, notices=notices)
     say(page)

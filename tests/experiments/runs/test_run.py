@@ -58,11 +58,9 @@ def cup(run: Run, tmp_path: Path) -> Path:
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
         (["cup.toml", "--seed", "1", "--perturb", "mas=1"], "--perturb: unknown perturbation 'mas' (did you"),
         (["cup.toml", "--perturb", "mass=0.2"], "--perturb: needs --seed"),
-        (["far.toml"], "far.toml: model.locations.tray"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(run: Run, cup: Path, words: list[str], message: str) -> None:
-    (cup / "far.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [1.60, 0.10] }"}))
     assert_is_error(run("run", *words, "--no-video", "--json"), message)
 
 
@@ -71,6 +69,14 @@ def test_a_task_that_cannot_be_done_is_told_before_anything_moves(run: Run, cup:
     result = run("run", "never.toml", "--json", "--no-video")
     assert result.status == 3 and "tidy" in result.err
     assert result.json["plan"] is None and result.json["front"] == [] and result.json["reason"]["tasks"] == ["tidy"]
+
+
+def test_what_the_arm_cannot_reach_is_not_planned(run: Run, cup: Path) -> None:
+    (cup / "far.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [1.60, 0.10] }"}))
+    result = run("run", "far.toml", "--json", "--no-video")
+    assert result.status == 3 and result.json["plan"] is None
+    assert [(one["object"], one["location"]) for one in result.json["left_out"]] == [("cup", "tray")]
+    assert "prefplan: The arm cannot do cup at tray (" in result.err
 
 
 def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
