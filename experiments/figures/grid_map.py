@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from typing import Any, cast
 
@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap
+from experiments.figures.plan_map import AREAS, Named, PlanMap
 from experiments.figures.trail import Trail, trail
 from prefplan.drawing.cell_map import Cell
 from prefplan.models.grid import GridBox, GridModel
@@ -35,20 +35,9 @@ class GridMap(PlanMap):
         self.size = model.size
         self.mark = min(0.3, 0.012 * max(model.size))
 
-    def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states; where a plan returns to a cell, they lie beside its centre."""
-        return _trail(plan).states
-
-    def _start(self, plan: Plan) -> np.ndarray:
-        return np.array(self.model.start)
-
-    def _line(self, plan: Plan) -> tuple[np.ndarray, Iterable[np.ndarray]]:
-        path = _trail(plan)
-        arrows = []
-        for x, y, dx, dy in path.arrows:
-            ahead, aside = self.mark * np.array([dx, dy]), 0.7 * self.mark * np.array([-dy, dx])
-            arrows.append(np.array([x, y]) + [ahead, -0.8 * ahead + aside, -0.8 * ahead - aside])
-        return path.line, arrows
+    def trail(self, plan: Plan) -> Trail:
+        """Return the path of a plan; where it returns to a cell, its points lie beside the centre."""
+        return trail(cast(Sequence[Cell], plan.states))
 
     def _draw_ground(self, axes: Axes) -> None:
         """Draw cells, terrains, regions and obstacles."""
@@ -70,16 +59,6 @@ class GridMap(PlanMap):
 
     def _unnamed(self) -> list[np.ndarray]:
         return [_rectangle(box) for boxes in self.model.obstacles.values() for box in boxes]
-
-    def _kept_clear(self, plan: Plan) -> np.ndarray:
-        """Return about `MOST_SAMPLES` of the points of a path's states, and the midpoints between them."""
-        states = self.path(plan)
-        line = states[:: max(1, len(states) // MOST_SAMPLES)]
-        return np.concatenate([line, (line[1:] + line[:-1]) / 2])
-
-
-def _trail(plan: Plan) -> Trail:
-    return trail(cast(Sequence[Cell], plan.states))
 
 
 def _rectangle(box: GridBox) -> np.ndarray:

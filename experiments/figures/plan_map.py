@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from matplotlib.text import Text
 
 from experiments.figures.figures import POINTS_PER_INCH
 from experiments.figures.label_placement import AREA, DOT, PATH, MapLabel, Obstacle, gap, leader, place
+from experiments.figures.trail import Trail
 from prefplan.ledger import Ledger
 from prefplan.plan import Plan
 from prefplan.problem import Problem
@@ -102,7 +102,7 @@ def square(middle: Sequence[float] | np.ndarray, radius: float) -> np.ndarray:
     return np.array([*middle, *middle]) + radius * np.array([-1, -1, 1, 1])
 
 
-class PlanMap(ABC):
+class PlanMap:
     """A map on which plans of a problem are drawn.
 
     Attributes:
@@ -117,29 +117,17 @@ class PlanMap(ABC):
     mark: float
     path_width: float
 
-    @abstractmethod
-    def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states."""
+    def trail(self, plan: Plan) -> Trail:
+        """Return the path of a plan."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def _start(self, plan: Plan) -> np.ndarray:
-        """Return the (2,) point of the dot at the start."""
-
-    @abstractmethod
-    def _line(self, plan: Plan) -> tuple[np.ndarray, Iterable[np.ndarray]]:
-        """Return the (P, 2) corners of a plan's line, and the corners of the arrows on it."""
-
-    @abstractmethod
     def _draw_ground(self, axes: Axes) -> None:
         """Draw the background, which is the same for every plan."""
+        raise NotImplementedError
 
-    @abstractmethod
     def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
         """Return all names to write, including `goals`, the names of tasks satisfied at the states `reached`."""
-
-    @abstractmethod
-    def _kept_clear(self, plan: Plan) -> np.ndarray:
-        """Return (P, 2) points of a plan's path that names should not cover."""
+        raise NotImplementedError
 
     def _unnamed(self) -> list[np.ndarray]:
         """Return the (4,) rectangles of areas without a name."""
@@ -155,32 +143,36 @@ class PlanMap(ABC):
         axes.spines[:].set_visible(True)
         axes.set(xticks=[], yticks=[])
         self._draw_ground(axes)
-        line, arrows = self._line(plan)
-        axes.plot(*line.T, color=PATH_COLOR, linewidth=self.path_width, solid_joinstyle="round", zorder=3, gid="path")
-        for corners in arrows:
+        trail = self.trail(plan)
+        axes.plot(
+            *trail.line.T, color=PATH_COLOR, linewidth=self.path_width, solid_joinstyle="round", zorder=3, gid="path"
+        )
+        for x, y, dx, dy in trail.arrows:
+            ahead, aside = self.mark * np.array([dx, dy]), 0.7 * self.mark * np.array([-dy, dx])
+            corners = np.array([x, y]) + [ahead, aside - 0.8 * ahead, -aside - 0.8 * ahead]
             axes.add_patch(Polygon(corners, closed=True, facecolor=PATH_COLOR, linewidth=0, zorder=3, gid="arrow"))
         dot: dict[str, Any] = {"edgecolor": "white", "linewidth": 0.6, "zorder": 5}
-        axes.add_patch(
-            Circle(tuple(self._start(plan)), START_SIZE * self.mark, facecolor=START_COLOR, gid="start", **dot)
-        )
-        path = self.path(plan)
+        start, size = tuple(trail.states[0]), START_SIZE * self.mark
+        axes.add_patch(Circle(start, size, facecolor=START_COLOR, gid="start", **dot))
         for step in self.goals(plan):
-            axes.add_patch(Circle(tuple(path[step]), self.mark, facecolor=GOOD, gid="goal", **dot))
+            axes.add_patch(Circle(tuple(trail.states[step]), self.mark, facecolor=GOOD, gid="goal", **dot))
 
     def label(self, axes: Axes, plan: Plan, *, font_size: float = SMALL_FONT_SIZE_PT) -> None:
         """Write names on the map, whose axes must have their final position.
 
         No label overlaps another one or leaves the map; a label for which there is no space is omitted.
         """
-        path, goals = self.path(plan), self.goals(plan)
+        path, goals = self.trail(plan).states, self.goals(plan)
         done = []
         for step, tasks in goals.items():
             lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
             done.append(Named(lines, "task", square(path[step], self.mark), False))
         named = self._names({plan.states[step] for step in goals}, done)
-        obstacles = [(square(self._start(plan), START_SIZE * self.mark), DOT)]
+        obstacles = [(square(path[0], START_SIZE * self.mark), DOT)]
         obstacles += [(area, AREA) for area in self._unnamed()]
-        obstacles += [(np.array([*point, *point]), PATH) for point in self._kept_clear(plan)]
+        sampled = path[:: max(1, len(path) // MOST_SAMPLES)]
+        points = np.concatenate([sampled, (sampled[1:] + sampled[:-1]) / 2])
+        obstacles += [(np.array([*point, *point]), PATH) for point in points]
         write_names(axes, named, obstacles, font_size=font_size)
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import cached_property
 from typing import Any, cast
 
@@ -14,7 +13,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from experiments.figures.plan_map import AREAS, MOST_SAMPLES, Named, PlanMap, square
+from experiments.figures.plan_map import AREAS, Named, PlanMap, square
+from experiments.figures.trail import Trail
 from prefplan.models.graph_file import Network
 from prefplan.plan import Plan
 from prefplan.problem import Problem
@@ -69,16 +69,10 @@ class RoadMap(PlanMap):
         self.lines = self.points[ends]
         self._index: dict[Any, int] = {name: i for i, name in enumerate(system.states)}
 
-    def path(self, plan: Plan) -> np.ndarray:
-        """Return the (S, 2) points of a plan's states."""
-        return np.asarray(self.points[[self._index[state] for state in plan.states]])
-
-    def _start(self, plan: Plan) -> np.ndarray:
-        return self.path(plan)[0]
-
-    def _line(self, plan: Plan) -> tuple[np.ndarray, Iterable[np.ndarray]]:
-        path = self.path(plan)
-        return path, _arrows(path)
+    def trail(self, plan: Plan) -> Trail:
+        """Return the path of a plan."""
+        path = np.asarray(self.points[[self._index[state] for state in plan.states]])
+        return Trail(path, path, _arrows(path))
 
     def _draw_ground(self, axes: Axes) -> None:
         """Draw the edges and the labelled places."""
@@ -93,10 +87,6 @@ class RoadMap(PlanMap):
         taken, places = {self._index[state] for state in reached}, self._places().items()
         free = [(self.points[state], names) for state, names in places if state not in taken]
         return [*goals, *(Named(", ".join(names), "name", square(point, PLACE), False) for point, names in free)]
-
-    def _kept_clear(self, plan: Plan) -> np.ndarray:
-        path = self.path(plan)
-        return path[:: max(1, len(path) // MOST_SAMPLES)]
 
     def _draw_roads(self, axes: Axes) -> None:
         if len(self.lines) <= MOST_LINES:
@@ -130,16 +120,13 @@ class RoadMap(PlanMap):
         return {state: sorted(system.label(state) & used) for state in labelled}
 
 
-def _arrows(path: np.ndarray) -> list[np.ndarray]:
-    """Return the corners of arrows at equal distances along a path."""
+def _arrows(path: np.ndarray) -> np.ndarray:
+    """Return the (A, 4) points and unit directions of arrows at equal distances along a path."""
     gone = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     found = []
     for at in np.arange(ARROW_DISTANCE / 2, gone[-1], ARROW_DISTANCE):
         tail, tip = (np.array([np.interp(at + aside, gone, column) for column in path.T]) for aside in (-MARK, MARK))
         length = float(np.hypot(*(tip - tail)))
         if length > MARK:  # no arrow where the path turns back
-            ahead = (tip - tail) / length
-            aside = np.array([-ahead[1], ahead[0]])
-            middle = (tip + tail) / 2
-            found.append(middle + MARK * np.array([ahead, 0.7 * aside - 0.8 * ahead, -0.7 * aside - 0.8 * ahead]))
-    return found
+            found.append([*(tip + tail) / 2, *(tip - tail) / length])
+    return np.array(found).reshape(-1, 4)

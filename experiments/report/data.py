@@ -146,7 +146,7 @@ def _plan(
         "order": list(planned.order),
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
-        "path": plan_map.path(plan).tolist() if plan_map else None,
+        "path": plan_map.trail(plan).states.tolist() if plan_map else None,
         "graph": None if plan_map else graph_data(scenario, plan),
         "map_words": _map_words(scenario, planned) if plan_map else None,
         "checks": [asdict(check) for check in check_plan(problem, plan, planned)],

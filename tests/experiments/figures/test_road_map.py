@@ -53,7 +53,7 @@ def found_map(scenario: Scenario) -> RoadMap:
 
 def test_a_plan_lies_where_its_states_are(square: Scenario) -> None:
     front = pareto_front(square.problem())
-    path = found_map(square).path(front[0])
+    path = found_map(square).trail(front[0]).states
     assert [plan.cost for plan in front] == [3, 7]
     side = np.diff(path, axis=0)
     assert np.allclose(side, side[0, 0] * np.array([[1, 0], [0, 1], [-1, 0]]))
