@@ -1,1 +1,1 @@
-"""MJCF and materials."""
+"""MJCF, materials, and the library that shows reports in 3-D."""

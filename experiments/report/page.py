@@ -51,20 +51,17 @@ def write_page(
     for part in files(__package__).joinpath(PARTS).iterdir():
         if part.name.endswith((".js", ".css")):
             write_bytes(folder / PARTS / part.name, part.read_bytes())
-    has_scene = False
     if recordings:
         # Imported late: it loads MuJoCo, which the page of a grid does not need.
         from experiments.report.scene import write_scene
 
-        has_scene = write_scene(recordings, folder / PARTS)
-        if not has_scene:
-            notices = (*notices, "No 3-D scene: trimesh comes with another viewer than expected.")
+        write_scene(recordings, folder / PARTS)
     if node_link.program() is None:
         notices = (*notices, "Automata are tables, and plans on graphs have no pictures: Graphviz is not installed.")
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
-    data = page_data(scenario, front, recordings) | {"scene": has_scene}
+    data = page_data(scenario, front, recordings) | {"scene": bool(recordings)}
     text = _render(scenario, front, data, notices, folder / PARTS)
     write_bytes(folder / INDEX, text.encode())
     return folder / INDEX

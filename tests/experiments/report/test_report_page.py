@@ -20,11 +20,7 @@ from selenium import webdriver
 from selenium.webdriver.common.keys import Keys
 
 from experiments.commands.command_line import main
-from experiments.report import recordings, scene
-from experiments.report.page import write_page
 from experiments.starters import starter
-from prefplan import pareto_front
-from prefplan.scenario.decode import loads
 from sim.evidence.log import read_log
 from sim.evidence.replay import RecordedWorld
 from sim.rendering.cameras import Camera
@@ -341,20 +337,6 @@ def test_without_videos_and_webgl_a_sentence_says_so(without_videos: Path, chrom
     page.scrub(1.0)
     assert page.all(".caption")[0].text.startswith("1 of ")
     assert page.complaints() == []
-
-
-@pytest.mark.slow
-def test_where_the_library_is_missing_the_page_is_complete_without_a_scene(
-    make: Make, chrome: webdriver.Chrome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scenario = loads(CUPS, name="cups")
-    recording = recordings.read(make("cups", CUPS).with_name("plan_0"))
-    assert recording is not None
-    monkeypatch.setattr(scene, "LIBRARY_END", "nowhere")
-    page = Page(chrome, write_page(scenario, pareto_front(scenario.problem()), {0: recording}, tmp_path))
-    assert page.one(".notice").text.startswith("No 3-D scene: ")
-    assert not page.all("canvas") and page.all(".panel .bar") and not (tmp_path / "page" / scene.SCENE).exists()
-    assert [entry for entry in page.complaints() if ".mp4" not in entry["message"]] == []
 
 
 def test_the_state_of_an_automaton_too_wide_for_its_place_is_in_sight(make: Make, chrome: webdriver.Chrome) -> None:
