@@ -81,6 +81,9 @@ def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> 
 
         tell(error)
         return FAILED if isinstance(error, (UnfinishedError, LimitError)) else BAD_INPUT
+    except MemoryError:
+        tell("out of memory")
+        return FAILED
     except ModuleNotFoundError as error:
         return missing(error, command=called[-1])
     except KeyboardInterrupt:

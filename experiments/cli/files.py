@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from prefplan.errors import PrefplanError
 
+DRAFT = re.compile(r"\..+\.(\d+)\.part|\.(?:video|clip)-(\d+)-.*")
+"""Names of files and folders that a process writes until they are complete, with its number."""
+
 
 def make_folder(path: Path) -> None:
-    """Make a folder for results.
+    """Make a folder for results, and remove what processes that were killed have left in it.
 
     Raises:
         PrefplanError: it cannot be made or written to.
@@ -22,6 +30,48 @@ def make_folder(path: Path) -> None:
         raise PrefplanError(f"{path}: cannot be made ({error.strerror})") from None
     if not os.access(path, os.W_OK | os.X_OK):
         raise PrefplanError(f"{path}: cannot be written to")
+    for entry in path.iterdir():
+        draft = DRAFT.fullmatch(entry.name)
+        if draft is not None and not _is_alive(int(draft[1] or draft[2])):
+            shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        pass
+    return True
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Make a folder for results to which no other process writes meanwhile.
+
+    Raises:
+        PrefplanError: as in `make_folder`, or another process writes to it.
+    """
+    make_folder(folder)
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        lock(descriptor, folder)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def lock(descriptor: int, path: Path) -> None:
+    """Lock an open file or folder for this process, until it is closed.
+
+    Raises:
+        PrefplanError: another process has locked it.
+    """
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise PrefplanError(f"{path}: another process is writing to it; wait for it or give another --out") from None
 
 
 def check_new(path: Path, *, force: bool = False, mend: str = "--force replaces it") -> None:
@@ -36,12 +86,13 @@ def write_bytes(path: Path, data: bytes) -> None:
     Raises:
         PrefplanError: it cannot be written.
     """
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         draft.write_bytes(data)
         os.replace(draft, path)
     except OSError as error:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
         raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
 
 

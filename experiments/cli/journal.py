@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
+import errno
 import json
 import os
 from contextlib import AbstractContextManager, suppress
+from io import FileIO
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
+from experiments.cli.files import lock
 from prefplan.errors import PrefplanError
 
 
@@ -33,7 +35,8 @@ class Journal(AbstractContextManager["Journal"]):
         self.done: dict[int, dict[str, Any]] = {}
         self._key = key
         try:
-            self._file: IO[bytes] = open(path, "a+b")
+            # Without a buffer: a full disk must not fail a second time when the file is closed.
+            self._file: FileIO = open(path, "a+b", buffering=0)
         except OSError as error:
             raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
         try:
@@ -43,12 +46,7 @@ class Journal(AbstractContextManager["Journal"]):
             raise
 
     def _read(self, header: dict[str, Any]) -> None:
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise PrefplanError(
-                f"{self.path}: another process is writing to it; wait for it or give another --out"
-            ) from None
+        lock(self._file.fileno(), self.path)
         self._file.seek(0)
         content = self._file.read()
         whole = content.rfind(b"\n") + 1
@@ -86,8 +84,9 @@ class Journal(AbstractContextManager["Journal"]):
 
     def _write(self, value: dict[str, Any]) -> None:
         try:
-            self._file.write(json.dumps(value).encode() + b"\n")
-            self._file.flush()
+            line = json.dumps(value).encode() + b"\n"
+            if self._file.write(line) < len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             os.fsync(self._file.fileno())
         except OSError as error:
             raise PrefplanError(f"{self.path}: cannot be written ({error.strerror})") from None

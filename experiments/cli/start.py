@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import sys
 from collections.abc import Iterable, Iterator
@@ -12,6 +13,7 @@ from threading import current_thread, main_thread
 from types import FrameType
 
 from experiments.cli.status import FAILED, INTERRUPTED, tell
+from prefplan.errors import LimitError
 
 SIMULATION = "pip install '.[sim]', in a clone of prefplan"
 """Installs the simulation."""
@@ -19,6 +21,19 @@ SIMULATION = "pip install '.[sim]', in a clone of prefplan"
 
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
 """What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
+
+
+LEAST_ADDRESS_SPACE = 3 * 2**29
+"""Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
+
+
+def check_address_space() -> None:
+    """Raise LimitError if `ulimit -v` leaves no room for numba, and say so."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if 0 <= allowed < LEAST_ADDRESS_SPACE:
+        needed = f"{allowed / 2**20:.0f} MiB of virtual memory are allowed, {LEAST_ADDRESS_SPACE / 2**20:.0f} needed"
+        tell(f"ulimit -v: {needed}")
+        raise LimitError("memory")
 
 
 def load_planner(*, quiet: bool = False) -> None:
@@ -31,6 +46,7 @@ def load_planner(*, quiet: bool = False) -> None:
 @contextmanager
 def _loading_numba(quiet: bool) -> Iterator[None]:
     """Load numba without what it does not need; once its functions are made, say if they are still to be compiled."""
+    check_address_space()
     with _hidden(UNNEEDED), loading() if current_thread() is main_thread() else nullcontext():
         import numba.core.typing.cffi_utils
         import numba.np.arraymath  # noqa: F401

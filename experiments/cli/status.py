@@ -7,7 +7,7 @@ import sys
 
 from prefplan.text.printable import printable, printable_lines
 
-DONE, BAD_INPUT, NO_PLAN, FAILED, INTERRUPTED = 0, 2, 3, 4, 130
+DONE, BAD_INPUT, NO_PLAN, FAILED, CONSISTENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
 FOREIGN_BREAK = re.compile(r"\n(?! {4})")
 """A line break that no message has: its further lines are indented by four, those of a table or a verdict by less."""

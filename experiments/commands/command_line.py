@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pkgutil
 import sys
@@ -14,7 +15,7 @@ from click.shell_completion import shell_complete
 
 import prefplan
 from experiments.cli.command import Command, call, quiet_option, verbatim
-from experiments.cli.status import DONE
+from experiments.cli.status import DONE, FAILED, tell
 
 SECTIONS = {"planning": "Planning", "execution": "Carrying plans out", "machine": "This machine"}
 """The folders of commands, with the heading of each in the help."""
@@ -23,6 +24,9 @@ FOLDERS = {
     module.name: folder for folder in SECTIONS for module in pkgutil.iter_modules([str(Path(__file__).parent / folder)])
 }
 """The folder of each command."""
+
+DISK_IS_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What an error of writing says if not the program is to blame."""
 
 COMPLETE = "_PREFPLAN_COMPLETE"
 """Environment variable in which a shell's script asks for completions."""
@@ -38,7 +42,9 @@ Exit status:
   0    done
   2    invalid arguments or input: stderr says what is valid
   3    no plan exists, or none within the bounds given
-  4    the execution failed, a run was refuted, or a limit came before any plan
+  4    the execution failed, a run was refuted, a limit came before any plan, or
+       the disk is full
+  5    a log is consistent, but not proved (`prefplan verify`)
   130  interrupted by Ctrl-C
 
 `prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
@@ -99,5 +105,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader has closed the pipe, so flushing at exit would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _write_nowhere()
+    except OSError as error:
+        if error.errno not in DISK_IS_FULL:
+            raise
+        _write_nowhere()
+        tell(f"cannot be written: {error.filename or 'standard output'} ({error.strerror})")
+        status = FAILED
     return status
+
+
+def _write_nowhere() -> None:
+    """Let nothing more be written to stdout: flushing at exit would fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

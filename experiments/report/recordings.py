@@ -13,7 +13,7 @@ from typing import Any, Unpack
 from experiments.cli.files import write_json
 from experiments.cli.progress import Tell
 from experiments.runs.carry_out import carry_out, scene_of
-from experiments.runs.evidence import prove
+from experiments.runs.evidence import certified, prove
 from experiments.runs.outcome import Outcome, outcome_json
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.plan import Plan
@@ -108,8 +108,8 @@ def _record(
     """
     found = read(path)
     if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, scene, plan, seed):
-        if not video or found.outcome.get("rendered") == _rendered(**look):
-            return found
+        if (not video or found.outcome.get("rendered") == _rendered(**look)) and _is_still_so(scenario, found):
+            return read(path) or found
     # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
     file = path.with_suffix(".mp4") if video else None
@@ -141,6 +141,14 @@ def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: P
     recording = read(path)
     assert recording is not None
     return replace(recording, no_video=outcome.no_video)
+
+
+def _is_still_so(scenario: Scenario, found: Recording) -> bool:
+    """Check the log of an earlier call now, since another may have taken its place; return whether it holds."""
+    try:
+        return certified(scenario, found.log_path).confirmed
+    except LogError:
+        return False
 
 
 def read(path: Path) -> Recording | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import groupby
 from typing import Any
@@ -15,26 +14,26 @@ from prefplan.text.printable import printable
 from sim.evidence.certificate import Certificate
 from sim.evidence.log import Log
 
-LEVELS = {
-    "plain": "the claims follow from the recorded states, and these obey physics as far as they show it",
-    "scenario": "the log is of the given scenario",
-    "resimulate": "the recorded commands lead to the recorded states",
-    "key": "the file is as the owner of the key signed it",
+MEANING = {
+    "proved": "the commands lead to the recorded states in the given scenario, and the claims follow from these",
+    "consistent": "nothing found contradicts the claims",
 }
-"""What each level of `prefplan verify` proves."""
+"""What a verdict says."""
 
-UNPROVEN = "that the sensor saw what the log says, or that anything happened outside the simulation"
-"""What no level proves."""
+OPEN = "that the sensor saw what the log says, or that anything happened outside the simulation"
+"""What no certificate proves."""
 
 
-def certificate_json(log: Log, certificate: Certificate, levels: Sequence[str] = ("plain",)) -> dict[str, Any]:
-    """Return a certificate as the documented JSON object; the levels are those of `LEVELS` that were checked."""
+def certificate_json(log: Log, certificate: Certificate, *, log_sha256: str) -> dict[str, Any]:
+    """Return a certificate as the documented JSON object; the hash is that of the log's file."""
     return {
+        "verdict": certificate.verdict,
         "confirmed": certificate.confirmed,
         "agrees": certificate.agrees,
+        "interrupted": bool(log.about.setting.get("interrupted")),
+        "log_sha256": log_sha256,
         "scenario": log.about.scenario,
-        "levels": list(levels),
-        "proves": [LEVELS[level] for level in levels] if certificate.confirmed else [],
+        "robot": log.about.robot,
         "versions": log.about.versions,
         "setting": log.about.setting,
         "claimed": log.about.claims.completed,
@@ -50,17 +49,20 @@ def in_a_line(certificate: Certificate) -> str:
     if certificate.refuted:
         first, *others = certificate.refuted
         more = f" (and {len(others)} more)" if others else ""
-        return f"not certified: {first.name}: {first.words}{more}"
+        return f"refuted: {first.name}: {first.words}{more}"
     found = "".join(f"; {check.name}: {check.words}" for check in certificate.findings)
-    return f"certified by an independent check of the log ({len(certificate.checks)} points){found}"
+    how = "simulated again from the log" if certificate.verdict == "proved" else MEANING["consistent"]
+    return f"{certificate.verdict}: {how} ({len(certificate.checks)} checks){found}"
 
 
-def show_certificate(console: Console, log: Log, certificate: Certificate, levels: Sequence[str]) -> None:
-    """Print a certificate, one line for each check; consecutive actions as predicted share a line."""
+def show_certificate(console: Console, log: Log, certificate: Certificate, *, given: bool) -> None:
+    """Print a certificate, one line for each check; consecutive actions as predicted share a line.
+
+    `given` says whether the verifier gave a scenario.
+    """
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
-    verdict = "confirmed" if certificate.confirmed else "refuted"
-    console.print(Text(printable(f"{what}: {verdict}"), style="bold"))
+    console.print(Text(printable(f"{what}: {certificate.verdict}"), style="bold"))
     for plain, checks in groupby(certificate.checks, key=_is_plain):
         row = list(checks)
         if plain and len(row) > 1:
@@ -69,11 +71,14 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, level
         for check in row:
             mark, style = ("!!", "yellow") if check.finding else ("ok", "green") if check.holds else ("NO", "red")
             console.print(Text.assemble("  ", (mark, style), printable(f"  {check.name}: {check.words}")))
-    if certificate.confirmed:
-        console.print(Text(f"  proved: {'; '.join(LEVELS[level] for level in levels)}", style="dim"))
-        for level in (level for level in LEVELS if level not in levels):
-            console.print(Text(f"  not checked (--{level}): {LEVELS[level]}", style="dim"))
-        console.print(Text(f"  never proved: {UNPROVEN}", style="dim"))
+    if not certificate.confirmed:
+        return
+    notes = [f"{certificate.verdict}: {MEANING[certificate.verdict]}"]
+    if not given:
+        notes.append("not proved: that the log is of your scenario; --scenario FILE simulates it there")
+    notes.append(f"never proved: {OPEN}")
+    for note in notes:
+        console.print(Text(f"  {note}", style="dim"))
 
 
 def _is_plain(check: Check) -> bool:

@@ -50,7 +50,6 @@ class Sweep:
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        resimulate: whether each rollout is simulated again from its log.
         rollouts: number of rollouts.
         jobs: number of processes; None for one per core.
         cluster: address of a Dask cluster to use instead of processes on this machine.
@@ -67,7 +66,6 @@ class Sweep:
     max_cost: Number | None = None
     max_preference: Number | None = None
     robot: str | None = None
-    resimulate: bool = False
     rollouts: int = 1
     jobs: int | None = None
     cluster: str | None = None
@@ -149,11 +147,11 @@ def roll_out(sweep: Sweep, number: int) -> Record:
             choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        found = judged(scenario, scene, outcome, again=sweep.resimulate)
+        found = judged(scenario, scene, outcome)
     except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     times = {name: round(seconds, 3) for name, seconds in times.items()}
-    return {**_heading(sweep, number, faults), **found, "resimulated": sweep.resimulate, **times}
+    return {**_heading(sweep, number, faults), **found, **times}
 
 
 def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
@@ -164,7 +162,7 @@ def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fau
         "refuted": [],
         "findings": [],
         "wrongly_completed": False,
-        "resimulated": False,
+        "proved": False,
     }
     return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
 
@@ -178,12 +176,12 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
     }
 
 
-def judged(scenario: Scenario, scene: Scene, outcome: Outcome, *, again: bool = False) -> Record:
+def judged(scenario: Scenario, scene: Scene, outcome: Outcome) -> Record:
     """Return the entries of a record about a run and its certificate.
 
-    `longest_action` is the action that took most simulated time. `again` simulates the run again from its log.
+    `longest_action` is the action that took most simulated time.
     """
-    certificate = certify(evidence(scenario, scene, outcome), again=again)
+    certificate = certify(evidence(scenario, scene, outcome), scenario=scenario)
     outcome, run = replace(outcome, certificate=certificate), outcome.run
     longest = max(run.steps, key=lambda step: step.end - step.start, default=None)
     return {
@@ -206,6 +204,7 @@ def judged(scenario: Scenario, scene: Scene, outcome: Outcome, *, again: bool = 
         "contacts": sum(event.kind == "contact" for event in run.events),
         "certified": certificate.confirmed,
         "agrees": certificate.agrees,
+        "proved": certificate.verdict == "proved",
         "refuted": [f"{check.name}: {check.words}" for check in certificate.refuted],
         "findings": [f"{check.name}: {check.words}" for check in certificate.findings],
     }

@@ -70,7 +70,7 @@ def _certificates(records: Sequence[Record]) -> dict[str, Any]:
     refuted = [record for record in checked if not record["certified"]]
     return {
         "checked": len(checked),
-        "resimulated": sum(record["resimulated"] for record in checked),
+        "proved": sum(record["proved"] for record in checked),
         "agree": sum(record["agrees"] for record in checked),
         "confirmed": len(checked) - len(refuted),
         "wrongly_completed": sum(record["wrongly_completed"] for record in records),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gc
 import gzip
+import io
 import json
 import warnings
 import zlib
@@ -95,7 +96,8 @@ def read(folder: Path, name: str, key: str) -> Listing:
     with prefixed(f"{key}: {name}: ", ModelError):
         try:
             with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as file:
-                return replace(readers[ending(name)](cast(BinaryIO, file), key), place=f"{key}: {name}: ")
+                metered = io.BufferedReader(_Metered(cast(BinaryIO, file)))
+                return replace(readers[ending(name)](cast(BinaryIO, metered), key), place=f"{key}: {name}: ")
         except FileNotFoundError:
             raise ModelError("no such file beside the scenario") from None
         except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
@@ -103,6 +105,22 @@ def read(folder: Path, name: str, key: str) -> Listing:
         finally:
             if collects:
                 gc.enable()
+
+
+class _Metered(io.RawIOBase):
+    """A file of which the limits are checked while it is read: 3 MB of zeros may be 3 GB when they are unpacked."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        check_limits()
+        data = self._file.read(len(buffer))
+        buffer[: len(data)] = data
+        return len(data)
 
 
 def _clocked(value: T) -> T:

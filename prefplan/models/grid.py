@@ -11,7 +11,7 @@ import numpy as np
 from prefplan.drawing.cell_map import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.limits import available_memory
+from prefplan.limits import available_memory, check_limits
 from prefplan.models.costs import Cost, CostTable, amount, check_costs_agree, names_of
 from prefplan.models.transition_system import OnDemand, TransitionSystem
 from prefplan.text.forms import Form, check_fields
@@ -112,6 +112,7 @@ class GridModel:
         width, height = self.size
         if width * height * BYTES_A_CELL > available_memory():
             raise ModelError(f"size: {width} x {height} cells need more memory than is free")
+        check_limits(width * height * BYTES_A_CELL)
         free = np.ones((height, width), dtype=bool)
         for boxes in self.obstacles.values():
             _fill(free, boxes, False)
@@ -124,8 +125,10 @@ class GridModel:
             nx, ny = np.where(inside, nx, 0), np.where(inside, ny, 0)
             exists.append(inside & free[ny, nx])
             target.append(number[ny, nx])
+            check_limits()
         there = np.stack(exists, axis=1)
         targets = np.stack(target, axis=1)[there]
+        check_limits()
         ground = self._ground()[free][targets]
         labels, label_sets = self._labels(free)
         return TransitionSystem(

@@ -1,8 +1,9 @@
-"""The certificate of a run: every claim about it, derived again from its log alone.
+"""The certificate of a run: every claim about it, derived again from its log.
 
-The propositions after each action are read from the recorded frames (`sim.evidence.replay`). On that trace
-`prefplan.claims` derives tasks, costs and mu from their definitions. On purpose, this uses neither the run's
-observations, nor the planner's automata, nor `prefplan.ledger`.
+The log's commands are simulated again, in the scenario that the verifier gives (`sim.evidence.resimulation`): what
+follows from them needs no other check. The propositions after each action are read from the recorded frames
+(`sim.evidence.replay`). On that trace `prefplan.claims` derives tasks, costs and mu from their definitions. On purpose,
+this uses neither the run's observations, nor the planner's automata, nor `prefplan.ledger`.
 """
 
 from __future__ import annotations
@@ -23,16 +24,20 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import LogError
 from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
-from sim.evidence.dynamics import Dynamics
 from sim.evidence.fault_checks import check_faults, shown_faults
-from sim.evidence.force_checks import check_grip, check_torques
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.motion_checks import check_limits, check_recording
-from sim.evidence.object_checks import check_depth, check_motions, check_rest, check_start
+from sim.evidence.object_checks import check_rest, check_start
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
-from sim.evidence.scenario_checks import check_hash, check_scenario
+from sim.evidence.scenario_checks import check_scenario
 from sim.evidence.touch_checks import check_contacts
+
+VERDICTS = ("refuted", "consistent", "proved")
+"""What a certificate says of the claims, from the weakest."""
+
+EXPLAINED_BY = ("mismatch", "ended", "contact")
+"""Kinds of events that say why a run is not completed although every task is satisfied."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class Certificate:
         completed: whether the recorded states satisfy every task, relaxations allowed for.
         task_costs: c_i by task name, derived.
         preference: mu, derived.
+        equal: whether a simulation in an equal environment, in the verifier's scenario, reproduced every digit.
     """
 
     claims: tuple[Check, ...]
@@ -52,6 +58,14 @@ class Certificate:
     completed: bool
     task_costs: Mapping[str, int | float]
     preference: int | float
+    equal: bool
+
+    @property
+    def verdict(self) -> str:
+        """One of `VERDICTS`."""
+        if not self.confirmed:
+            return "refuted"
+        return "proved" if self.equal else "consistent"
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -83,23 +97,19 @@ class Certificate:
         return next(check for check in self.checks if check.name == name)
 
 
-def certify(
-    log: Log, *, scenario: Scenario | None = None, again: bool = False, more: Sequence[Check] = ()
-) -> Certificate:
-    """Check every claim about a run against its recorded frames.
+def certify(log: Log, *, scenario: Scenario | None = None) -> Certificate:
+    """Check every claim about a run against its recorded frames, and these against a simulation of its commands.
 
     Args:
         log: of the run.
-        scenario: compared with the one in the log; None for no comparison.
-        again: simulate the run again from its commands.
-        more: checks already made, such as that of the signature.
+        scenario: in which it is simulated again; None for the one in the log, which proves nothing about another.
 
     Raises:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
     with _without_warnings():
         try:
-            return _certify(log, scenario, again, more)
+            return _certify(log, scenario)
         except FormulaError as error:  # formulas are read where they are used
             raise LogError(f"the scenario in the log cannot be used: {error}") from None
 
@@ -115,17 +125,15 @@ def _without_warnings() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Check]) -> Certificate:
-    world = RecordedWorld(log)
+def _certify(log: Log, scenario: Scenario | None) -> Certificate:
+    world = RecordedWorld(log, scenario)
     about, own = log.about, world.scenario
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
     recording = check_recording(log)
     claims = (
-        *more,
         recording,
-        check_hash(log),
         *([check_scenario(log, scenario)] if scenario else []),
         check_start(log, world, trace[0]),
         *effects,
@@ -135,25 +143,26 @@ def _certify(log: Log, scenario: Scenario | None, again: bool, more: Sequence[Ch
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
-    motions = (
-        *check_limits(log, world),
-        *(_physics(log, world) if recording.holds else [check_contacts(log, world, ())]),
-        *([resimulate(log, world)] if again else []),
-    )
-    return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference)
+    physics, equal = _physics(log, world) if recording.holds else ((check_contacts(log, world, ()),), False)
+    motions = (*check_limits(log, world), *physics)
+    if verdict.completed and not about.claims.completed and not _is_explained(log, (*claims, *motions)):
+        told = "every task is satisfied, and nothing in the log says why the run is called not completed"
+        claims += (Check("not completed", False, told),)
+    equal = equal and scenario is not None
+    return Certificate(claims, motions, verdict.completed, verdict.task_costs, verdict.preference, equal)
 
 
-def _physics(log: Log, world: RecordedWorld) -> tuple[Check, ...]:
-    """Check the forces, motions, faults and contacts of frames that follow each other without a gap."""
-    dynamics = Dynamics(log, world)
-    return (
-        check_torques(log, world, dynamics),
-        check_grip(log, dynamics),
-        check_motions(world, dynamics),
-        check_depth(dynamics),
-        check_faults(log, world, dynamics),
-        check_contacts(log, world, shown_faults(log, world, dynamics)),
-    )
+def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
+    """Simulate frames without a gap again; return checks of them, and whether every digit is equal."""
+    again = resimulate(log, world)
+    contacts = check_contacts(log, world, shown_faults(log, world, again.changes))
+    return (again.check, check_faults(log, world, again.changes), contacts), again.equal
+
+
+def _is_explained(log: Log, checks: Sequence[Check]) -> bool:
+    """Return whether a log says why its run is not completed."""
+    told = any(event.kind in EXPLAINED_BY for event in log.about.events)
+    return told or bool(log.about.setting.get("interrupted")) or any(check.finding for check in checks)
 
 
 def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:

@@ -30,7 +30,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
     """
     name, hand = "action costs", world.model.start
     state: ManipulationState | None = world.model.initial_state
-    table = {(kind, before, after): exact(cost) for kind, before, after, cost in log.about.measured}
+    table = {(kind, before, after): exact(cost) for kind, before, after, cost in world.measured}
     surprised = min((event.time for event in log.about.events if event.kind in SURPRISES), default=math.inf)
     for k, action in enumerate(log.about.actions, 1):
         symbolic = world.action(action.action)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from prefplan.claims import Check
 from prefplan.models.manipulation.action import holding
-from sim.evidence.dynamics import Dynamics
 from sim.evidence.log import Log
 from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
+from sim.evidence.resimulation import Change
 from sim.geometry.mjcf import columns
 from sim.simulation.run import FRAME_RATE_HZ, Event
 
@@ -43,36 +43,38 @@ class _Pose:
     velocity: np.ndarray
 
 
-def shown_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> list[Event]:
+def shown_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> list[Event]:
     """Return the faults that were requested and that the states show, in order of time."""
-    return [event for event, objection in _judged(log, world, dynamics) if objection is None]
+    return [event for event, objection in _judged(log, world, changes) if objection is None]
 
 
-def check_faults(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Check:
-    """Check that faults were requested, that the states show them, and that no other intervention occurred."""
+def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> Check:
+    """Check that faults were requested, that changes from outside show them, and that there is no other change."""
     name = "faults"
     told = []
-    for event, objection in _judged(log, world, dynamics):
+    for event, objection in _judged(log, world, changes):
         told.append(event)
         if objection:
             return Check(name, False, f"{event.detail.get('fault')} at {event.time:.2f} s: {objection}")
-    for time in dynamics.times[dynamics.frame < 0]:
-        if not world.excused(float(time)):
-            return Check(name, False, f"the state is changed from outside at {time:.2f} s, and no fault says so")
+    for change in changes:
+        wrong = sorted(change.joints - world.excused(change.time))
+        if wrong:
+            words = f"{wrong[0]} was moved from outside at {change.time:.2f} s, and no recorded fault says so"
+            return Check(name, False, words)
     return Check(name, True, f"{len(told)}, as asked for, and the states show them" if told else "none")
 
 
-def _judged(log: Log, world: RecordedWorld, dynamics: Dynamics) -> Iterator[tuple[Event, str | None]]:
+def _judged(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> Iterator[tuple[Event, str | None]]:
     """Yield each fault in the log, and why it did not happen, or None."""
     asked = Counter(map(str, log.about.setting.get("faults") or ()))
     for event in log.about.events:
         if event.kind == "fault":
             fault = str(event.detail.get("fault"))
             asked[fault] -= 1
-            yield event, _objection(event, log, world, dynamics) if asked[fault] >= 0 else "it was not asked for"
+            yield event, _objection(event, log, world, changes) if asked[fault] >= 0 else "it was not asked for"
 
 
-def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+def _objection(event: Event, log: Log, world: RecordedWorld, changes: Sequence[Change]) -> str | None:
     """Return why a fault did not happen, or None; no state shows a `blind` camera."""
     kind, _, due = re.sub(":[^@]*", "", str(event.detail.get("fault"))).partition("@")
     begun = [action for action in log.about.actions if action.start <= event.time + FAULT_TIME_S]
@@ -81,14 +83,14 @@ def _objection(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics)
     if not due.isdecimal() or len(begun) < int(due):
         return "it was not due yet"
     if kind == "slip":
-        return _objection_to_slip(event, log, world, dynamics)
+        return _objection_to_slip(event, log, world)
     if kind == "miss":
         return _objection_to_miss(event, log, world)
     for obj in world.disturbed(event):
-        rows = np.flatnonzero((dynamics.frame < 0) & (np.abs(dynamics.times - event.time) < FAULT_TIME_S))
-        if not len(rows) or obj not in dynamics.objects:
+        change = next((one for one in changes if abs(one.time - event.time) < FAULT_TIME_S), None)
+        if change is None or obj not in change.joints:
             return f"no state shows that {obj} is moved from outside"
-        before, after = (_pose(obj, world, dynamics, int(rows[0]) - back) for back in (1, 0))
+        before, after = (_pose(obj, world, *state) for state in (change.before, change.after))
         if _is_moved_twice(log, world, event, obj):
             continue
         if kind == "knock":
@@ -105,10 +107,10 @@ def _is_moved_twice(log: Log, world: RecordedWorld, event: Event, obj: str) -> b
     return sum(obj in world.disturbed(other) for other in events) > 1
 
 
-def _pose(obj: str, world: RecordedWorld, dynamics: Dynamics, row: int) -> _Pose:
+def _pose(obj: str, world: RecordedWorld, qpos: np.ndarray, qvel: np.ndarray) -> _Pose:
     pose, rates = columns(world.mujoco, obj)
-    position, rotation = np.split(dynamics.qpos[row, pose], [3])
-    return _Pose(position, rotation, dynamics.qvel[row, rates])
+    position, rotation = np.split(qpos[pose], [3])
+    return _Pose(position, rotation, qvel[rates])
 
 
 def _objection_to_knock(obj: str, before: _Pose, after: _Pose) -> str | None:
@@ -130,14 +132,14 @@ def _objection_to_move(obj: str, after: _Pose) -> str | None:
     return None
 
 
-def _objection_to_slip(event: Event, log: Log, world: RecordedWorld, dynamics: Dynamics) -> str | None:
+def _objection_to_slip(event: Event, log: Log, world: RecordedWorld) -> str | None:
     frame, gripper = world.frame_at(event.time), world.robot.gripper
     pressed = log.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1) > HOLD_FORCE_N
     if not np.any(pressed):
         return "nothing was in the hand"
     fingers = [int(world.mujoco.joint(name).qposadr[0]) for name in gripper.joints]
     width = gripper.opened(world.qpos[frame, fingers])
-    command = float(dynamics.command(event.time + world.scene.latency)[world.mujoco.actuator(gripper.actuator).id])
+    command = float(world.command(event.time + world.scene.latency)[world.mujoco.actuator(gripper.actuator).id])
     return None if gripper.width(command) > width + SLIP_OPENING_M else "the hand was not commanded open"
 
 

@@ -6,29 +6,20 @@ held if both pads touch and press it.
 
 from __future__ import annotations
 
-import functools
 import itertools
-from bisect import bisect_left
 from collections.abc import Iterable
-from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from prefplan.errors import ModelError, PrefplanError
+from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import Action
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.scenario.decode import Scenario, loads
-from sim.errors import LogError, RobotError
-from sim.evidence.log import About, Log
-from sim.external.bundle import unpacked
-from sim.geometry.mjcf import columns, first_met, is_solid, opaque, solid_geoms
-from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
-from sim.robots.robot import Robot
+from prefplan.scenario.decode import Scenario
+from sim.evidence.log import Log, measured_costs
+from sim.evidence.rebuilt import built, described, perturbed_as_said, states_of, words_for
+from sim.geometry.mjcf import first_met, is_solid, opaque, solid_geoms
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import FRAME_RATE_HZ, Event
-from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
-from sim.world.scene import Scene, build_scene, initial_state
 
 AT_LOCATION_M = 0.045
 """Greatest horizontal distance of an object at a location from the centre of a slot."""
@@ -53,12 +44,6 @@ HOLD_FORCE_N = 0.5
 FAULT_TIME_S = 1e-6
 """Greatest difference between the time of a fault and that of the state it leaves."""
 
-MIN_QUATERNION = 1e-3
-"""Least norm of a quaternion that gives an orientation."""
-
-MAX_UNKNOWN_OBJECTS = 20
-"""Greatest number of objects that are not in the scenario."""
-
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
 
@@ -72,6 +57,8 @@ class RecordedWorld:
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
         scene: perturbed as the log's setting says.
+        other_shapes: whether the arm had other shapes in the run than it has here.
+        measured: costs of actions, as in the log's `measured`.
         start: (nq,) positions at which the run begins, by its seed.
         noise: standard deviation of an observed coordinate, m.
         bias: (3,) constant error of every observed position, by the seed, m.
@@ -84,20 +71,24 @@ class RecordedWorld:
         LogError: (on construction) the scenario in the log cannot be read or built, or its joints are missing.
     """
 
-    def __init__(self, log: Log) -> None:
-        """Build the scene that the log's scenario describes."""
+    def __init__(self, log: Log, scenario: Scenario | None = None) -> None:
+        """Build the scene of a scenario, or if it is None, that which the log describes."""
         about = log.about
         self._log = log
-        self.scenario, scene, self.arm_shapes = _built(
-            about.text, about.scenario, tuple(about.files.items()), about.robot, about.meshes, len(about.joints)
-        )
-        self.scene, self.start, self.noise, self.bias = _perturbed(scene, about)
+        if scenario is None:
+            self.scenario, self.measured = described(about), about.measured
+        else:
+            self.scenario = scenario
+            self.measured = measured_costs(getattr(scenario.model, "costs", None))
+        scene, here = built(self.scenario, about)
+        self.other_shapes, self.arm_shapes = here != about.meshes, words_for(scene)
+        self.scene, self.start, self.noise, self.bias = perturbed_as_said(scene, about)
         self.model = self.scene.model
         self.mujoco = self.scene.mujoco
         self.robot = self.scene.robot
         spares = (name for name in self.scene.spares if name in about.joints)
         self.objects = objects = (*(obj.name for obj in self.model.objects), *spares)
-        self.qpos, self.qvel = _states(log, self.robot, self.mujoco, objects)
+        self.qpos, self.qvel = states_of(log, self.robot, self.mujoco, objects)
         self._data = mujoco.MjData(self.mujoco)
         self._surfaces = {place.name: self._surface(place.name) for place in self.model.locations if not place.on}
         self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in objects}
@@ -117,6 +108,11 @@ class RecordedWorld:
         if event.kind != "fault" or kind not in ("move", "knock", "foreign"):
             return ()
         return (str(event.detail.get("object")) if kind == "foreign" else target,)
+
+    def command(self, time: float) -> np.ndarray:
+        """Return the (nu,) commands of the step that begins at a time, s."""
+        row = int(round(time / self.mujoco.opt.timestep))
+        return np.asarray(self._log.controls[min(row, len(self._log.controls) - 1)] / COMMANDS_PER_UNIT)
 
     def excused(self, time: float) -> set[str]:
         """Return the objects that recorded faults move from outside at a time, s."""
@@ -286,88 +282,3 @@ def fault_of(event: Event) -> tuple[str, str]:
     """Return the kind of the fault that an event records, and its target or amount."""
     kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
     return kind, target
-
-
-@functools.lru_cache(maxsize=4)
-def _built(
-    text: str, name: str, files: tuple[tuple[str, str], ...], robot: str, meshes: bool, joints: int
-) -> tuple[Scenario, Scene, str]:
-    """Return the scenario of a log, its scene, and which shapes the arm has there.
-
-    Joints that are neither the robot's nor an object's belong to objects that faults added.
-    """
-    try:
-        scenario = loads(text, name=name, measured=False)
-        if not isinstance(scenario.model, ManipulationModel):
-            raise LogError("its scenario has no manipulation model")
-        model = unpacked(scenario.model, dict(files))
-        scenario = replace(scenario, model=model)
-        moving = _robot(model, robot)
-        others = joints - len(moving.joints + moving.gripper.joints) - len(model.objects)
-        spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
-        # The scene is built even if no robot could work in it: what it did there, the frames show.
-        scene = build_scene(model, robot=moving, spares=spares, meshes=None if meshes else False, judged=False)
-    except RobotError as error:
-        raise LogError(f"the log cannot be checked: {error}") from None
-    except PrefplanError as error:
-        raise LogError(f"the scenario in the log cannot be used: {error}") from None
-    if scene.robot.name != DEFAULT:
-        return scenario, scene, f"the shapes of the robot `{scene.robot.name}`"
-    return scenario, scene, "the arm's meshes" if scene.dressed else "plain shapes of the arm"
-
-
-def _robot(model: ManipulationModel, name: str) -> Robot:
-    """Return the robot of a log: the scenario's own, or one of the catalogue.
-
-    Raises:
-        RobotError: it is unknown, or cannot be loaded here.
-    """
-    if model.robot_setup.mjcf is not None and name not in ROBOTS:
-        own = robot_for(model.robot_setup)
-        if own.name == name:
-            return own
-    return robot_named(name)
-
-
-def _perturbed(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
-    """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, noise and bias, m."""
-    seed, text = about.setting.get("seed"), about.setting.get("perturbation")
-    try:
-        perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
-        bias = np.zeros(3)
-        if seed is not None:
-            scene = perturbed(scene, perturbation, seed=seed)
-            bias = camera_bias(perturbation, seed=seed)
-        start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-        noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
-        if not 0 <= 1000 * noise <= KEYS["noise"].greatest:
-            raise ValueError(f"a noise of {1000 * noise:g} mm")
-        list(about.setting.get("faults") or ())
-    except (PrefplanError, TypeError, ValueError, OverflowError) as error:
-        raise LogError(f"the setting in the log cannot be used: {error}") from None
-    return scene, start.qpos, noise, bias
-
-
-def _states(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (T, nq) recorded positions and the (T, nv) velocities in the order of a model's joints."""
-    for name in robot.load_limits:
-        if getattr(log, name).shape[1] != len(robot.joints):
-            raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
-    if log.pad_forces.shape[1] != len(robot.gripper.pads):
-        raise LogError(f"the log is broken: pad_forces are not those of the {len(robot.gripper.pads)} pads of the hand")
-    fixed = (*robot.joints, *robot.gripper.joints)
-    free = sorted(place for name, place in log.about.joints.items() if name not in fixed)
-    qpos, qvel = np.tile(model.qpos0, (len(log.times), 1)), np.zeros((len(log.times), model.nv))
-    for name in (*fixed, *objects):
-        pose, rates = columns(model, name)
-        positions, velocities = pose.stop - pose.start, rates.stop - rates.start
-        first = log.about.joints.get(name, -1)
-        # A free joint has seven positions and six velocities.
-        speed = first - bisect_left(free, first)
-        if not 0 <= first <= log.qpos.shape[1] - positions or not 0 <= speed <= log.qvel.shape[1] - velocities:
-            raise LogError(f"the log is broken: a frame has no position of {name!r}")
-        qpos[:, pose] = log.qpos[:, first : first + positions]
-        qvel[:, rates] = log.qvel[:, speed : speed + velocities]
-        if positions == 7 and np.linalg.norm(qpos[:, pose][:, 3:], axis=1).min() < MIN_QUATERNION:
-            raise LogError(f"the log is broken: a frame has no orientation of {name!r}")
-    return qpos, qvel

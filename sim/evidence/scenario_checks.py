@@ -1,4 +1,4 @@
-"""Checks of the scenario in a log: against its hash, and against a given scenario."""
+"""Check of the scenario in a log against a given one."""
 
 from __future__ import annotations
 
@@ -10,18 +10,9 @@ from typing import Any
 from prefplan.claims import Check
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from sim.evidence.log import Log, measured_costs, text_hash
-from sim.external.bundle import packed
+from sim.evidence.log import Log, measured_costs
 
 MISSING = object()
-
-
-def check_hash(log: Log) -> Check:
-    """Check that the scenario in a log has the hash in the log."""
-    found = text_hash(log.about.text)
-    if found != log.about.scenario_sha256:
-        return Check("scenario hash", False, "the scenario in the log was changed: it has another SHA-256")
-    return Check("scenario hash", True, found)
 
 
 def check_scenario(log: Log, scenario: Scenario) -> Check:
@@ -30,12 +21,17 @@ def check_scenario(log: Log, scenario: Scenario) -> Check:
     costs = scenario.model.costs if isinstance(scenario.model, ManipulationModel) else None
     measured = [{" ".join(row[:3]): row[3] for row in rows} for rows in (log.about.measured, measured_costs(costs))]
     differences += _differences(measured[0], measured[1], "measured cost of ")
-    files = packed(scenario.model) if isinstance(scenario.model, ManipulationModel) else {}
-    differences += (f"the file {name} is another" for name in files if log.about.files.get(name) != files[name])
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
         return Check("scenario", False, f"the log is of another one: {differences[0]}{more}")
-    return Check("scenario", True, "the given one")
+    return Check("scenario", True, f"the given one, with {_conditions(log)}")
+
+
+def _conditions(log: Log) -> str:
+    """Return what the run, not the scenario, decided, in words."""
+    about = log.about
+    given = {key: value for key, value in about.setting.items() if value}
+    return ", ".join([f"the robot {about.robot}", *(f"{key} {value}" for key, value in sorted(given.items()))])
 
 
 def _differences(said: Any, given: Any, key: str) -> Iterator[str]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import Object
 from sim.external.user_scene import UserScene, bounds, scene_files
+from sim.geometry.mjcf import as_utf8
 
 MODEL_SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
 """Sizes of a model that a file may set; here, those of the whole scene apply."""
@@ -33,7 +34,7 @@ def add_user_scene(
     Returns:
         Warnings for the user.
     """
-    world = mujoco.MjSpec.from_file(str(scene.path))
+    world = mujoco.MjSpec.from_file(as_utf8(scene.path))
     _find_files(world, scene.path)
     without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]
     notes = _hold_still(world, {obj.body for obj, _ in objects.values()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +14,8 @@ from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
-from sim.geometry.mjcf import box_corners, first_met, is_solid, opaque
+from sim.external.sizes import check_sizes
+from sim.geometry.mjcf import as_utf8, box_corners, first_met, is_solid, opaque
 
 SEARCH_DEPTH_M = 0.02
 """Greatest distance of a location from the surface below or above it that carries it, m."""
@@ -92,8 +94,9 @@ def read_file(path: Path) -> UserScene:
     Raises:
         SimulationError: MuJoCo refuses it.
     """
+    check_sizes(path)
     try:
-        compiled = mujoco.MjModel.from_xml_path(str(path))
+        compiled = mujoco.MjModel.from_xml_path(as_utf8(path))
     except (ValueError, mujoco.FatalError) as error:
         raise SimulationError(f"scene: {path}: {str(error).strip()}") from None
     data = mujoco.MjData(compiled)
@@ -110,7 +113,7 @@ def scene_files(path: Path) -> list[Path]:
     if not path.is_file():
         raise SimulationError(f"{path}: no such file")
     try:
-        return sorted(Path(name) for name in mujoco.mju_getXMLDependencies(str(path)))
+        return sorted(Path(os.fsdecode(name.encode())) for name in mujoco.mju_getXMLDependencies(as_utf8(path)))
     except mujoco.FatalError as error:
         raise SimulationError(f"{path}: {' '.join(str(error).split())}") from None
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import copy
+import os
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import trimesh
+
+from sim.errors import SimulationError
 
 VISIBLE, HIDDEN = 2, 3
 """Geom groups: drawn, and for collisions only."""
@@ -112,3 +116,15 @@ def draw_solid(
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
     geom.contype = geom.conaffinity = geom.mass = 0
     geom.group, geom.rgba = VISIBLE, [0.5, 0.5, 0.5, 1]  # MuJoCo's default, in place of which it uses the material's
+
+
+def as_utf8(path: Path) -> str:
+    """Return a path as MuJoCo takes it; in another locale than its own, Python has characters that are none.
+
+    Raises:
+        SimulationError: it is not UTF-8.
+    """
+    try:
+        return os.fsencode(path).decode()
+    except UnicodeDecodeError:
+        raise SimulationError(f"{path}: MuJoCo reads only files whose paths are UTF-8") from None

@@ -67,7 +67,7 @@ def compose(
             f"pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
         )
         shown.append(f"[video{i}]")
-    with tempfile.TemporaryDirectory(prefix=".clip-", dir=path.parent) as folder:
+    with tempfile.TemporaryDirectory(prefix=f".clip-{os.getpid()}-", dir=path.parent) as folder:
         for i, text in enumerate(headings):
             heading = Path(folder, f"{i}.png")
             _heading(text, height).save(heading)

@@ -105,7 +105,7 @@ def render_video(
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
     bounds = [len(frames) * i // count for i in range(count + 1)]
-    with tempfile.TemporaryDirectory(prefix=".video-", dir=path.parent) as folder:
+    with tempfile.TemporaryDirectory(prefix=f".video-{os.getpid()}-", dir=path.parent) as folder:
         parts = {Path(folder, f"{first}.mp4"): frames[first:end] for first, end in pairwise(bounds)}
         jobs = [delayed(render)(part, shown) for part, shown in parts.items()]
         for done in accumulate(_in_processes(jobs, workers), initial=0):

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 from command_line import Run, call, main
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 from scenario_texts import CUP, DETOUR, shipped, shipped_front
 
 from prefplan import Front, Scenario
@@ -49,23 +47,11 @@ def detour(run: Run, tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with two pairs of keys, PEM and OpenSSH."""
-    folder = tmp_path_factory.mktemp("keys")
-    for name, kind, public_kind in (("pem", "PKCS8", "SubjectPublicKeyInfo"), ("ssh", "OpenSSH", "OpenSSH")):
-        key, coding = Ed25519PrivateKey.generate(), Encoding.OpenSSH if name == "ssh" else Encoding.PEM
-        private = key.private_bytes(Encoding.PEM, getattr(PrivateFormat, kind), NoEncryption())
-        (folder / name).write_bytes(private)
-        (folder / f"{name}.pub").write_bytes(key.public_key().public_bytes(coding, getattr(PublicFormat, public_kind)))
-    return folder
-
-
-@pytest.fixture(scope="session")
-def signed_log(tmp_path_factory: pytest.TempPathFactory, keys: Path) -> Path:
-    """The signed log of a run, with only its certificate beside it."""
+def run_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The log of a run, with only its certificate beside it."""
     folder = tmp_path_factory.mktemp("cup")
     (folder / "cup.toml").write_text(CUP)
-    how = ["--no-video", "--seed", "3", "--key", str(keys / "pem"), "--out", str(folder)]
+    how = ["--no-video", "--seed", "3", "--out", str(folder)]
     assert main(["run", str(folder / "cup.toml"), *how]) == 0
     (folder / "cup.toml").unlink()
     (folder / "cost.json").unlink()

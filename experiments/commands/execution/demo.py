@@ -6,6 +6,7 @@ from pathlib import Path
 
 from experiments.cli import options
 from experiments.cli.command import command, is_quiet
+from experiments.cli.files import only_writer
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import INTERRUPTED
 
@@ -29,7 +30,8 @@ def demo(out: Path | None, no_open: bool) -> int:
 
     load_planner(quiet=is_quiet())
     folder = out or case_study_3.OUT
-    status = case_study_3.main(folder, quiet=is_quiet())
+    with only_writer(folder):
+        status = case_study_3.main(folder, quiet=is_quiet())
     if status != INTERRUPTED and not no_open:
         open_page((folder / INDEX).absolute().as_uri())
     return status

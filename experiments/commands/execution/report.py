@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import ExitStack
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,7 @@ from experiments.checks.no_plan import no_plan
 from experiments.cli import options
 from experiments.cli.choice import plan_at
 from experiments.cli.command import command, is_quiet
-from experiments.cli.files import make_folder
+from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
@@ -78,7 +79,7 @@ def report(
         loaded = asking_in(loaded, None, robot=robot)
         view = look_of(partial(scene_of, loaded, robot=robot), **look)
     folder = out or Path("out", loaded.name)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
         bars("planning", 0, 0, "")
         with limits:
             planner = pp.Planner(loaded.problem())
@@ -86,7 +87,7 @@ def report(
         bars("planning", 1, 1, "")
         indices = range(len(front)) if plans is None else plans
         chosen = {i: plan_at(front, i, "--plans") for i in indices}
-        make_folder(folder)
+        writing.enter_context(only_writer(folder))
         if isinstance(loaded.model, pp.ManipulationModel) and front and front.ended != "interrupt":
             recordings, notices, interrupted = record_all(
                 loaded,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from decimal import Decimal
 from functools import partial
@@ -17,11 +18,11 @@ from experiments.cli import options, output
 from experiments.cli.choice import choose, continuation, plan_name
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.files import make_folder, write_json
+from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
-from experiments.cli.values import PATH, number
+from experiments.cli.values import number
 from experiments.runs.geometry import asking_in
 
 if TYPE_CHECKING:
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
 @options.robot
 @options.no_video
 @options.look
-@click.option("--key", type=PATH, metavar="FILE", help="Sign the log with this private Ed25519 key.")
 def run(
     scenario: str,
     as_json: bool,
@@ -55,7 +55,6 @@ def run(
     noise: Decimal | None,
     robot: str | None,
     no_video: bool,
-    key: Path | None,
     **look: Unpack[options.LookOptions],
 ) -> int:
     """Carry a plan out in simulation and render a video of it.
@@ -63,19 +62,16 @@ def run(
     Examples:
       prefplan run case_study_3 --plan preference
       prefplan run case_study_3 --plan 0 --seed 7 --no-video --json
-      prefplan run case_study_3 --no-video --key private.pem
     """
     with loading():
         from experiments.cli import simulation_options as simulation
         from experiments.runs.carry_out import carry_out, scene_of
         from experiments.runs.evidence import prove
         from experiments.runs.outcome import no_outcome_json, outcome_json
-        from sim.evidence.signature import read_private_key
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
     path = (out or Path("out", loaded.name)) / plan_name(plan)
-    signing = read_private_key(key) if key else None
     conditions: Conditions = {
         "seed": seed,
         "perturbation": simulation.perturbation_of(perturb, seed=seed),
@@ -84,11 +80,11 @@ def run(
     }
     view = simulation.look_of(partial(scene_of, loaded, robot=robot), **look)
     try:
-        with Bars(quiet=is_quiet()) as bars:
+        with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
             scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
             loaded = asking_in(loaded, scene, robot=robot)
             planner = pp.Planner(loaded.problem())
-            make_folder(path.parent)
+            writing.enter_context(only_writer(path.parent))
             bars("planning", 0, 0, "")
             chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             bars("planning", 1, 1, "")
@@ -98,14 +94,14 @@ def run(
             if noise:
                 outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(noise)})
             bars("checking", 0, 0, "the log")
-            outcome = prove(loaded, scene, outcome, path.with_suffix(".npz"), key=signing)
+            outcome = prove(loaded, scene, outcome, path.with_suffix(".npz"))
+            write_json(path.with_suffix(".json"), outcome_json(outcome))
     except pp.NoPlanError as error:
         return show_no_plan(loaded, planner, error, as_json=as_json)
     except KeyboardInterrupt:
         if as_json:
             output.print_json(no_outcome_json())
         raise
-    write_json(path.with_suffix(".json"), outcome_json(outcome))
     return _ended(loaded, outcome, as_json=as_json)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from experiments.cli import options, output
 from experiments.cli.choice import choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.files import make_folder, write_json
+from experiments.cli.files import only_writer, write_json
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
     metavar="KEY",
     help="Search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed.",
 )
-@click.option("--resimulate", is_flag=True, help="Simulate each run again from its log, as a check.")
 @options.out("out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep continues there")
 @click.option(
     "--cluster", metavar="ADDRESS", help="Run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine."
@@ -82,10 +82,10 @@ def sweep(
     loaded, key = pp.load(scenario), find_boundary and checked("--find-boundary", find_boundary, KEYS)
     folder = out or Path("out", loaded.name, f"boundary_{plan}_{key}" if key else f"sweep_{plan}")
     perturbation = perturbation_of(perturb, seed=seed)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
         scene = scene_of(loaded, robot=robot)
         kind = faults and _kind(faults, scene.model)
-        make_folder(folder)
+        writing.enter_context(only_writer(folder))
         bars("planning", 0, 0, "")
         loaded = asking_in(loaded, scene, robot=robot)
         planner = pp.Planner(loaded.problem())

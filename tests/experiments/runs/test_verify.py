@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -15,26 +16,29 @@ from sim.evidence.log import encode, read_log
 
 
 @pytest.fixture
-def forged(signed_log: Path, tmp_path: Path) -> Path:
-    log = read_log(signed_log)
+def forged(run_log: Path, tmp_path: Path) -> Path:
+    log = read_log(run_log)
     claims = replace(log.about.claims, cost=9)
     path = tmp_path / "forged.npz"
     path.write_bytes(encode(replace(log, about=replace(log.about, claims=claims))))
     return path
 
 
-def test_a_run_leaves_its_certificate(signed_log: Path, run: Run) -> None:
-    written = json.loads(signed_log.with_name("cost.certificate.json").read_text())
-    result = run("verify", str(signed_log), "--json")
+def test_a_run_leaves_its_certificate(run_log: Path, tmp_path: Path, run: Run) -> None:
+    written = json.loads(run_log.with_name("cost.certificate.json").read_text())
+    (tmp_path / "cup.toml").write_text(CUP)
+    result = run("verify", str(run_log), "--scenario", str(tmp_path / "cup.toml"), "--json")
     assert result.status == 0
     printed = result.json
     assert printed == written
     assert list(printed) == [
+        "verdict",
         "confirmed",
         "agrees",
+        "interrupted",
+        "log_sha256",
         "scenario",
-        "levels",
-        "proves",
+        "robot",
         "versions",
         "setting",
         "claimed",
@@ -43,21 +47,23 @@ def test_a_run_leaves_its_certificate(signed_log: Path, run: Run) -> None:
         "preference",
         "checks",
     ]
-    assert printed["confirmed"] and printed["completed"] and printed["task_costs"] == {"tidy": 10}
+    assert printed["verdict"] == "proved" and printed["completed"] and not printed["interrupted"]
+    assert printed["log_sha256"] == hashlib.sha256(run_log.read_bytes()).hexdigest()
+    assert printed["confirmed"] and printed["task_costs"] == {"tidy": 10}
     assert printed["setting"] == {"seed": 3, "perturbation": "position=5,angle=5"}
     assert all(check["holds"] for check in printed["checks"])
 
 
 def test_people_see_every_check_also_without_the_meshes(
-    signed_log: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+    run_log: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sim.robots.arms.panda.mesh_folder", lambda: None)
-    log = read_log(signed_log)
+    log = read_log(run_log)
     path = tmp_path / "mug.npz"  # under another name, so that the scene is built again
     path.write_bytes(encode(replace(log, about=replace(log.about, scenario="mug"))))
     status, printed, _ = run("verify", str(path))
-    assert status == 0
-    assert printed.startswith("mug: completed: confirmed\n")
+    assert status == 5
+    assert printed.startswith("mug: completed: consistent\n") and "(other shapes of the arm)" in printed
     assert "ok  action 1 to 4: 4 actions, the frames agree with the log" in printed
     assert "ok  completed: tidy satisfied" in printed
     assert "with plain shapes of the arm" in printed
@@ -87,36 +93,37 @@ def test_a_run_that_its_log_refutes_was_not_carried_out(
     assert told["reason"] == "the log refutes it: total cost: 9 is claimed, but it is 10"
 
 
-def test_a_log_is_checked_at_every_level(signed_log: Path, keys: Path, tmp_path: Path, run: Run) -> None:
+def test_a_log_is_proved_in_the_verifier_s_scenario(run_log: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "same.toml").write_text(f"# with a comment\n{CUP}")
-    levels = ["--scenario", str(tmp_path / "same.toml"), "--resimulate", "--key", str(keys / "pem.pub")]
-    result = run("verify", str(signed_log), *levels, "--json")
-    assert result.status == 0
-    printed = result.json
-    assert printed["levels"] == ["plain", "scenario", "resimulate", "key"] and len(printed["proves"]) == 4
-    names = [check["name"] for check in printed["checks"]]
-    assert {"signature", "scenario", "simulated again"} < set(names)
-    contents = signed_log.read_bytes()
-    assert b"PRIVATE" not in contents and (keys / "pem").read_bytes()[30:60] not in contents
+    result = run("verify", str(run_log), "--scenario", str(tmp_path / "same.toml"))
+    assert result.status == 0 and result.out.startswith("cup: completed: proved\n")
+    assert "ok  scenario: the given one, with the robot panda, perturbation position=5,angle=5, seed 3\n" in result.out
+    assert "frames, every digit equal\n" in result.out
 
 
-def test_another_scenario_and_another_key_refute(signed_log: Path, keys: Path, tmp_path: Path, run: Run) -> None:
+@pytest.mark.parametrize(
+    ("scenario", "require", "status"),
+    [(True, "proved", 0), (True, "consistent", 0), (False, None, 5), (False, "consistent", 0), (False, "proved", 4)],
+)
+def test_scripts_say_what_they_require(
+    scenario: bool, require: str | None, status: int, run_log: Path, tmp_path: Path, run: Run
+) -> None:
+    (tmp_path / "cup.toml").write_text(CUP)
+    options = ["--scenario", str(tmp_path / "cup.toml")] if scenario else []
+    result = run("verify", str(run_log), *options, *(["--require", require] if require else []))
+    assert result.status == status
+    assert ("not proved: that the log is of your scenario" in result.out) != scenario
+
+
+def test_another_scenario_refutes(run_log: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "dearer.toml").write_text(CUP.replace("transit = 3", "transit = 4"))
-    result = run("verify", str(signed_log), "--scenario", str(tmp_path / "dearer.toml"))
+    result = run("verify", str(run_log), "--scenario", str(tmp_path / "dearer.toml"))
     words = "model.costs.transit is 3 in the log, 4 in the given one"
     assert result.status == 4 and f"NO  scenario: the log is of another one: {words}\n" in result.out
-    result = run("verify", str(signed_log), "--key", str(keys / "ssh.pub"))
-    assert result.status == 4 and "NO  signature: the file is not what the owner of the key signed\n" in result.out
-
-
-@pytest.mark.parametrize("name", ["none", "pem"])
-def test_what_is_no_public_key_is_refused(signed_log: Path, keys: Path, name: str, run: Run) -> None:
-    result = run("verify", str(signed_log), "--key", str(keys / name))
-    assert (result.status, result.out) == (2, "") and result.err.startswith(f"prefplan: {keys / name}: ")
 
 
 @pytest.mark.parametrize("name", ["none.npz", "cost.certificate.json", "."])
-def test_what_is_no_log_is_refused(signed_log: Path, name: str, run: Run) -> None:
-    result = run("verify", str(signed_log.parent / name))
+def test_what_is_no_log_is_refused(run_log: Path, name: str, run: Run) -> None:
+    result = run("verify", str(run_log.parent / name))
     assert_is_error(result, "prefplan: ")
     assert result.err.count("\n") == 1

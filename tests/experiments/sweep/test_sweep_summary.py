@@ -24,7 +24,7 @@ def record(number: int, *, kind: str | None = None, seconds: float = 10.0, error
         "certified": True,
         "agrees": True,
         "refuted": [],
-        "resimulated": False,
+        "proved": False,
         "wrongly_completed": False,
         "replans": number % 2,
         "happened": [],

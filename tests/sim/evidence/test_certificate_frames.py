@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 from forged_logs import claiming, log_of_run, refutations, telling
@@ -13,14 +12,10 @@ from scenario_texts import PAST_A_TOWER
 
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
-from sim.evidence.dynamics import Dynamics
-from sim.evidence.force_checks import check_grip
 from sim.evidence.log import Log
-from sim.evidence.object_checks import check_motions
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import check_contacts
 from sim.robots.arms.panda import PANDA
-from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import Event
 from sim.skills import transfer, transport
 
@@ -54,10 +49,11 @@ def test_what_a_failed_run_did_is_a_finding_and_no_lie(arch_log: Log) -> None:
     touch = Event(3.9, "contact", {"moving": "hand", "other": "green"})
     told = sorted((*arch_log.about.events, touch), key=lambda event: event.time)
     log = telling(replace(arch_log, torque_rates=beyond), events=tuple(told))
-    wrong = {"joint torque rates", "contacts"}
-    assert refutations(log).keys() == wrong and certify(log).findings == ()
+    wrong, again = {"joint torque rates", "contacts"}, {"simulated again"}
+    assert refutations(log).keys() == wrong | again and certify(log).findings == ()
     certificate = certify(claiming(log, completed=False, preference=None))
-    assert certificate.confirmed and {check.name for check in certificate.findings} == wrong
+    assert {check.name for check in certificate.findings} == wrong
+    assert {check.name for check in certificate.refuted} == again, "it is no log of a simulation"
     hidden = replace(log, speeds=np.zeros_like(log.speeds))
     assert "joint speeds" in refutations(claiming(hidden, completed=False, preference=None))
 
@@ -112,47 +108,3 @@ def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pyte
     silent = telling(log, events=tuple(event for event in log.about.events if event.kind != "contact"))
     assert len(silent.about.events) < len(log.about.events)
     assert refutations(silent)["contacts"].startswith("cup touches can at ")
-
-
-@pytest.mark.parametrize(("factor", "frames", "holds"), [(1.9, 1, True), (1.9, 2, False), (2.6, 1, False)])
-def test_a_pad_is_pressed_harder_for_no_longer_than_an_impact(
-    arch_log: Log, factor: float, frames: int, holds: bool
-) -> None:
-    dynamics, forces = Dynamics(arch_log, RecordedWorld(arch_log)), arch_log.pad_forces.copy()
-    first = next(k for k in range(1, len(forces)) if forces[k - 1 : k + 3].min() > 14)
-    forces[first : first + frames, 0] *= factor
-    assert check_grip(replace(arch_log, pad_forces=forces), dynamics).holds == holds
-
-
-def test_what_spins_about_a_centre_of_mass_beside_its_middle_falls_freely(arch_log: Log) -> None:
-    """MuJoCo tells the velocity of the middle, which circles."""
-    log = telling(arch_log, setting={"seed": 4, "perturbation": "position=5,angle=5,centre=15"})
-    world = RecordedWorld(log)
-    data, states = mujoco.MjData(world.mujoco), []
-    data.qpos[:], data.ctrl[:] = world.qpos[0], log.controls[0] / COMMANDS_PER_UNIT
-    data.joint("pink").qpos[:3], data.joint("pink").qvel[3:] = [0.8, 0, 1.5], [20, 5, 30]
-    for _ in range(10):
-        states.append((data.time, data.qpos.copy(), data.qvel.copy()))
-        mujoco.mj_step(world.mujoco, data, 17)
-    times, qpos, qvel = (np.array(rows) for rows in zip(*states, strict=True))
-    hovering = qpos.copy()
-    hovering[:, world.mujoco.joint("pink").qposadr[0] + 2] = 1.5
-    still = np.where(np.arange(qvel.shape[1]) == world.mujoco.joint("pink").dofadr[0] + 2, 0, qvel)
-    found = []
-    for places, rates in ((qpos, qvel), (hovering, still)):
-        flight = replace(log, times=times, qpos=places, qvel=rates, interventions=log.interventions[:0])
-        there = RecordedWorld(flight)
-        found.append(check_motions(there, Dynamics(flight, there)))
-    assert found[0].holds and found[1].words == "nothing touches pink at 0.03 s, but it does not fall freely"
-
-
-def test_what_flies_into_the_hand_between_two_states_meets_the_robot(arch_log: Log) -> None:
-    world = RecordedWorld(arch_log)
-    dynamics, k = Dynamics(arch_log, world), world.frame_at(1.0)
-    assert "panda" not in dynamics.may_meet("pink", k)
-    world.show(k)
-    palm = world.pointed_at(np.array([-0.08]))[0]
-    joint, span = world.mujoco.joint("pink"), np.diff(dynamics.times)[k]
-    place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
-    dynamics.qvel[k, dof : dof + 3] = (palm - dynamics.qpos[k, place : place + 3]) / span
-    assert "panda" in dynamics.may_meet("pink", k)

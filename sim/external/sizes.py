@@ -1,0 +1,55 @@
+"""What a user's MJCF asks for, counted before MuJoCo builds it: a few characters may ask for gigabytes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import prod
+from pathlib import Path
+from xml.etree import ElementTree
+
+from sim.errors import SimulationError
+
+MAX_COPIES = 10_000
+"""Most copies that the elements `replicate`, one inside another, make in a file."""
+
+MAX_CELLS = 10_000_000
+"""Most cells of a height field, and most pixels of a side of a texture: 40 MB."""
+
+PIXELS = ("width", "height")
+CELLS = ("nrow", "ncol")
+
+
+def check_sizes(path: Path, *, within: frozenset[Path] = frozenset()) -> None:
+    """Raise SimulationError if a file, or one that it includes, asks for more than a scene has.
+
+    What is no XML, or has other values, MuJoCo refuses itself.
+    """
+    try:
+        root = ElementTree.fromstring(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, ElementTree.ParseError):
+        return
+    for copies, element in _counted(root, 1):
+        if copies > MAX_COPIES:
+            raise SimulationError(f"scene: {path}: replicate makes more than {MAX_COPIES} copies")
+        for kind, sides in (("hfield", CELLS), ("texture", PIXELS)):
+            if element.tag == kind and prod(_number(element, side) for side in sides) > MAX_CELLS:
+                raise SimulationError(f"scene: {path}: {kind}: {' x '.join(sides)} is more than {MAX_CELLS}")
+        if element.tag == "include" and (other := path.parent / element.get("file", "")) not in within:
+            check_sizes(other, within=within | {path})
+
+
+def _counted(element: ElementTree.Element, copies: int) -> Iterator[tuple[int, ElementTree.Element]]:
+    """Yield every element with the number of its copies."""
+    if element.tag == "replicate":
+        copies *= max(1, _number(element, "count"))
+    yield copies, element
+    if copies <= MAX_COPIES:
+        for child in element:
+            yield from _counted(child, copies)
+
+
+def _number(element: ElementTree.Element, name: str) -> int:
+    try:
+        return int(float(element.get(name, "0")))
+    except (ValueError, OverflowError):
+        return 0

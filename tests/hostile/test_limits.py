@@ -1,0 +1,115 @@
+"""Limits hold from the first byte: while files are read, unpacked and built."""
+
+from __future__ import annotations
+
+import gzip
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from hostile_bench import BENCH, write_bench
+
+PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
+
+GRID = """
+[model]
+kind = "grid"
+size = [5000, 5000]
+start = [0, 0]
+cost = 1
+[model.regions]
+goal = [4999, 4999, 4999, 4999]
+[[tasks]]
+name = "go"
+formula = "F goal"
+[preference]
+kind = "order"
+"""
+
+ROADS = """
+[model]
+kind = "graph"
+file = "roads.csv.gz"
+start = "s0"
+[model.labels]
+s1 = ["plant"]
+[[tasks]]
+name = "go"
+formula = "F plant"
+[preference]
+kind = "order"
+"""
+
+
+def call(*arguments: str, memory: int | None = None) -> tuple[int, str, float, float]:
+    """Return the exit status of a command, its stderr, its time, s, and its memory, MiB."""
+    began = time.perf_counter()
+    allowed = (lambda: resource.setrlimit(resource.RLIMIT_AS, (memory, memory))) if memory else None
+    code = (
+        "import resource, subprocess, sys; done = subprocess.run(sys.argv[1:], capture_output=True, text=True);"
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss); print(done.stderr, file=sys.stderr, end='');"
+        "sys.exit(done.returncode)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *PROGRAM, "-q", *arguments], capture_output=True, text=True, preexec_fn=allowed
+    )
+    return done.returncode, done.stderr, time.perf_counter() - began, int(done.stdout) / 1024
+
+
+@pytest.fixture(scope="module")
+def idle() -> float:
+    """Memory of a command that reads a small scenario, MiB."""
+    return call("front", "example")[3]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["front", "plan", "check"])
+def test_a_huge_grid_stays_within_its_memory(command: str, tmp_path: Path, idle: float) -> None:
+    (tmp_path / "huge.toml").write_text(GRID)
+    status, told, _, used = call(command, str(tmp_path / "huge.toml"), "--max-memory", "300")
+    assert used < 1.1 * (idle + 300) and "Traceback" not in told
+    assert status in (0, 4)
+
+
+def test_a_file_that_unpacks_to_gigabytes_stays_within_its_memory(tmp_path: Path, idle: float) -> None:
+    with gzip.open(tmp_path / "roads.csv.gz", "wb", compresslevel=1) as file:
+        for _ in range(600):
+            file.write(b"a" * 2**20)
+    (tmp_path / "roads.toml").write_text(ROADS)
+    status, told, _, used = call("front", str(tmp_path / "roads.toml"), "--max-memory", "100")
+    assert (tmp_path / "roads.csv.gz").stat().st_size < 6e6
+    assert status == 4 and used < 1.1 * (idle + 100) and "memory" in told and "Traceback" not in told
+
+
+@pytest.mark.parametrize(
+    ("element", "words"),
+    [
+        ('<replicate count="100000000"><geom size="1"/></replicate>', "replicate makes more than 10000 copies"),
+        (
+            '<replicate count="1000"><replicate count="1000"><geom size="1"/></replicate></replicate>',
+            "replicate makes more than 10000 copies",
+        ),
+        ("HFIELD", "hfield: nrow x ncol is more than 10000000"),
+    ],
+)
+def test_a_scene_that_asks_for_gigabytes_is_refused_before_it_is_built(
+    element: str, words: str, tmp_path: Path
+) -> None:
+    scene = BENCH.replace('<include file="light.xml"/>', '<include file="more.xml"/>')
+    write_bench(tmp_path, scene=scene)
+    inside = f"<worldbody>{element}</worldbody>"
+    if element == "HFIELD":
+        inside = '<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>'
+    (tmp_path / "more.xml").write_text(f"<mujoco>{inside}</mujoco>")
+    status, told, taken, used = call("check", str(tmp_path / "bench.toml"))
+    assert status == 2 and words in told and "more.xml" in told
+    assert used < 1500
+
+
+def test_little_virtual_memory_ends_with_a_sentence() -> None:
+    status, told, _, _ = call("front", "kitchen", memory=500_000 * 1024)
+    assert status == 4 and told.startswith("prefplan: ulimit -v: 488 MiB of virtual memory are allowed, 1536 needed\n")
+    assert all(line.startswith("prefplan: ") for line in told.splitlines())
