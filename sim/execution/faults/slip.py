@@ -51,12 +51,15 @@ def _hanging_times(cell: Workcell) -> Iterator[float | None]:
     since: float | None = None
     while True:
         now, obj = float(cell.data.time), cell.contacts.handled
+        hanging = None
         if obj is None or now - cell.contacts.pressed > CONTACT_FLICKER_S:
             gripped = since = None
         else:
             height = float(cell.data.body(obj).xpos[2])
             if gripped is None or gripped[0] != obj:
                 gripped = obj, height
-            if since is None and (cell.attached or height - gripped[1] >= LIFTED_HEIGHT_M):
-                since = now
-        yield None if since is None else now - since
+            # Nothing slips while it is lowered: it may already touch what carries it.
+            if cell.attached or height - gripped[1] >= LIFTED_HEIGHT_M:
+                since = now if since is None else since
+                hanging = now - since
+        yield hanging
