@@ -166,8 +166,9 @@ class CollisionChecker:
         # No point moves farther than by the sum of the joints' turns times their levers.
         moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ self.levers))
         checks = int(np.ceil(moved[-1] / max(CHECK_STEP_M, 2 * clearance)))
-        for ahead in np.linspace(0, moved[-1], checks + 1)[1:]:
-            self._place(np.array([np.interp(ahead, moved, joint) for joint in path.T]))
+        aheads = np.linspace(0, moved[-1], checks + 1)[1:]
+        for q in np.column_stack([np.interp(aheads, moved, joint) for joint in path.T]):
+            self._place(q)
             met = self._met(clearance, carriers)
             near &= met
             if met - near:
