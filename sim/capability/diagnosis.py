@@ -36,7 +36,7 @@ GRASPS_TRIED = 12
 """Number of grasps for which the missing joint angles are computed."""
 
 
-class Diagnosis:
+class FailureDiagnosis:
     """Finds the least change of a scene after which a failed rehearsal would succeed."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:

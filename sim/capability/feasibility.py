@@ -15,7 +15,7 @@ from prefplan.errors import ModelError
 from prefplan.models.manipulation.action import at
 from prefplan.models.system import Barred
 from sim.capability.arrangement import arranged
-from sim.capability.diagnosis import Diagnosis
+from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.rehearsal import Rehearsal, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
@@ -77,7 +77,7 @@ class Feasibility:
         self._known: dict[tuple[str, str], PlaceCheck] = {}
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
-        self._diagnosis = Diagnosis(scene, self._cell, skills)
+        self._diagnosis = FailureDiagnosis(scene, self._cell, skills)
 
     def check_start(self) -> str | None:
         """Return why the hand cannot reach its start location; None if it can, or does not start at a location."""

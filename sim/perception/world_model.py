@@ -23,9 +23,8 @@ from sim.perception.grounding import (
     resting,
 )
 from sim.perception.sensors import ObjectPose, Poses, on_table
-from sim.world.places import Slot, unused_names
+from sim.world.places import Slot, extent, unused_names
 from sim.world.scene import Scene
-from sim.world.shapes import extent
 
 STRAY_GAP_M = 0.006
 """Least gap between an object that is put down and one beside its slot."""

@@ -9,7 +9,8 @@ from sim.errors import RenderingError
 from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.rendering.framing import home_points, label_anchors, object_corners, of_fixtures, work_points
 from sim.rendering.labels import PixelBox, place_labels
-from sim.world.scene import WRIST, Scene
+from sim.world.materials import WRIST
+from sim.world.scene import Scene
 
 CAMERAS = ("fixed", "orbit", WRIST, "top")
 """In front of the table; swinging around the front, once left and right in a video; on the hand; straight above."""

@@ -10,9 +10,8 @@ import numpy as np
 from sim.geometry.mjcf import CORNERS, box_corners
 from sim.skills.hand import HOVER_HEIGHT_M, TRANSFER_CLEARANCE_M
 from sim.world.fixtures import body_name
-from sim.world.places import AT_RADIUS_M, Slot
+from sim.world.places import AT_RADIUS_M, Slot, extent
 from sim.world.scene import Scene
-from sim.world.shapes import extent
 
 REST_S, REST_DISTANCE_M = 0.5, 0.001
 """An object is at rest if it moves by less than this distance in this time."""
@@ -65,9 +64,10 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the preferred (3,) point of the name of each of these locations, m: where it is printed, if it is."""
+    """Return the preferred (3,) point of the name of each of these locations, m: beside it on the table."""
     show = scene.model.display.location
-    return label_targets(scene) | {show(marking.text): np.array([*marking.middle, 0.0]) for marking in scene.markings}
+    beside = {show(marking.location): np.array([*marking.middle, 0.0]) for marking in scene.markings}
+    return label_targets(scene) | beside
 
 
 def hand_corners(scene: Scene) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from types import TracebackType
 
@@ -17,9 +18,9 @@ from sim.rendering.inset import inset_box, with_inset
 from sim.rendering.labels import draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
-from sim.world.materials import KEY_LIGHT, Glow, glow_of
-from sim.world.scene import WRIST, Scene
-from sim.world.tabletop import printed
+from sim.world.materials import KEY_LIGHT, WRIST, Glow, glow_of
+from sim.world.scene import Scene
+from sim.world.tabletop import with_names
 
 WRIST_SHADOW_SCALE = 2
 """Factor by which the shadow map is finer for the camera on the hand, which is close to the shadows."""
@@ -60,9 +61,10 @@ class Painter:
         if self._inset_box:
             left, top, right, bottom = self._inset_box
             self._inset = Camera(scene, inset, (right - left, bottom - top))
-        # Names are written over the picture, not printed, unless the camera is on the hand.
-        show = scene.model.display.location if self._camera.mounted else lambda name: ""
-        self._model = printed(scene.mujoco, scene.table, scene.markings, show)
+        if self._camera.mounted:  # no names are written over its pictures
+            self._model = with_names(scene.mujoco, scene.table, scene.markings, scene.model.display.location)
+        else:
+            self._model = copy.copy(scene.mujoco)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if name == WRIST else 1)
         self._anchors, self._targets = label_anchors(scene), label_targets(scene)

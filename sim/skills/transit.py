@@ -18,7 +18,7 @@ from sim.skills.grasp_choice import find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
-from sim.world.shapes import extent
+from sim.world.places import extent
 
 TRANSFER_RADIUS_M = 0.2
 """Distance from a location within which the hand must clear objects, too: more than the width of the hand."""

@@ -99,7 +99,7 @@ def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
 
 
 def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple[Marking, ...]:
-    """Return the printed marking of each station on the table itself."""
+    """Return the marking of each station on the table itself."""
     standing = [block.outline for block in fixtures if not block.low]
     on_table = [station for station in stations if not station.height]
     return tuple(
@@ -109,7 +109,7 @@ def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple
 
 
 def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking], robot: Robot) -> None:
-    """Add the table with its printed top."""
+    """Add the table with the outlines of spots on its top."""
     image = picture(table, markings)
     texture = spec.add_texture(name=TABLE_TOP, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     texture.height, texture.width = image.shape[:2]
@@ -145,7 +145,7 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
 
 
 def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
-    """Return a station's outline and name, printed beyond it (+x) if that is free, else right, left or nearer."""
+    """Return a station's outline, and a place for its name: beyond it (+x) if that is free, else beside or nearer."""
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
     width, height = text_size(station.name)

@@ -28,12 +28,14 @@ from sim.world.places import (
     PLATE_MARGIN_M,
     ROW_GAP_M,
     SUPPORT_OVERLAP_M,
+    Extent,
     Slot,
     Station,
     TableLayout,
+    extent,
 )
 from sim.world.robot_clearance import RobotAtSlots, reach
-from sim.world.shapes import CUBE_EDGE_M, Extent, ObjectShape, extent, shape_of
+from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
 """By how much objects that carry another between them may differ in height, m."""

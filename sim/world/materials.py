@@ -1,4 +1,4 @@
-"""Colours, and the studio in which a scene is seen: finishes, lights and backdrop."""
+"""How a scene is seen: colours, and the finishes, lights and backdrop of a studio, with the camera on the hand."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from sim.robots.robot import Robot
 
 Rgba = tuple[float, float, float, float]
 
@@ -59,6 +61,15 @@ SHADOW_WIDTH = 1.55
 ARM_SHADOW_M = 0.85
 """Least half width of the shadow map, m: it covers the arm."""
 
+WRIST = "wrist"
+"""The camera on the hand."""
+
+WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
+"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
+
+WRIST_FIELD_DEG = 70.0
+"""Vertical field of view of that camera, degrees."""
+
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
@@ -73,3 +84,14 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     spec.visual.map.shadowclip = max(ARM_SHADOW_M, SHADOW_WIDTH * span)
     spec.stat.center, spec.stat.extent = target, 1.0
     spec.attach(studio, prefix="studio_", frame=spec.worldbody.add_frame(pos=target))
+
+
+def add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
+    """Add a camera beside the fingers that looks between them."""
+    tool = spec.site(robot.tool)
+    ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
+    ahead /= np.linalg.norm(ahead)
+    right = np.array([0.0, -1.0, 0.0])
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=WRIST_FIELD_DEG)
+    view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+    view.alt.xyaxes = [*right, *np.cross(right, ahead)]

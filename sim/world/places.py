@@ -1,4 +1,4 @@
-"""Dimensions of what stands on the table; slots, stations and the layout of a model."""
+"""Dimensions of what stands on the table; slots, stations, the layout of a model and the objects it has space for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.geometry.rectangle import Rectangle
-from sim.world.shapes import Extent, ObjectShape
+from sim.world.shapes import CUBE_EDGE_M, ObjectShape, opening
 
 AT_RADIUS_M = 0.045
 """Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
@@ -20,8 +20,11 @@ ROW_GAP_M = 0.019
 OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side, m: nearer to another, no object is put down."""
 
-START_OFFSET_M, START_TURN_RAD = 0.005, np.radians(5)
-"""Greatest random offset of objects at the start from their slots, along x and along y, m, and greatest turn."""
+START_OFFSET_M = 0.005
+"""Greatest random offset of objects at the start from their slots, along x and along y, m."""
+
+START_TURN_RAD = np.radians(5)
+"""Greatest random turn of objects at the start, rad."""
 
 BIN_MARGIN_M = 0.0125
 """Distance from the last object of a row to a bin's wall, m."""
@@ -38,8 +41,11 @@ SUPPORT_OVERLAP_M = 0.010
 LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 """Distances to try from the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared one at 17 cm."""
 
-LAMP_TOP_M, LAMP_HEAD_M = 0.235, np.array([0.045, 0.086])
-"""Greatest height of a lamp's head above the table, and its half sides seen from above with 6 mm to spare, m."""
+LAMP_TOP_M = 0.235
+"""Greatest height of a lamp's head above the table, m."""
+
+LAMP_HEAD_M = np.array([0.045, 0.086])
+"""Half sides of a lamp's head seen from above, with 6 mm to spare, m."""
 
 LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
@@ -49,6 +55,29 @@ LOCATION_KINDS = ("spot", "pad", "bin", "stove", "plate")
 
 FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
 """Height above the table of the surface on which objects rest, m."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Bounds on the dimensions of the objects that may come to a location.
+
+    Attributes:
+        half: (2,) greatest half sides along the closing direction and across it, m.
+        slim: least half side of any, m.
+        low: least height of any, m.
+        high: greatest height of any, m.
+        clear: height that must be free above the surface, m.
+        opening: greatest width of the open hand, m; 0 for a suction cup.
+        taken: whether `half` and `clear` are those of the objects that fill the location at the start.
+    """
+
+    half: np.ndarray
+    slim: float
+    low: float
+    high: float
+    clear: float
+    opening: float
+    taken: bool = False
 
 
 @dataclass(frozen=True)
@@ -112,6 +141,23 @@ class TableLayout:
     slots: dict[str, tuple[Slot, ...]]
     shapes: dict[str, ObjectShape]
     warnings: tuple[str, ...] = ()
+
+
+def extent(shapes: Iterable[ObjectShape]) -> Extent:
+    """Return the bounds on the dimensions of shapes; without any, those of a cube of `CUBE_EDGE_M`."""
+    known = list(shapes)
+    if not known:
+        edge = CUBE_EDGE_M
+        return Extent(np.full(2, edge / 2), edge / 2, low=edge, high=edge, clear=edge, opening=opening(edge))
+    half = np.array([shape.half for shape in known])
+    return Extent(
+        half=half[:, :2].max(axis=0),
+        slim=float(half[:, :2].min()),
+        low=2 * float(half[:, 2].min()),
+        high=2 * float(half[:, 2].max()),
+        clear=2 * float(half[:, 2].max()),
+        opening=max((opening(width) for shape in known for width in shape.widths), default=0.0),
+    )
 
 
 def under(model: ManipulationModel, location: str) -> list[str]:

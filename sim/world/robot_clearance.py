@@ -1,7 +1,8 @@
-"""The robot in a layout: slots in its reach, and lamps that it clears."""
+"""The robot in a layout: slots in its reach, lamps that it clears, and what stands in its way at home."""
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,14 +12,18 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError, collecting
+from sim.external.user_scene import UserScene
 from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
+from sim.robots.import_mjcf import PREFIX
+from sim.robots.robot import Robot
 from sim.world.clearance import covered
+from sim.world.contacts import set_margins
 from sim.world.fixtures import blocks_of
-from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Slot, Station
-from sim.world.shapes import Extent, about_z
+from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Extent, Slot, Station
+from sim.world.shapes import about_z
 
 HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
 """Half width and height of the space over a slot that a hand pointing down needs at most, wrist included, m."""
@@ -28,6 +33,9 @@ TILTS_RAD = np.radians([0, 15, 30, 45, 60, 75, 90])
 
 CLEARANCE_M = 0.004
 """Least clearance of the robot at a slot from lamps, m."""
+
+HOME_CLEARANCE_M = 0.004
+"""Least clearance of the robot at home, with its hand open, from everything else, m."""
 
 LAMP_BODY = "lamp head"
 """Name of the body that represents a lamp's head at each foot that is tried."""
@@ -209,3 +217,42 @@ class RobotAtSlots:
 
 def _storeys(model: ManipulationModel, location: str) -> int:
     return max((1 + _storeys(model, support) for support in model.location(location).on), default=0)
+
+
+def faults_at_home(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, keys: Mapping[str, str], own: UserScene | None
+) -> list[str]:
+    """Return the faults of bodies that the robot would be inside of at home, or too near to.
+
+    Parts of the robot that never move, such as its base, may touch what never moves either.
+
+    Args:
+        model: of the scene.
+        data: its initial state, with kinematics computed.
+        robot: in its place in the scene.
+        keys: key in the scenario of each body that has one.
+        own: the user's own scene, or None.
+    """
+    model, data = copy.copy(model), copy.copy(data)
+    is_robot = robot.bodies(model)
+    set_margins(model, HOME_CLEARANCE_M * is_robot[model.geom_bodyid])
+    mujoco.mj_collision(model, data)
+    nearest: dict[int, tuple[float, int]] = {}
+    for (one, other), distance in zip(model.geom_bodyid[data.contact.geom], data.contact.dist, strict=True):
+        if is_robot[one] != is_robot[other]:
+            link, body = (one, other) if is_robot[one] else (other, one)
+            nearest[int(body)] = min(nearest.get(int(body), (float("inf"), -1)), (float(distance), int(link)))
+    return [
+        _fault(str(model.body(body).name), str(model.body(link).name).removeprefix(PREFIX), distance, keys, own)
+        for body, (distance, link) in nearest.items()
+    ]
+
+
+def _fault(body: str, link: str, distance: float, keys: Mapping[str, str], own: UserScene | None) -> str:
+    mm = 1000 * abs(distance)
+    how = f"{mm:.1f} mm inside" if distance < 0 else f"only {mm:.1f} mm from"
+    enough = "" if distance < 0 else f"; at least {1000 * HOME_CLEARANCE_M:g} mm"
+    if body in keys:
+        return f"{keys[body]}: the robot's {link} at home would be {how} it{enough}; move it away"
+    other = own.words(body) if own is not None and own.holds(body) else f"the {body}"
+    return f"robot: its {link} at home would be {how} {other}{enough}"

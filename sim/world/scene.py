@@ -23,11 +23,11 @@ from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
 from sim.world.fixtures import add_fixture, blocks_of, body_name, check_fixtures
 from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for
-from sim.world.home import faults_at_home
 from sim.world.layout import arrange
-from sim.world.materials import add_studio
+from sim.world.materials import add_studio, add_wrist_camera
 from sim.world.objects import add_objects, add_spares, check_matter, start_slots, stored_at
 from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
+from sim.world.robot_clearance import faults_at_home
 from sim.world.shapes import ObjectShape
 from sim.world.tabletop import Marking
 
@@ -42,15 +42,6 @@ can that the hand presses on a plate, in 78 of 100,000 at 1e-8 but in 999 at 1e-
 
 FOCUS_HEIGHT_M = 0.21
 """Height above the table of what the lights point at: half the arm at work, m."""
-
-WRIST = "wrist"
-"""The camera on the hand."""
-
-WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
-"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
-
-WRIST_FIELD_DEG = 70.0
-"""Vertical field of view of that camera, degrees."""
 
 MAX_OVERLAP_M = 0.001
 """Greatest overlap at the start of objects with one another or with a wall, m."""
@@ -78,7 +69,7 @@ class Scene:
         spares: objects the model does not have, stored below the table until a fault brings them.
         temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
-        markings: what is printed on it for each location on the table.
+        markings: outline, and place of the name, of each location on the table.
         focus: (3,) point that the lights aim at: over the table's middle, m.
         robot: in its place in the scene.
         latency: from a command until the actuators get it, s.
@@ -153,7 +144,7 @@ def build_scene(
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"
     _set_physics(spec)
-    _add_wrist_camera(spec, robot)
+    add_wrist_camera(spec, robot)
     blocks = blocks_of(model.fixtures)
     table = table_for(layout.stations, blocks, robot)
     focus = np.array([*table.centre, FOCUS_HEIGHT_M + min((s.height for s in layout.stations), default=0.0)])
@@ -291,14 +282,3 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option.impratio = 10
     option.ccd_tolerance = COLLISION_TOLERANCE
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-
-
-def _add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add a camera beside the fingers that looks between them."""
-    tool = spec.site(robot.tool)
-    ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
-    ahead /= np.linalg.norm(ahead)
-    right = np.array([0.0, -1.0, 0.0])
-    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=WRIST_FIELD_DEG)
-    view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
-    view.alt.xyaxes = [*right, *np.cross(right, ahead)]

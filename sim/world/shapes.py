@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -171,29 +171,6 @@ class ObjectShape:
         return yaw + self.symmetry * round((heading - yaw) / self.symmetry)
 
 
-@dataclass(frozen=True)
-class Extent:
-    """Bounds on the dimensions of the objects that may come to a location.
-
-    Attributes:
-        half: (2,) greatest half sides along the closing direction and across it, m.
-        slim: least half side of any, m.
-        low: least height of any, m.
-        high: greatest height of any, m.
-        clear: height that must be free above the surface, m.
-        opening: greatest width of the open hand, m; 0 for a suction cup.
-        taken: whether `half` and `clear` are those of the objects that fill the location at the start.
-    """
-
-    half: np.ndarray
-    slim: float
-    low: float
-    high: float
-    clear: float
-    opening: float
-    taken: bool = False
-
-
 def about_z(turn: float) -> np.ndarray:
     """Return the (3, 3) rotation about the vertical, rad."""
     c, s = np.cos(turn), np.sin(turn)
@@ -283,23 +260,6 @@ def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[s
             raise SimulationError(
                 f"{where}.{key}: {length:g} m {adjective}, but the hand grasps objects of {limits} {adjective}"
             )
-
-
-def extent(shapes: Iterable[ObjectShape]) -> Extent:
-    """Return the bounds on the dimensions of shapes; without any, those of a cube of `CUBE_EDGE_M`."""
-    known = list(shapes)
-    if not known:
-        edge = CUBE_EDGE_M
-        return Extent(np.full(2, edge / 2), edge / 2, low=edge, high=edge, clear=edge, opening=opening(edge))
-    half = np.array([shape.half for shape in known])
-    return Extent(
-        half=half[:, :2].max(axis=0),
-        slim=float(half[:, :2].min()),
-        low=2 * float(half[:, 2].min()),
-        high=2 * float(half[:, 2].max()),
-        clear=2 * float(half[:, 2].max()),
-        opening=max((opening(width) for shape in known for width in shape.widths), default=0.0),
-    )
 
 
 def _checked_size(obj: Object, where: str) -> tuple[float, ...]:

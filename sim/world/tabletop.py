@@ -1,10 +1,10 @@
-"""The picture on the table top: wood, an outline for every spot, and the locations' names."""
+"""The picture on the table top: wood and an outline for every spot; for 3-D models, also the locations' names."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import mujoco
@@ -41,15 +41,15 @@ LETTERS_M = 0.026
 
 @dataclass(frozen=True)
 class Marking:
-    """What is printed on the table for one location.
+    """What a location has on the table: its outline, and a place for its name.
 
     Attributes:
-        text: its name.
-        middle: (2,) middle of the text, m.
+        location: its name.
+        middle: (2,) middle of the place for the name, m.
         outline: (4, 2) corners of a rectangle to outline, m; None for none.
     """
 
-    text: str
+    location: str
     middle: np.ndarray
     outline: np.ndarray | None
 
@@ -59,31 +59,32 @@ def text_size(text: str) -> tuple[float, float]:
     return ImageFont.load_default(size=100).getlength(text) / 100 * LETTERS_M, LETTERS_M
 
 
-def printed(
+def with_names(
     model: mujoco.MjModel, table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str]
 ) -> mujoco.MjModel:
-    """Return a copy of a scene's model, to be looked at, with other texts on its table.
+    """Return a copy of a scene's model with names on its table: where none can be written over the picture.
 
     Args:
-        model: the compiled model; its own table has the names of the scenario, so that a log's hash of it holds.
+        model: the compiled model.
         table: outline of the table.
         markings: of that model.
-        show: returns the text to print in place of a name.
+        show: returns what people are shown for a location.
     """
     shown = copy.copy(model)
     if markings:
         start = int(shown.texture(TABLE_TOP).adr[0])
-        pixels = picture(table, [replace(marking, text=show(marking.text)) for marking in markings]).ravel()
+        pixels = picture(table, markings, show).ravel()
         shown.tex_data[start : start + len(pixels)] = pixels
     return shown
 
 
-def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
+def picture(table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str] | None = None) -> np.ndarray:
     """Return the texture of the table top.
 
     Args:
         table: its outline.
-        markings: what is printed on it.
+        markings: of the locations on it.
+        show: returns the text to print for a location; None to print the outlines alone.
 
     Returns:
         (W, H, 3) uint8; rows run along +y, columns along +x.
@@ -103,7 +104,8 @@ def picture(table: Rectangle, markings: Sequence[Marking]) -> np.ndarray:
         if marking.outline is not None:
             corners = pixels(np.concatenate([marking.outline, marking.outline[:2]]))
             draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
-        draw.text(pixels(marking.middle[None])[0], marking.text, fill=215, font=font, anchor="mm")
+        if show is not None:
+            draw.text(pixels(marking.middle[None])[0], show(marking.location), fill=215, font=font, anchor="mm")
     image.paste(Image.new("RGB", image.size, INK), mask=ink)
     return np.asarray(image).transpose(1, 0, 2)
 

@@ -161,7 +161,7 @@ def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_t
 
 
 def test_the_joints_that_would_have_to_turn_farther_are_named() -> None:
-    arm = Arm(PANDA)
+    arm = Arm(replace(PANDA))  # its model is changed
     goal = arm.tool(PANDA.home)
     assert arm.missing_turns(goal) == {}
     arm.model.jnt_range[-1, 1] = PANDA.home[-1] - np.radians(20)

@@ -15,8 +15,9 @@ from sim.execution.executor import execute
 from sim.robots.arms.panda_suction import FORCE_N, PANDA_SUCTION
 from sim.simulation.run import Run
 from sim.world.grasps import grasps
+from sim.world.places import extent
 from sim.world.scene import build_scene
-from sim.world.shapes import extent, shape_of
+from sim.world.shapes import shape_of
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 

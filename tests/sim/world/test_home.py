@@ -14,7 +14,7 @@ from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.scenario.decode import loads
 from sim.errors import SimulationError
 from sim.execution.executor import execute
-from sim.world.home import HOME_CLEARANCE_M
+from sim.world.robot_clearance import HOME_CLEARANCE_M
 from sim.world.scene import build_scene, initial_state
 
 TOP_M = 0.465
