@@ -17,7 +17,7 @@ from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Barred
 
 SEEDS = 60
-"""Random models of each kind; 1,000 take four minutes."""
+"""Random models of the first kind; a quarter as many of the second."""
 
 
 def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
