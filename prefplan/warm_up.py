@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from prefplan.heuristics.prepare import Options, Prepared
+from prefplan.limits import Limits
 from prefplan.logic.tasks import Task
 from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.description import Location, Object
@@ -14,21 +15,21 @@ from prefplan.planner import Planner, pareto_front
 from prefplan.preferences.kinds import Expression, Order
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product
-from prefplan.search import boa_star
-from prefplan.search.boa_star import BiObjectiveSearch
+from prefplan.search import label_search
+from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import rehash
 
 
 def is_compiled() -> bool:
     """Return whether the machine code of the search is cached on disk, or not needed."""
     folder = code_folder()
-    return folder is None or any(folder.glob(f"{Path(boa_star.__file__).stem}.run-*.nbi"))
+    return folder is None or any(folder.glob(f"{Path(label_search.__file__).stem}.run-*.nbi"))
 
 
 def code_folder() -> Path | None:
     """Return the folder of the machine code of the search; None if there is none, with `NUMBA_DISABLE_JIT=1`."""
     compile_kernels()
-    stats = getattr(boa_star.run, "stats", None)
+    stats = getattr(label_search.run, "stats", None)
     return None if stats is None else Path(stats.cache_path)
 
 
@@ -48,8 +49,10 @@ def warm_up() -> None:
     whole.cheapest()
     pareto_front(Problem(_arm(), [Task("x", "F b_there")], Order()))
     prepared = Prepared(Product(Problem(system, tasks, Order())), Options())
-    rehash(BiObjectiveSearch(prepared).states, 0)
-    prepared.raise_bounds(cost_only=False)
+    search = LabelSearch(prepared, bounds={})
+    rehash(search.memory.states, 0)
+    prepared.improve()
+    search.run(Limits())
 
 
 def _arm() -> ManipulationModel:

@@ -20,7 +20,7 @@ from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import compile_kernels
 from prefplan.product.product_automaton import Product
-from prefplan.search.boa_star import BiObjectiveSearch
+from prefplan.search.driver import LabelSearch
 
 SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)
@@ -94,7 +94,7 @@ def search(
 def search_whole_product(problem: Problem, *, options: Options, max_seconds: float) -> Record:
     """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
     began, limits, product = time.process_time(), Limits(max_seconds, MAX_BYTES), Product(problem)
-    astar = BiObjectiveSearch(Prepared(product, options), cost_only=True)
+    astar = LabelSearch(Prepared(product, options, single=True), bounds={}, first=problem.cost_names[0])
     result = astar.run(limits)
     if result.ended == "interrupt":
         raise KeyboardInterrupt

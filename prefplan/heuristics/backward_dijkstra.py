@@ -118,7 +118,7 @@ def dijkstra(
     keys, count = np.zeros(items.shape[0], dtype=np.int64), items.shape[0]
     while count > 0 and not stop[0]:
         cost, cell = keys[0], items[0]
-        count = heap_pop(keys, items, count)
+        count = heap_pop(keys, items, count, None)
         if table[cell] < cost:
             continue
         node = cell % nodes
@@ -133,7 +133,7 @@ def dijkstra(
                     if edges.offsets[source] < edges.offsets[source + 1]:
                         if count == keys.shape[0]:
                             keys, items = _twice(keys), _twice(items)
-                        count = heap_push(keys, items, count, new, there)
+                        count = heap_push(keys, items, count, new, there, None)
 
 
 @kernel

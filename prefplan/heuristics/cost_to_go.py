@@ -92,6 +92,12 @@ class Backward:
         self.fill(table, tasks, factors, shift=shift)
         return table
 
+    def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
+        """Return the same as int32, UNREACHABLE where there is no path, of costs that do not count actions."""
+        table: np.ndarray = np.empty(self.entries_of(tasks), dtype=np.int32)
+        self.fill(table, tasks, factors, shift=self.shift)
+        return table
+
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""
         return self.nodes

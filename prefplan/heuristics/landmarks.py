@@ -102,7 +102,7 @@ def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> L
 
 def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return (N, Q) the landmarks of each automaton's states as bits, and the nodes of each landmark."""
-    tasks, most, labels = product.delta.shape
+    tasks, (_, most, labels) = len(product.sizes), product.delta.shape
     met = np.zeros(labels, dtype=bool)
     met[graph.classes] = True
     numbers: dict[bytes, int] = {}

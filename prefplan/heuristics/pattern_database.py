@@ -1,17 +1,20 @@
-"""Lower bounds of the cost-to-go: the max-min heuristic (equation 4), and pattern databases, which generalise it.
+"""Lower bounds tabulated for a few tasks at a time: of the cost-to-go (equation 4), and of how preferences grow.
 
 The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the least cost of satisfying task j alone. With sets K of
-tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in one. Both are consistent: every edge of the
-product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum of consistent
-bounds is consistent.
+tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in one (pattern databases). Both are consistent:
+every edge of the product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum
+of consistent bounds is consistent.
 
-The table of a set K has an entry for every node and every combination of the states of K's automata. Those of several
-costs are over the same sets of tasks, so that one index serves all costs.
+A preference value grows by a rate times the cost, which depends on which tasks are satisfied. The part of the rate
+that is due to a set of tasks depends on these alone for weighted sums and spreads; the least sum of it times cost is
+tabulated in the same way, for disjoint sets, whose bounds are added. Orders are left out: for them this saves nothing.
+
+The table of a set K has an entry for every node and every combination of the states of K's automata.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -22,6 +25,8 @@ from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
+from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.terms import OrderRate
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
 """Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a
@@ -35,58 +40,57 @@ tasks take as long in the median, but one in seven 13 and 2 times as long."""
 ENTRIES = 60_000_000
 """Most entries of all tables of several tasks: sweeping them takes 0.4 s."""
 
+GROWTH_TASKS, GROWTH_ENTRIES = 3, 5_000
+"""Most tasks of a table of a preference's growth, and most entries of one of several tasks. With four tasks, tables
+cost more than they save (10 x 10 grids, 7 and 8 tasks); with 200,000 entries, fronts of manipulation models with six or
+eight objects take twice as long; with 1, those of weighted sums on grids up to 1.6 times."""
 
-# Columns of a product state's row; see `raise_bound`.
-COST_BOUND, LOOKED, LIKELY = range(3)
+ALONE_ENTRIES = 4_000_000
+"""Most entries of a table of a preference's growth because of one task."""
+
+# Columns of a product state's row that hold bounds (`prefplan.search.labels` has the others); see `raise_bound`. The
+# bound of objective e is in BOUND + e.
+LOOKED, LIKELY, BOUND = 3, 4, 5
 
 
-class TaskSets(NamedTuple):
-    """P sets of at most k tasks, each with a table.
+class Tables(NamedTuple):
+    """P tables, each for a set of at most k tasks, those of the first cost before all others.
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0 beyond a set's
             tasks.
         projection: (P,) int64, the projection of the model that each table is over; None where states are listed.
+        objective: (P,) int64, the cost or preference that each bounds: costs first.
+        base: (P,) int64, where each begins.
+        table: (entries,) int32, in units, cut off at UNREACHABLE - 1, which keeps bounds consistent.
+        costs: number of costs.
+        first: number of tables of the first cost.
+        add_up: whether a cost's bound is the sum of the entries, not the largest; a preference's always is.
     """
 
     tasks: np.ndarray
     strides: np.ndarray
     projection: Any
-
-
-class Patterns(NamedTuple):
-    """Tables for P sets of tasks and D costs.
-
-    Attributes:
-        sets: the sets. base: (P,) int64, where the table of each begins.
-        table: (D, entries) int32, costs cut off at UNREACHABLE - 1, which keeps the bound consistent.
-        add_up: whether the bound is the sum of the entries, not the largest.
-    """
-
-    sets: TaskSets
+    objective: np.ndarray
     base: np.ndarray
     table: np.ndarray
+    costs: int
+    first: int
     add_up: bool
 
 
-def task_sets(backward: Backward | ProjectedBackward, sets: Sequence[tuple[int, ...]]) -> tuple[TaskSets, np.ndarray]:
-    """Return sets of tasks for the kernels, and (P,) the number of entries of each one's table."""
-    tasks, strides = np.zeros((2, len(sets), max(map(len, sets), default=1)), dtype=np.int64)
-    entries = np.array([backward.nodes_of(members) for members in sets], dtype=np.int64)
-    for p, members in enumerate(sets):
-        for j, i in enumerate(members):
-            tasks[p, j], strides[p, j] = i, entries[p]
-            entries[p] *= backward.sizes[i]
-    projection = None
-    if isinstance(backward, ProjectedBackward):
-        projection = np.array([backward.projection_of(members) for members in sets], dtype=np.int64)
-    return TaskSets(tasks, strides, projection), entries
+class TableOf(NamedTuple):
+    """One table: (entries,) int32, of an objective, for a set of tasks."""
+
+    objective: int
+    tasks: tuple[int, ...]
+    entries: np.ndarray
 
 
 def sets_of_tasks(
     backward: Backward, wanted: int | None, max_entries: float, *, deep: bool = False
 ) -> list[tuple[int, ...]]:
-    """Return the sets of tasks to fill tables for: any two tasks share one, unless these would be too large.
+    """Return the sets of tasks to fill tables of costs for: any two share one, unless these would be too large.
 
     Args:
         backward: the product.
@@ -115,80 +119,140 @@ def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
     return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
-def patterns(backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Patterns:
-    """Return the tables of some sets of tasks; without any the bound is 0, even in dead ends.
+def cost_tables(
+    backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]
+) -> Iterator[TableOf]:
+    """Yield the tables of all costs for some sets of tasks; where states are generated, entries are to be added."""
+    for d, backward in enumerate(backwards):
+        for tasks in sets:
+            table = np.empty(backward.nodes_of(tasks) * int(backward.sizes[list(tasks)].prod()), dtype=np.int32)
+            if isinstance(backward, ProjectedBackward):
+                backward.fill_shared(table, tasks, sets)
+            else:
+                backward.fill(table, tasks)
+            yield TableOf(d, tasks, table)
+
+
+def growth_tables(
+    objective: int,
+    preference: PreferenceObjective,
+    backward: Backward | ProjectedBackward,
+    costs: Sequence[TableOf],
+) -> Iterator[TableOf]:
+    """Yield tables of how a preference grows, for sets of tasks that are neighbours.
 
     Args:
-        backwards: (D,) what fills tables of each cost. Where states are generated, entries are added: every action's
-            cost is counted in at most one of the tables.
-        sets: the sets.
+        objective: its number among the objectives.
+        preference: the preference.
+        backward: what fills tables of the cost in which it measures tasks.
+        costs: tables of costs, of which those of single tasks are reused.
     """
-    laid, entries = task_sets(backwards[0], sets)
-    ends = np.cumsum(entries)
-    table = np.empty((len(backwards), int(entries.sum())), dtype=np.int32)
-    for d, backward in enumerate(backwards):
-        for tasks, first, end in zip(sets, ends - entries, ends, strict=True):
-            if isinstance(backward, ProjectedBackward):
-                backward.fill_shared(table[d, first:end], tasks, sets)
-            else:
-                backward.fill(table[d, first:end], tasks)
-    return Patterns(laid, ends - entries, table, isinstance(backwards[0], ProjectedBackward))
+    rates = [rate for rate in preference.measure.rate_terms if not isinstance(rate, OrderRate)]
+    if not rates:
+        return
+    alone = {each.tasks: each.entries for each in costs if each.objective == preference.cost and len(each.tasks) == 1}
+    for tasks in _neighbours(backward):
+        done = np.array([sum(1 << i for j, i in enumerate(tasks) if s >> j & 1) for s in range(2 ** len(tasks))])
+        factors = sum((rate.rates(done, frozenset(tasks), 0, preference.units.factor) for rate in rates), 0 * done)
+        if not factors.any():
+            continue
+        if tasks in alone and isinstance(backward, Backward):
+            # mu grows at one rate until the task is satisfied.
+            grown = (alone[tasks].astype(np.int64) >> backward.shift) * min(int(factors[0]), UNREACHABLE)
+            yield TableOf(
+                objective,
+                tasks,
+                np.where(alone[tasks] < UNREACHABLE, np.minimum(grown, UNREACHABLE - 1), UNREACHABLE).astype(np.int32),
+            )
+        else:
+            yield TableOf(objective, tasks, backward.growth(tasks, factors))
 
 
-def scaled(databases: Patterns, weight: float) -> Patterns:
+def _neighbours(backward: Backward | ProjectedBackward) -> list[tuple[int, ...]]:
+    """Return disjoint sets of neighbouring tasks; tasks with too large tables are in none."""
+    sets: list[tuple[int, ...]] = []
+    for i in range(len(backward.sizes)):
+        joined = (sets[-1] if sets else ()) + (i,)
+        if sets and len(joined) <= GROWTH_TASKS and backward.entries_of(joined) <= GROWTH_ENTRIES:
+            sets[-1] = joined
+        elif backward.entries_of((i,)) <= ALONE_ENTRIES:
+            sets.append((i,))
+    return sets
+
+
+def joined_tables(backwards: Sequence[Backward | ProjectedBackward], each: Sequence[TableOf]) -> Tables:
+    """Return tables as arrays for the kernels, given what filled those of (D,) costs."""
+    tasks, strides = np.zeros((2, len(each), max((len(one.tasks) for one in each), default=1)), dtype=np.int64)
+    for p, one in enumerate(each):
+        sizes = [backwards[0].nodes_of(one.tasks), *backwards[0].sizes[list(one.tasks)]]
+        tasks[p, : len(one.tasks)], strides[p, : len(one.tasks)] = one.tasks, np.cumprod(sizes)[:-1]
+    some, projection = backwards[0], None
+    if isinstance(some, ProjectedBackward):
+        projection = np.array([some.projection_of(one.tasks) for one in each], np.int64)
+    ends = np.cumsum([len(one.entries) for one in each], dtype=np.int64)
+    return Tables(
+        tasks,
+        strides,
+        projection,
+        np.array([one.objective for one in each], dtype=np.int64),
+        np.concatenate([np.zeros(1, np.int64), ends])[: len(each)],
+        np.concatenate([np.zeros(0, np.int32), *(one.entries for one in each)]),
+        len(backwards),
+        sum(one.objective == 0 for one in each),
+        projection is not None,
+    )
+
+
+def scaled(tables: Tables, weight: float) -> Tables:
     """Return tables of the costs times a weight, to be added: they guide a search, and are not admissible."""
-    entries = np.minimum((databases.table * weight).astype(np.int64), UNREACHABLE - 1)
-    table = np.where(databases.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32)
-    return databases._replace(table=table, add_up=True)
+    entries = np.minimum((tables.table * weight).astype(np.int64), UNREACHABLE - 1)
+    table = np.where(tables.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32)
+    return tables._replace(table=table, add_up=True)
 
 
 @bare_kernel
-def cost_bound(
-    databases: Patterns, projections: ProjectionArrays | None, node: Integer, automata: np.ndarray, d: Integer
+def bound_of(
+    tables: Tables, projections: ProjectionArrays | None, node: Integer, automata: np.ndarray, e: Integer
 ) -> Integer:
-    """Return the bound of one of the costs, at most INFINITE."""
-    bound = np.int64(0)
-    for p in range(databases.base.shape[0]):
-        cost = _cost(databases, place_of(projections, databases.sets.projection, p, node), automata, p, d)
-        bound = min(bound + cost, np.int64(INFINITE)) if databases.add_up else max(bound, cost)
+    """Return a lower bound, at most INFINITE, of what an objective grows by from a product state to the end."""
+    bound, adds = np.int64(0), tables.add_up or e >= tables.costs
+    for p in range(tables.base.shape[0]):
+        if tables.objective[p] == e:
+            more = _entry(tables, place_of(projections, tables.projection, p, node), automata, p)
+            bound = min(bound + more, np.int64(INFINITE)) if adds else max(bound, more)
     return bound
 
 
 @bare_kernel
 def raise_bound(
-    databases: Patterns, marks: Landmarks | None, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
+    tables: Tables, marks: Landmarks | None, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
 ) -> Integer:
     """Raise h(p) of the first cost by one table after the other until it exceeds a limit or none is left; return it.
 
-    The state's row `known` keeps the `COST_BOUND` so far, how many bounds were `LOOKED` up (the tables in order, then
-    the landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up
-    must have been looked up.
+    The state's row `known` keeps the bound so far, how many bounds were `LOOKED` up (the tables in order, then the
+    landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up must
+    have been looked up.
     """
-    bound, likely, looked, tables = known[COST_BOUND], known[LIKELY], known[LOOKED], databases.base.shape[0]
-    if looked == 0 and likely < tables:
-        bound = max(bound, _cost(databases, node, automata, likely, 0))
-    while looked < tables and bound <= limit:
-        cost = _cost(databases, node, automata, looked, 0)
+    bound, likely, looked = known[BOUND], known[LIKELY], known[LOOKED]
+    if looked == 0 and likely < tables.first:
+        bound = max(bound, _entry(tables, node, automata, likely))
+    while looked < tables.first and bound <= limit:
+        cost = _entry(tables, node, automata, looked)
         if cost > bound:
             bound, likely = cost, looked
         looked += 1
-    if looked == tables and bound <= limit:
+    if looked == tables.first and bound <= limit:
         bound = max(bound, landmark_bound(marks, node, automata))
         looked += 1
-    known[COST_BOUND], known[LOOKED], known[LIKELY] = bound, looked, likely
+    known[BOUND], known[LOOKED], known[LIKELY] = bound, looked, likely
     return bound
 
 
 @bare_kernel
-def _cost(databases: Patterns, node: Integer, automata: np.ndarray, p: Integer, d: Integer) -> np.int64:
-    cost = np.int64(databases.table[d, databases.base[p] + table_entry(databases.sets, p, node, automata)])
-    return np.int64(INFINITE) if cost == UNREACHABLE else cost
-
-
-@bare_kernel
-def table_entry(sets: TaskSets, p: Integer, node: Integer, automata: np.ndarray) -> Integer:
-    """Return the index in the table of set p; `node` is that of the set's projection."""
-    entry = node
-    for j in range(sets.tasks.shape[1]):
-        entry += sets.strides[p, j] * automata[sets.tasks[p, j]]
-    return entry
+def _entry(tables: Tables, node: Integer, automata: np.ndarray, p: Integer) -> np.int64:
+    """Return the entry of table p; `node` is that of the table's projection."""
+    entry = tables.base[p] + node
+    for j in range(tables.tasks.shape[1]):
+        entry += tables.strides[p, j] * automata[tables.tasks[p, j]]
+    value = np.int64(tables.table[entry])
+    return np.int64(INFINITE) if value == UNREACHABLE else value

@@ -16,8 +16,15 @@ from prefplan.errors import LimitError
 from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.lagrangian import Lagrangian, lagrangian_table, sparse_layout, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks
-from prefplan.heuristics.pattern_database import Patterns, patterns, scaled, sets_of_tasks
-from prefplan.heuristics.preference_bound import Blocks, blocks
+from prefplan.heuristics.pattern_database import (
+    TableOf,
+    Tables,
+    cost_tables,
+    growth_tables,
+    joined_tables,
+    scaled,
+    sets_of_tasks,
+)
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays
 from prefplan.heuristics.sweep import Stages
@@ -35,9 +42,6 @@ ENTRIES_EACH = 1_400
 """Larger tables are filled once a search for a single plan has expanded a label for so many entries, which takes as
 long as filling them."""
 
-LANDMARK_EXPANSIONS = 300
-"""Labels that a search for a single plan expands before landmarks are looked for, which takes as long as these."""
-
 ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
 TABLES_SHARE = 0.5
@@ -51,7 +55,7 @@ class Options:
     Attributes:
         heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
             to choose.
-        landmarks: whether to bound the cost-to-go by landmarks, too, once a search for a single plan is long.
+        landmarks: whether to bound the cost-to-go by landmarks, too, in a search for a single plan.
         lagrangian: whether to bound cost and mu together, once a search for a front is long.
         preference_bound: whether to bound the growth of mu.
         contraction: whether to leave out states whose labels change no automaton, where at most 64 others remain.
@@ -70,15 +74,13 @@ class Bounds(NamedTuple):
     """Lower bounds.
 
     Attributes:
-        patterns: of the cost-to-go, for each of the costs.
-        blocks: of how preferences grow.
+        tables: of the cost-to-go, and of how preferences grow.
         projections: of the model, which the tables are over; None where its states are listed.
-        landmarks: of the cost-to-go, if there are any yet.
+        landmarks: of the cost-to-go, if there are any.
         lagrangian: of the cost-to-go, where the growth of mu is limited, if there is a table yet.
     """
 
-    patterns: Patterns
-    blocks: Blocks
+    tables: Tables
     projections: ProjectionArrays | None = None
     landmarks: Landmarks | None = None
     lagrangian: Lagrangian | None = None
@@ -90,15 +92,8 @@ def bytes_to_prepare(product: Product) -> float:
     return 48 * len(product.targets) + 4 * len(product.classes) * int(product.sizes.sum()) + 2 * 60 * largest
 
 
-class Later(NamedTuple):
-    """Bounds that pay once a search is long: after how many expansions, and what returns all bounds with these."""
-
-    expanded: float
-    bounds: Callable[[], Bounds]
-
-
 class Prepared:
-    """What all searches of a product share.
+    """A product, made ready for a search.
 
     Attributes:
         product: what is searched.
@@ -107,14 +102,18 @@ class Prepared:
         costs: each of the costs, in units: (E,) int64 of the graph's edges, or (4 H H,) by price; the first counts
             actions in its low bits.
         bounds: of the cost-to-go and of mu's growth.
+        improved_after: after how many expansions further bounds are worth making; infinite if there are none.
     """
 
-    def __init__(self, product: Product, options: Options, *, max_bytes: float = math.inf) -> None:
+    def __init__(
+        self, product: Product, options: Options, *, single: bool = False, max_bytes: float = math.inf
+    ) -> None:
         """Contract the graph and build the bounds.
 
         Args:
             product: what is searched.
             options: how.
+            single: whether one cheapest plan is wanted, not the front.
             max_bytes: memory that all is to fit into.
 
         Raises:
@@ -131,41 +130,46 @@ class Prepared:
         self.costs = [self.graph.costs, *more_costs(product)]
         require_64_bits(product, self.graph, self.costs)
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
-        self._later: dict[bool, list[Later]] = {True: [], False: []}
-        backwards, sets = self._project(product) if isinstance(product, GeneratedProduct) else self._look_back()
-        known = patterns(backwards, sets)
-        bounded = {k: o for k, o in enumerate(problem.objectives) if options.preference_bound and o.measure.is_whole}
-        growths = blocks(backwards, bounded, known)
-        projections = backwards[0].arrays() if isinstance(backwards[0], ProjectedBackward) else None
-        self.bounds = Bounds(known, growths, projections)
+        self.bounds: Bounds
+        self.improved_after = math.inf
+        self._improved: Callable[[], Bounds]
+        if isinstance(product, GeneratedProduct):
+            projected = ProjectedBackward(product)
+            sets = projected.groups() if options.heuristic != 0 else []
+            tables = self._tables([projected.with_costs(costs) for costs in self.costs], sets)
+            self.bounds = Bounds(tables, projected.arrays())
+        else:
+            self._look_back(single)
 
-    def _look_back(self) -> tuple[Sequence[Backward], Sequence[tuple[int, ...]]]:
-        """Return what fills tables of each cost of a product over a graph, and the sets of tasks to fill them for."""
+    def _look_back(self, single: bool) -> None:
+        """Build the bounds of a product over a graph, and set which are made later."""
         graphs = [self.graph, *(replace(self.graph, costs=costs, shift=0) for costs in self.costs[1:])]
         backwards = [Backward(self.product, graph, sweep=self.options.sweep) for graph in graphs]
-        sets = sets_of_tasks(backwards[0], self.options.heuristic, self._max_entries)
-        self._plan_ahead(backwards[0], sets)
-        return backwards, sets
-
-    def _plan_ahead(self, backward: Backward, sets: Sequence[tuple[int, ...]]) -> None:
-        """Set which bounds are made later, by `cost_only` as in `bounds_wait`; tables are of these sets before."""
-        # Costs-to-go of all tasks together are exact.
-        if self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets):
-            self._later[True].append(Later(LANDMARK_EXPANSIONS, self._with_landmarks))
-        deeper = sets_of_tasks(backward, self.options.heuristic, self._max_entries, deep=True)
-        if deeper != sets:
-            expanded = sum(map(backward.entries_of, deeper)) / ENTRIES_EACH
-            self._later[True].append(Later(expanded, partial(self._with_tables, backward, deeper)))
+        wanted, entries = self.options.heuristic, self._max_entries
+        sets = sets_of_tasks(backwards[0], wanted, entries)
+        self.bounds = Bounds(self._tables(backwards, sets))
+        if single:
+            # Costs-to-go of all tasks together are exact.
+            if self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets):
+                self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
+            deeper = sets_of_tasks(backwards[0], wanted, entries, deep=True)
+            if deeper != sets:
+                self.improved_after = sum(map(backwards[0].entries_of, deeper)) / ENTRIES_EACH
+                self._improved = lambda: self.bounds._replace(tables=self._tables(backwards, deeper))
+            return
         grows = self.product.problem.measure.bi_objective and self.product.rates.any()
-        if self.options.lagrangian and grows and backward.stages is not None and self.product.starts:
-            expanded = math.prod(self.product.sizes.tolist()) / COMBINATIONS_EACH
-            self._later[False].append(Later(expanded, partial(self._with_lagrangian, backward.stages)))
+        stages = backwards[0].stages if self.options.lagrangian and grows and self.product.starts else None
+        if stages is not None:
+            self.improved_after = math.prod(self.product.sizes.tolist()) / COMBINATIONS_EACH
+            self._improved = partial(self._with_lagrangian, stages)
 
-    def _project(self, product: GeneratedProduct) -> tuple[Sequence[ProjectedBackward], Sequence[tuple[int, ...]]]:
-        """Return the same of a model whose states are generated."""
-        projected = ProjectedBackward(product)
-        groups = projected.groups() if self.options.heuristic != 0 else []
-        return [projected.with_costs(costs) for costs in self.costs], groups
+    def _tables(self, backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Tables:
+        """Return tables of the costs for some sets of tasks, and of how preferences grow."""
+        found: list[TableOf] = list(cost_tables(backwards, sets))
+        for e, o in enumerate(self.product.problem.objectives, len(backwards)):
+            if self.options.preference_bound and o.measure.is_whole:
+                found += growth_tables(e, o, backwards[o.cost], found)
+        return joined_tables(backwards, found)
 
     def guided(self, weight: float) -> Prepared:
         """Return the same with the weighted sum of all tables in place of bounds.
@@ -174,27 +178,12 @@ class Prepared:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
         guided = copy(self)
-        guided._later = {True: [], False: []}
-        guided.bounds = self.bounds._replace(patterns=scaled(self.bounds.patterns, weight))
+        guided.improved_after, guided.bounds = math.inf, Bounds(scaled(self.bounds.tables, weight))
         return guided
 
-    def bounds_wait(self, *, cost_only: bool) -> float:
-        """Return after how many expansions further bounds are worth making; infinite if there are to be none.
-
-        Args:
-            cost_only: for a search for the cheapest plan, else for one for a front.
-        """
-        return self._later[cost_only][0].expanded if self._later[cost_only] else math.inf
-
-    def raise_bounds(self, *, cost_only: bool) -> None:
+    def improve(self) -> None:
         """Make the further bounds."""
-        self.bounds = self._later[cost_only].pop(0).bounds()
-
-    def _with_landmarks(self) -> Bounds:
-        return self.bounds._replace(landmarks=landmarks(self.product, self.graph))
-
-    def _with_tables(self, backward: Backward, sets: Sequence[tuple[int, ...]]) -> Bounds:
-        return self.bounds._replace(patterns=patterns([backward], sets))
+        self.improved_after, self.bounds = math.inf, self._improved()
 
     def _with_lagrangian(self, stages: Stages) -> Bounds:
         """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
@@ -212,11 +201,14 @@ class Prepared:
     @property
     def _likely_cost(self) -> int:
         """About what a plan costs, in units: the largest cost of finishing some tasks, and as much for all others."""
-        known, tasks = self.bounds.patterns, len(self.product.sizes)
+        tables, tasks = self.bounds.tables, len(self.product.sizes)
         automata = np.array(self.product.starts[0].automata)
-        entries = known.base + self.graph.start + (known.sets.strides * automata[known.sets.tasks]).sum(axis=1)
-        largest = int(known.table[0, entries].max(initial=1)) >> self.graph.shift
-        return largest * max(1, tasks - known.sets.tasks.shape[1] + 1)
+        entries = (tables.base + self.graph.start + (tables.strides * automata[tables.tasks]).sum(axis=1))[
+            : tables.first
+        ]
+        largest = int(tables.table[entries].max(initial=1)) >> self.graph.shift
+        members = int((tables.strides[: tables.first] > 0).sum(axis=1).max(initial=1))
+        return largest * max(1, tasks - members + 1)
 
 
 def more_costs(product: Product) -> list[np.ndarray]:

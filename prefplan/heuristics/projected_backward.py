@@ -102,11 +102,11 @@ class ProjectedBackward:
         """Return the number of the projection that the tables of some tasks are over."""
         return self._projection(tasks).number
 
-    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray, *, shift: int = 0) -> np.ndarray:
-        """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.cost_to_go`."""
+    def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
+        """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.growth`."""
         found = self._projection(tasks)
         costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
-        return self._backward(found, costs).cost_to_go(range(len(tasks)), factors, shift=shift)
+        return self._backward(found, costs).growth(range(len(tasks)), factors)
 
     def fill_shared(self, table: np.ndarray, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> None:
         """Fill a table with least costs until some tasks are satisfied or dropped, of actions that count in it.

@@ -59,10 +59,10 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
     if not graph.contracted or product.relaxed:
         return None
     try:
-        order = _order_of_states(product.delta, product.sizes)
+        order = _order_of_states(product.delta[: len(product.sizes)], product.sizes)
     except CycleError:
         return None
-    active, after = active_nodes(product, graph), product.delta[:, :, graph.classes]
+    active, after = active_nodes(product, graph), product.delta[: len(product.sizes), :, graph.classes]
     return Stages(graph.least, active, after, order, product.ends, product.sizes)
 
 
@@ -181,7 +181,7 @@ def sweep(
     least = np.where(stages.least < NO_EDGE, stages.least >> shift, NO_EDGE)
     steps = np.stack([_weighted(least, factor, unit, none) for factor in different.tolist()])
     after = stages.after[members]
-    place = layout.place.transpose(1, 2, 0)
+    place = np.ascontiguousarray(layout.place.transpose(1, 2, 0))
     given = SweepInput(
         order=stages.order[members],
         sizes=stages.sizes[members],
@@ -189,8 +189,8 @@ def sweep(
         active=bits_of(after != np.arange(after.shape[1])[None, :, None]),
         kept=bits_of(place >= 0),
         first=layout.first,
-        here=place.copy(),
-        onward=np.take_along_axis(place, after.astype(np.int64), axis=1),
+        here=place,
+        onward=np.ascontiguousarray(np.take_along_axis(place, after.astype(np.int64), axis=1)),
         steps=steps.astype(table.dtype),
         kind=kind.reshape(-1).astype(np.int64),
         none=none,

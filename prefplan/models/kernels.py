@@ -84,7 +84,7 @@ def _has_machine_code() -> bool:
     """Return whether the machine code of a search is on disk, as far as can be told without numba."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     folder = Path(chosen) if chosen else Path(__file__).parents[1] / "search" / "__pycache__"
-    return any(folder.rglob("boa_star.run-*.nbi"))
+    return any(folder.rglob("label_search.run-*.nbi"))
 
 
 class Interpreter(threading.local):

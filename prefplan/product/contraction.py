@@ -78,13 +78,9 @@ def whole_graph(product: Product) -> Graph:
 
 def changes(product: Product) -> np.ndarray:
     """Return (N + R, Q, C) whether reading a label class can change an automaton's state."""
-    tasks, most, classes = product.delta.shape
-    most = max(most, product.rule_delta.shape[1])
-    found = np.zeros((tasks + len(product.rules), most, classes), dtype=bool)
-    automata = zip((*product.delta, *product.rule_delta), (*product.sizes, *product.rule_sizes), strict=True)
-    for i, (delta, size) in enumerate(automata):
-        found[i, :size] = delta[:size] != np.arange(size)[:, None]
-    found[:tasks, : product.delta.shape[1]] |= np.diff(product.extra_first, axis=2) > 0
+    states = np.arange(product.delta.shape[1])[:, None]
+    is_state = states < np.concatenate([product.sizes, product.rule_sizes])[:, None, None]
+    found: np.ndarray = is_state & ((product.delta != states) | (np.diff(product.extra_first, axis=2) > 0))
     return found
 
 
@@ -141,12 +137,12 @@ def _cheapest_paths(
     for k in range(states.shape[0]):
         near[k, :] = -1
         distance[:] = -1
-        count: Integer = 0
+        count: Integer = np.int64(0)
         for edge in range(offsets[states[k]], offsets[states[k] + 1]):
-            count = heap_push(keys, items, count, costs[edge], targets[edge])
+            count = heap_push(keys, items, count, costs[edge], targets[edge], None)
         while count > 0:
             cost, s = keys[0], items[0]
-            count = heap_pop(keys, items, count)
+            count = heap_pop(keys, items, count, None)
             if distance[s] >= 0:
                 continue
             distance[s] = cost
@@ -155,7 +151,7 @@ def _cheapest_paths(
                 continue
             for edge in range(offsets[s], offsets[s + 1]):
                 if distance[targets[edge]] < 0:
-                    count = heap_push(keys, items, count, cost + costs[edge], targets[edge])
+                    count = heap_push(keys, items, count, cost + costs[edge], targets[edge], None)
 
 
 @kernel

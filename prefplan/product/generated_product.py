@@ -42,11 +42,8 @@ class GeneratedProduct(Product):
         self._lay_out()
         self.costs = unit_costs(model, problem)
         self.generated = generated(model.moves, self.costs, self._tabulate_letters())
-        none = np.zeros(0, dtype=np.int64)
         self.offsets = np.zeros(1, dtype=np.int64)
-        self.targets = self.classes = none.astype(np.int32)
-        self.extra_first = np.zeros((*self.delta.shape[:2], self.delta.shape[2] + 1), dtype=np.int32)
-        self.extra_state, self.extra_price = none.astype(np.int32), none
+        self.targets = self.classes = np.zeros(0, dtype=np.int32)
 
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
@@ -71,7 +68,7 @@ class GeneratedProduct(Product):
         return self.problem.system.trajectory(self.model.actions_through([self.start_node, *steps.tolist()]))
 
     def _tabulate_letters(self) -> np.ndarray:
-        """Fill `delta` and the rules' tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
+        """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
         space = self.model.space
         automata: tuple[Follower, ...] = (*self.automata, *self.rules)
         letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
@@ -83,16 +80,10 @@ class GeneratedProduct(Product):
                 letters[i, d, : len(values)] = [len(labels_of) * distinct.index(value) for value in values]
                 labels_of = [label | ({value} if value else set()) for value in distinct for label in labels_of]
             labels.append(labels_of)
-        count = len(self.automata)
-        shape = (count, int(self.sizes.max()), max(map(len, labels[:count])))
-        self.delta = np.zeros(shape, dtype=np.int32)
-        for i, dfa in enumerate(self.automata):
-            for q in range(dfa.size):
-                self.delta[i, q, : len(labels[i])] = [dfa.readings(q, label)[0].state for label in labels[i]]
-        self._enter_rules(
+        self._enter(
             [
                 [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in labels_of]
-                for dfa, labels_of in zip(self.rules, labels[count:], strict=True)
+                for dfa, labels_of in zip(automata, labels, strict=True)
             ]
         )
         return letters

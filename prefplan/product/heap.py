@@ -1,6 +1,7 @@
 """A binary heap of (key, item) in two arrays, for compiled kernels.
 
-The smallest key comes first, and of equal keys the largest item.
+The smallest key comes first; of equal keys the item with the lexicographically least rank, if items have ranks, and
+then the largest item.
 """
 
 from __future__ import annotations
@@ -13,12 +14,14 @@ from prefplan.models.kernels import Integer, bare_kernel
 
 
 @bare_kernel
-def heap_push(keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer, item: Integer) -> Integer:
-    """Insert a pair and return the new count; the arrays must be longer than `count`."""
+def heap_push(
+    keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer, item: Integer, ranks: np.ndarray | None
+) -> Integer:
+    """Insert a pair and return the new count; the arrays must be longer than `count`, `ranks` is (L, n) by item."""
     at = count
     while at > 0:
         up = (at - 1) // 2
-        if _precedes(keys[up], items[up], key, item):
+        if _precedes(keys[up], items[up], key, item, ranks):
             break
         keys[at] = keys[up]
         items[at] = items[up]
@@ -29,8 +32,8 @@ def heap_push(keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer,
 
 
 @bare_kernel
-def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
-    """Remove the first pair and return the new count."""
+def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer, ranks: np.ndarray | None) -> Integer:
+    """Remove the first pair and return the new count; `ranks` as for `heap_push`."""
     count -= 1
     key, item = keys[count], items[count]
     at = 0
@@ -38,9 +41,9 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
         down = 2 * at + 1
         if down >= count:
             break
-        if down + 1 < count and _precedes(keys[down + 1], items[down + 1], keys[down], items[down]):
+        if down + 1 < count and _precedes(keys[down + 1], items[down + 1], keys[down], items[down], ranks):
             down += 1
-        if _precedes(key, item, keys[down], items[down]):
+        if _precedes(key, item, keys[down], items[down], ranks):
             break
         keys[at] = keys[down]
         items[at] = items[down]
@@ -51,5 +54,11 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer) -> Integer:
 
 
 @bare_kernel
-def _precedes(key: Any, item: Any, other_key: Any, other_item: Any) -> Any:
-    return key < other_key or (key == other_key and item >= other_item)
+def _precedes(key: Any, item: Any, other_key: Any, other_item: Any, ranks: np.ndarray | None) -> bool:
+    if key != other_key:
+        return bool(key < other_key)
+    if ranks is not None:
+        for e in range(ranks.shape[1]):
+            if ranks[item, e] != ranks[other_item, e]:
+                return bool(ranks[item, e] < ranks[other_item, e])
+    return bool(item >= other_item)

@@ -28,7 +28,7 @@ from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
 CODE_LIMIT = 2**62
 
 BARRED = -1
-"""Stands for the state of a rule's automaton after a label on which no plan may break the rule."""
+"""Stands for the state of a rule's automaton after a label on which no plan may break it."""
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
@@ -54,10 +54,12 @@ class Product:
         generated: the model for the kernels, where its states are generated; else None.
         strides: (N + R,) int64.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
-        delta: (N, Q, C) int32, state after the free reading of a label class.
-        rule_sizes: (R,) int64 and rule_delta: (R, Q, C) int32: the same of the rules' automata, with BARRED.
-        tolls: (P - N, Q, C) units, int64 or Python's integers, the price of breaking a rule by reading a label class.
-        extra_first: (N, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
+        rule_sizes: (R,) int64, those of the rules' automata.
+        delta: (N + R, Q, C) int32, state after the free reading of a label class, or BARRED.
+        pays: whether a step may have a violation cost.
+        tolls: (P, Q, C) units, int64 or Python's integers, the price of the free reading: of breaking a rule; empty if
+            no step has a price.
+        extra_first: (N + R, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
         extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the bought readings.
     """
 
@@ -147,41 +149,33 @@ class Product:
         self.class_sets = tuple(class_sets)
         self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
         ends = np.cumsum([0, *(dfa.size for dfa in automata)]).tolist()
-        readings = [[column[a:b] for column in columns] for a, b in pairwise(ends)]
-        self._enter_tasks(readings[: len(self.automata)])
-        self._enter_rules(readings[len(self.automata) :])
+        self._enter([[column[a:b] for column in columns] for a, b in pairwise(ends)])
 
-    def _enter_tasks(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
-        """Fill the tables of the tasks, given each one's readings by class and state."""
-        most, classes = int(self.sizes.max()), len(self.class_sets)
-        self.delta = np.zeros((len(readings), most, classes), dtype=np.int32)
-        self.extra_first = np.zeros((len(readings), most, classes + 1), dtype=np.int32)
-        extra: list[Reading] = []
+    def _enter(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
+        """Fill the tables, given each automaton's readings by label class and state."""
+        most, labels = int(max([*self.sizes, *self.rule_sizes])), max(map(len, readings))
+        self.delta = np.zeros((len(readings), most, labels), dtype=np.int32)
+        self.extra_first = np.zeros((len(readings), most, labels + 1), dtype=np.int32)
+        extra, tolls = list[Reading](), dict[tuple[int, int, int], int]()
         for i, column in enumerate(readings):
             for q in range(most):
                 check_limits()
                 self.extra_first[i, q, 0] = len(extra)
-                for c in range(classes):
-                    if q < len(column[c]):
-                        free, *bought = column[c][q]
+                for c in range(labels):
+                    if c < len(column) and q < len(column[c]):
+                        free, *bought = column[c][q] or [Reading(BARRED)]
                         self.delta[i, q, c] = free.state
                         extra += bought
+                        if free.price:
+                            tolls[i, q, c] = free.price
                     self.extra_first[i, q, c + 1] = len(extra)
+        self.pays = bool(extra or tolls)
+        prices = np.zeros((len(self.problem.priced) if self.pays else 0, most, labels), dtype=object)
+        for place, price in tolls.items():
+            prices[place] = price
+        self.tolls = whole_numbers(prices.ravel().tolist()).reshape(prices.shape)
         self.extra_state = np.array([reading.state for reading in extra], dtype=np.int32)
         self.extra_price = whole_numbers([reading.price for reading in extra])
-
-    def _enter_rules(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
-        """Fill the tables of the rules, given each one's readings by letter and state."""
-        most, letters = int(self.rule_sizes.max(initial=0)), max(map(len, readings), default=0)
-        self.rule_delta = np.full((len(readings), most, letters), BARRED, dtype=np.int32)
-        tolls = np.zeros((len(self.problem.priced) - len(self.problem.tasks), most, letters), dtype=object)
-        for r, column in enumerate(readings):
-            for c, q in np.ndindex(len(column), int(self.rule_sizes[r])):
-                for reading in column[c][q]:
-                    self.rule_delta[r, q, c] = reading.state
-                    if reading.price:
-                        tolls[r, q, c] = reading.price
-        self.tolls = whole_numbers(tolls.ravel().tolist()).reshape(tolls.shape)
 
     @property
     def relaxed(self) -> bool:
@@ -200,9 +194,8 @@ class Product:
 
     def transitions(self, automata: Sequence[int]) -> np.ndarray:
         """Return (N + R, C) the states after the free reading of each label class, given those before."""
-        q, n = np.array(automata), len(self.automata)
-        of_rules = self.rule_delta[np.arange(len(self.rules)), q[n:]]
-        return np.concatenate([self.delta[np.arange(n), q[:n]], of_rules.reshape(-1, self.delta.shape[2])])
+        after: np.ndarray = self.delta[np.arange(len(automata)), np.array(automata)]
+        return after
 
     def trajectory(self, steps: np.ndarray) -> Trajectory:
         """Return what happens along (K,) edges from the start on."""

@@ -28,11 +28,10 @@ class Automata(NamedTuple):
         ends: (N, 2) int32, the accepting and the skipped state of each, or -1.
         jump: (N + R, Q, C) int64, what the state after the free reading of a label adds to the code; negative if the
             label is barred.
-        tolls: (P - N, Q, C) int64, the price of breaking a rule by reading a label, of the rules that may be broken.
+        tolls: (P, Q, C) int64, the price of the free reading of a label; empty if no step has a violation cost.
         bought: (X, 2) int64, of each bought reading, what the state after it adds to the code, and its price.
-        first_bought: (N, Q, C + 1) int32: `bought[first_bought[i, q, c] : first_bought[i, q, c + 1]]` are those of a
-            label.
-        pays: whether a step may have a violation cost.
+        first_bought: (N + R, Q, C + 1) int32: `bought[first_bought[i, q, c] : first_bought[i, q, c + 1]]` are those of
+            a label.
     """
 
     nodes: int
@@ -42,20 +41,18 @@ class Automata(NamedTuple):
     tolls: np.ndarray
     bought: np.ndarray
     first_bought: np.ndarray
-    pays: bool
 
 
 class Edges(NamedTuple):
     """A graph of S nodes.
 
     Attributes:
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64: edges by source node.
+        offsets: (S + 1,) int64, targets: (E,) int32: edges by source node.
         classes: (S,) int32, label class of each node.
     """
 
     offsets: np.ndarray
     targets: np.ndarray
-    costs: np.ndarray
     classes: np.ndarray
 
 
@@ -109,7 +106,7 @@ def space_of(product: Product, graph: Graph) -> Space:
         scratch = np.empty((2, graph.size), np.int64)
         shortcuts = Shortcuts(graph.near, _through(graph), active, *scratch)
     elif product.generated is None:
-        edges = Edges(graph.offsets, graph.targets, graph.costs, graph.classes)
+        edges = Edges(graph.offsets, graph.targets, graph.classes)
     return Space(automata, edges, shortcuts, product.generated, graph.shift)
 
 
@@ -122,11 +119,10 @@ def _automata(product: Product, nodes: int) -> Automata:
         nodes=nodes,
         sizes=sizes,
         ends=product.ends,
-        jump=_joined(product.delta, product.rule_delta) * strides[:, None, None],
+        jump=product.delta * strides[:, None, None],
         tolls=product.tolls,
         bought=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
         first_bought=product.extra_first,
-        pays=product.relaxed or len(product.tolls) > 0,
     )
 
 
@@ -138,20 +134,10 @@ def _by_node(automata: Automata, classes: np.ndarray) -> Automata:
     readings = np.repeat((end - ends).ravel(), (end - begin).ravel()) + np.arange(ends.max(initial=0))
     return automata._replace(
         jump=automata.jump.take(classes, axis=2),
-        tolls=automata.tolls.take(classes, axis=2) if len(automata.tolls) else automata.tolls,
+        tolls=automata.tolls.take(classes, axis=2),
         bought=automata.bought[readings],
         first_bought=np.concatenate([(ends - end + begin)[:, :, :1], ends], axis=2).astype(np.int32),
     )
-
-
-def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return two tables, (n, Q, C) and (m, Q', C'), as one, with zeros where one of them is narrower."""
-    width = np.maximum(one.shape[1:], other.shape[1:])
-    padded = [
-        np.pad(each, [(0, 0), *((0, w - n) for w, n in zip(width, each.shape[1:], strict=True))])
-        for each in (one, other)
-    ]
-    return np.concatenate(padded)
 
 
 def _through(graph: Graph) -> np.ndarray:

@@ -17,13 +17,14 @@ class Successors(NamedTuple):
 
     Attributes:
         code: (M,) int64, product state reached.
-        cost: (M,) int64, cost of the step.
+        step: (M,) int64, the number of the step's edge, or of its price where states are generated, or its cost where
+            the graph is contracted.
         violation: (M, P) int64, violation costs that the step pays.
         automata: (N + R,) int64, the automaton states of the expanded state.
     """
 
     code: np.ndarray
-    cost: np.ndarray
+    step: np.ndarray
     violation: np.ndarray
     automata: np.ndarray
 
@@ -41,34 +42,31 @@ def successor_buffer(space: Space, least: int) -> Successors:
     most = max(most * int(readings.prod(axis=0).max()), least)
     return Successors(
         code=np.empty(most, np.int64),
-        cost=np.empty(most, np.int64),
-        violation=np.zeros((most, len(automata.ends) + len(automata.tolls)), np.int64),
+        step=np.empty(most, np.int64),
+        violation=np.zeros((most, len(automata.tolls)), np.int64),
         automata=np.empty(len(automata.sizes), np.int64),
     )
 
 
 @bare_kernel
-def successors(space: Space, code: Integer, buffer: Successors) -> Integer:
-    """Write all successors of a product state and return how many there are."""
-    node = decode(space.automata.nodes, space.automata.sizes, code, buffer.automata)
-    return _successors(space.automata, space.edges, space.shortcuts, space.generated, node, buffer)
-
-
-@bare_kernel
-def _successors(
+def successors(
     automata: Automata,
     edges: Edges | None,
     shortcuts: Shortcuts | None,
     generated: Generated | None,
-    node: Integer,
+    code: Integer,
     buffer: Successors,
 ) -> Integer:
-    # Which arguments are None is known when this is compiled: one branch remains.
-    found: Integer = 0
+    """Write all successors of a product state and return how many there are.
+
+    Which arguments are None is known when this is compiled: one branch remains.
+    """
+    node = decode(automata.nodes, automata.sizes, code, buffer.automata)
+    found: Integer = np.int64(0)
     if edges is not None:
         for edge in range(edges.offsets[node], edges.offsets[node + 1]):
-            target = edges.targets[edge]
-            found = _read(automata, target, edges.classes[target], edges.costs[edge], buffer, found)
+            target = np.int64(edges.targets[edge])
+            found = _read(automata, target, np.int64(edges.classes[target]), np.int64(edge), buffer, found)
     if shortcuts is not None:
         found = _macro_moves(automata, shortcuts, node, buffer)
     if generated is not None:
@@ -79,14 +77,14 @@ def _successors(
 @bare_kernel
 def _generate(automata: Automata, model: Generated, node: Integer, buffer: Successors) -> Integer:
     """Write the successors of a state of a manipulation model, in the order of its actions."""
-    found: Integer = 0
+    found: Integer = np.int64(0)
     for k in range(write_steps(model.moves, node, model.steps)):
-        cost = model.costs[model.steps.prices[k]]
-        if cost < 0:
+        price = model.steps.prices[k]
+        if model.costs[price] < 0:
             model.unmeasured[0] = node
         else:
             code = pack(model.moves, model.steps.digits[k])
-            found = _read_letters(automata, model.letters, model.steps.digits[k], code, cost, buffer, found)
+            found = _read_letters(automata, model.letters, model.steps.digits[k], code, price, buffer, found)
     return found
 
 
@@ -96,7 +94,7 @@ def _read_letters(
     letters: np.ndarray,
     digits: np.ndarray,
     code: Integer,
-    cost: Integer,
+    step: Integer,
     buffer: Successors,
     found: Integer,
 ) -> Integer:
@@ -108,21 +106,12 @@ def _read_letters(
         jump = automata.jump[i, buffer.automata[i], letter]
         if jump < 0:
             return found
-        if automata.pays:
-            _pay_toll(automata.tolls, i, letter, buffer, found)
+        if i < automata.tolls.shape[0]:
+            buffer.violation[found, i] = automata.tolls[i, buffer.automata[i], letter]
         code += jump
     buffer.code[found] = code
-    buffer.cost[found] = cost
+    buffer.step[found] = step
     return found + 1
-
-
-@bare_kernel
-def _pay_toll(tolls: np.ndarray, i: Integer, letter: Integer, buffer: Successors, found: Integer) -> None:
-    """Write the violation cost of a rule that may be broken, for reading a class or letter."""
-    priced = buffer.violation.shape[1]
-    if i < priced:
-        rule = i - (priced - tolls.shape[0])
-        buffer.violation[found, i] = 0 if rule < 0 else tolls[rule, buffer.automata[i], letter]
 
 
 @bare_kernel
@@ -143,17 +132,17 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
         if (stops >> np.uint64(v)) & one:
             through |= shortcuts.through[node, v]
     through &= ~stops
-    count: Integer = 0
+    count: Integer = np.int64(0)
     if through:
         count = _reach_through(near, node, through, distance, via)
-    found: Integer = 0
+    found: Integer = np.int64(0)
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
             cost = near[node, v]
             for r in range(count):
                 cost = min(cost, distance[r] + near[via[r], v])
             if cost < NO_EDGE:
-                found = _read(automata, v, v, cost, buffer, found)
+                found = _read(automata, np.int64(v), np.int64(v), np.int64(cost), buffer, found)
     return found
 
 
@@ -180,7 +169,7 @@ def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: 
 
 @bare_kernel
 def _read(
-    automata: Automata, node: Integer, label: Integer, cost: Integer, buffer: Successors, found: Integer
+    automata: Automata, node: Integer, label: Integer, step: Integer, buffer: Successors, found: Integer
 ) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
     code = np.int64(node)
@@ -188,11 +177,11 @@ def _read(
         jump = automata.jump[i, buffer.automata[i], label]
         if jump < 0:
             return found
-        if automata.pays:
-            _pay_toll(automata.tolls, i, label, buffer, found)
+        if i < automata.tolls.shape[0]:
+            buffer.violation[found, i] = automata.tolls[i, buffer.automata[i], label]
         code += jump
     buffer.code[found] = code
-    buffer.cost[found] = cost
+    buffer.step[found] = step
     return _read_bought(automata, label, buffer, found) if automata.bought.shape[0] else found + 1
 
 
@@ -207,7 +196,7 @@ def _read_bought(automata: Automata, label: Integer, buffer: Successors, first: 
             for free in range(first, first + count):
                 k = free + count * (1 + reading - begin)
                 buffer.code[k] = buffer.code[free] - jump[i, q, label] + bought[reading, 0]
-                buffer.cost[k] = buffer.cost[free]
+                buffer.step[k] = buffer.step[free]
                 for j in range(buffer.violation.shape[1]):
                     buffer.violation[k, j] = buffer.violation[free, j]
                 buffer.violation[k, i] = bought[reading, 1]

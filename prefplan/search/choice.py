@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import partial
@@ -10,10 +9,9 @@ from functools import partial
 from prefplan.errors import LimitError
 from prefplan.heuristics.prepare import Options, Prepared, bytes_to_prepare
 from prefplan.limits import Limits
-from prefplan.models.kernels import compile_kernels
 from prefplan.product.product_automaton import Product
-from prefplan.search.boa_star import BiObjectiveSearch
-from prefplan.search.incumbent import run_cheapest, run_with_incumbent
+from prefplan.search.driver import LabelSearch
+from prefplan.search.incumbent import run_with_incumbent
 from prefplan.search.result import Result
 
 
@@ -31,19 +29,11 @@ def choose_search(
     problem = product.problem
     if len(problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
         raise LimitError("memory")
-    if not (problem.is_bi_objective and problem.measure.bi_objective):
-        # The front of one cost and one preference is found sooner than the least value of a preference.
-        first = None if problem.is_bi_objective and objective != problem.cost_names[0] else objective
-        compile_kernels()
-        # Most searches do without its modules.
-        from prefplan.search.multi_objective.objective_search import ObjectiveSearch
-
-        return ObjectiveSearch(product, options, bounds=bounds, first=first, max_bytes=limits.bytes).run
-    cost, preference = problem.objective_names
-    single, max_mu = objective == cost, bounds.get(preference)
-    max_cost = math.floor(bounds[cost] / problem.units.cost) if cost in bounds else math.inf
-    prepared = Prepared(product, options, max_bytes=limits.bytes)
-    if single and max_mu is None:
-        return partial(run_cheapest, prepared, max_cost)
-    search = BiObjectiveSearch(prepared, max_mu=max_mu, max_cost=max_cost, single=single)
-    return search.run if max_mu is not None else partial(run_with_incumbent, search)
+    cost = problem.cost_names[0]
+    # The front of one cost and one preference is found sooner than the least value of a preference.
+    first = None if problem.is_bi_objective and objective != cost else objective
+    # Some plan is looked for where any will do until there is a better one.
+    is_free = problem.is_bi_objective and problem.measure.bi_objective and not bounds.keys() - {cost}
+    prepared = Prepared(product, options, single=is_free and first == cost, max_bytes=limits.bytes)
+    search = LabelSearch(prepared, bounds=bounds, first=first)
+    return partial(run_with_incumbent, search) if is_free else search.run

@@ -1,116 +1,155 @@
-"""Searches: memory for a compiled kernel, run in slices so that it can be limited and interrupted."""
+"""The loop around the compiled search, which runs in slices so that it can be limited and interrupted."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from operator import attrgetter, mul
-from typing import Any
+from operator import attrgetter, le, mul
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
+from prefplan.heuristics.pattern_database import BOUND
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
-from prefplan.models.kernels import UNBOUNDED, is_interpreted
+from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
 from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.product_automaton import Product
-from prefplan.product.starts import Start
 from prefplan.product.successors import successor_buffer
 from prefplan.search.growth import PRODUCT_LIMIT
-from prefplan.search.labels import (
-    AT,
-    COL,
-    COLUMNS,
-    END,
-    NONE,
-    Memory,
-    Queue,
-    States,
-    rehash,
-)
+from prefplan.search.keys import FALL, KeyMap, ordered_number
+from prefplan.search.label_search import run
+from prefplan.search.labels import AT, CODE, END, NONE, Labels, Memory, Queue, States, enlarged, exhausted
 from prefplan.search.paths import GeneratedPaths, Paths
 from prefplan.search.result import Goal, Result, ended_by
 
-ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
+if TYPE_CHECKING:
+    from prefplan.search.values import Values
+
+ROWS_AT_FIRST, LABELS_AT_FIRST, GOALS_AT_FIRST = 2**14, 2**15, 2**8
 
 INTERPRETED_POPS = 100
 """Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""
 
 
-def in_units(product: Product, mu: Fraction) -> Fraction:
-    """Return a preference value, without its constant part, in units of mu."""
-    return (mu - product.problem.measure.constant) / product.units.mu
+@dataclass(frozen=True)
+class _Found:
+    """A goal: its label, exact objectives, and the first of these in units."""
+
+    label: int
+    objectives: tuple[Any, ...]
+    rank: int
 
 
-class Search(ABC):
-    """What all searches have in common: product states, the open list, and the loop around the kernel.
+class LabelSearch:
+    """Search for all non-dominated vectors of costs and preferences, or for one that is least in one of them.
 
     Attributes:
-        by_cost: whether goals are found in order of the first cost.
-        single: whether the search ends with the first point of the front.
         pops: labels popped between two checks of the limits, which then take a few tens of milliseconds.
     """
 
-    labels: Any
-    by_cost = True
-    single = False
-    pops = 10_000
+    pops = 2_000
 
-    def __init__(self, prepared: Prepared, max_cost: float) -> None:
-        """Make the first labels; `max_cost` is an inclusive bound in units."""
-        self.prepared, self.product = prepared, prepared.product
-        self.limits = np.array([UNBOUNDED, self._up_to(max_cost)], dtype=np.int64)
+    def __init__(
+        self, prepared: Prepared, *, bounds: Mapping[str, Fraction], first: str | None = None, hasty: bool = False
+    ) -> None:
+        """Make the search ready.
+
+        Args:
+            prepared: what is searched.
+            bounds: inclusive, of objectives by name, in the user's units.
+            first: the objective whose least value is wanted; None for the whole front.
+            hasty: whether the first goal will do.
+
+        Raises:
+            OverflowError: 64 bits may not be enough.
+        """
+        self.prepared, self.product, self.problem = prepared, prepared.product, prepared.product.problem
+        self.bounds, self.single, self._hasty, names = bounds, first is not None, hasty, self.problem.objective_names
+        self._first = names.index(first or names[0])
+        self._layout = KeyMap.of(self.product)
+        self._values: Values | None = None
+        is_lexicographic = self.single and self._keeps_order and not hasty
+        compared = [o for o, name in enumerate(names) if name in bounds] if is_lexicographic else self._layout.compared
+        if is_lexicographic or len(names) > 2:
+            compared = [e for e in compared if e != self._first]
+        elif hasty and self._keeps_order:
+            compared = [self._first]
+        self.keys = self._layout.arrays(
+            [] if prepared.graph.contracted else prepared.costs,
+            None,
+            first=self._first,
+            compared=compared,
+            lexicographic=is_lexicographic,
+        )
+        if self.keys.computed:
+            compile_kernels()
         self.reset()
 
-    def _up_to(self, cost: float) -> int:
-        """Return the largest label cost of at most `cost` units."""
-        shift = self.product.shift
-        return (int(min(cost, (UNBOUNDED >> shift) - 1)) + 1 << shift) - 1
-
-    @abstractmethod
-    def _new_labels(self, count: int) -> Any:
-        """Return memory for labels."""
-
-    @abstractmethod
-    def _run(self, pops: int) -> int:
-        """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
+    @property
+    def _keeps_order(self) -> bool:
+        """Whether of two labels of one product state the lexicographically lesser has the lesser continuations."""
+        measures = [o.measure for o in self.problem.objectives]
+        if all(measure.bi_objective and measure.contract == "additive" for measure in measures):
+            return True
+        return self.problem.is_bi_objective and measures[0].bi_objective and self._first == 0
 
     def reset(self) -> None:
         """Start the search anew: the start states are entered as successors of no label."""
-        self.counters = np.zeros(len(AT), dtype=np.int64)
-        self.counters[AT.FOUND] = NONE
-        self._lowest, self._found = 0.0, list[tuple[float, int, tuple[Any, ...]]]()
-        self.states = States(
-            np.empty((ROWS_AT_FIRST, COLUMNS), np.int64),
-            np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
-        )
-        self.labels = self._new_labels(LABELS_AT_FIRST)
-        self.queue = Queue(*np.empty((2, LABELS_AT_FIRST), np.int64))
-        self.buffer = successor_buffer(self.prepared.space, len(self.product.starts))
-        strides, node = self.prepared.space.strides.tolist(), self.prepared.graph.start
-        pairs = sorted(((self._begin(start), start) for start in self.product.starts), key=lambda pair: pair[0][0])
-        self._starts = [start for _, start in pairs]
-        self.begin = np.array([key for key, _ in pairs] or np.zeros((0, 1)), dtype=np.int64)
-        if self.begin.max(initial=0) >= PRODUCT_LIMIT:
+        prepared, starts, width = self.prepared, self.product.starts, len(self._layout.entries)
+        self._lowest, self._found = 0.0, list[_Found]()
+        keys = [self._layout.begin(start, self.product.shift) for start in starts]
+        order = sorted(range(len(starts)), key=keys.__getitem__)
+        self._starts = [starts[k] for k in order]
+        begin = np.array([keys[k] for k in order], dtype=np.int64).reshape(-1, width)
+        if begin.max(initial=0) >= PRODUCT_LIMIT:
             raise OverflowError
-        if self.prepared.space.generated is not None:
-            self.prepared.space.generated.unmeasured[0] = -1
+        counters = np.zeros(len(AT), dtype=np.int64)
+        counters[[AT.FOUND, AT.PARENT, AT.COUNT]] = NONE, NONE, len(starts)
+        rows, parents, steps, siblings = np.empty((4, LABELS_AT_FIRST), np.int32)
+        self.memory = Memory(
+            States(
+                np.empty((ROWS_AT_FIRST, BOUND + self.keys.objectives), np.int64),
+                np.full(2 * ROWS_AT_FIRST, NONE, np.int32),
+            ),
+            Labels(rows, parents, steps, siblings, np.empty((LABELS_AT_FIRST, width), np.int64)),
+            Queue(*np.empty((2, LABELS_AT_FIRST), np.int64)),
+            np.empty(GOALS_AT_FIRST, np.int32),
+            counters,
+            np.array([self._limit(name, o) for o, name in enumerate(self.problem.objective_names)], dtype=np.int64),
+            begin,
+            successor_buffer(prepared.space, len(starts)),
+        )
+        strides, node = prepared.space.strides.tolist(), prepared.graph.start
         for k, start in enumerate(self._starts):
-            self.buffer.code[k] = node + sum(map(mul, strides, start.automata))
-            self.buffer.cost[k] = start.spent << self.product.shift
-        self.counters[[AT.PARENT, AT.NEXT, AT.COUNT]] = NONE, 0, len(self._starts)
+            self.memory.buffer.code[k] = node + sum(map(mul, strides, start.automata))
+        if prepared.space.generated is not None:
+            prepared.space.generated.unmeasured[0] = -1
 
-    def _begin(self, start: Start) -> list[int]:
-        """Return the entries, in units, of the key of a start's label, but for its cost; here mu."""
-        objective = self.product.problem.objectives[0]
-        return [math.floor(in_units(self.product, objective.measure.value(*start.amounts(objective))))]
+    def _limit(self, name: str, o: int) -> int:
+        """Return the inclusive limit of an objective, in units; a rounded value is checked when a goal is found."""
+        if name not in self.bounds:
+            return UNBOUNDED
+        bound = self.bounds[name]
+        if o < self._layout.costs:
+            most = math.floor(bound / self.problem.cost_units[o])
+            return self._up_to(most) if o == 0 else min(most, UNBOUNDED)
+        objective = self.problem.objectives[o - self._layout.costs]
+        rest = bound - objective.measure.constant
+        if objective.measure.is_whole:
+            return max(-1, min(math.floor(rest / objective.units.mu), UNBOUNDED))
+        return ordered_number(float(rest)) + FALL if rest >= 0 else -1
+
+    def _up_to(self, cost: int) -> int:
+        """Return the largest label cost of at most `cost` units."""
+        shift = self.product.shift
+        return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
     def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
-        """Search until all goals are found, or a limit or Ctrl-C stops it; see `single`.
+        """Search until all goals are found, or a limit or Ctrl-C stops it.
 
         Args:
             limits: of time and memory.
@@ -118,19 +157,39 @@ class Search(ABC):
         """
         ended = None
         try:
-            while not self._is_done and (self._is_pending or self.counters[AT.EXPANDED] < most_expanded):
+            while not self._is_done and (self._is_pending or self.memory.counters[AT.EXPANDED] < most_expanded):
                 pops = INTERPRETED_POPS if is_interpreted() else self.pops
-                pops = max(1, min(pops, most_expanded - self.counters[AT.EXPANDED]))
+                pops = max(1, min(pops, most_expanded - self.memory.counters[AT.EXPANDED]))
                 self._advance(int(pops), limits)
                 if not self._is_done and limits.out_of_time:
                     raise LimitError("time")
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        settled = [(label, objectives) for rank, label, objectives in self._found if rank < self._lowest]
-        paths = self._paths([label for label, _ in settled])
-        goals = [Goal(self._cost(label), values, paths, k) for k, (label, values) in enumerate(settled)]
-        below = self._lowest if self.by_cost or self._lowest == math.inf else 0
-        return Result(tuple(self._points(goals)), ended, below, self.work)
+        settled = [found for found in self._found if found.rank < self._lowest]
+        kept = [*settled, *self._found[-1:]]
+        paths = self._paths([found.label for found in kept])
+        goals = [Goal(self._cost(found.label), found.objectives, paths, k) for k, found in enumerate(kept)]
+        below = self._lowest if not self._first or self._lowest == math.inf else 0
+        best = goals[-1] if self.single and goals and not settled else None
+        return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, best)
+
+    def _run(self, pops: int) -> int:
+        """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
+        prepared = self.prepared
+        wait = prepared.improved_after - self.memory.counters[AT.EXPANDED]
+        if wait <= 0:
+            prepared.improve()
+            if self.single:
+                self.reset()
+        elif wait < pops:
+            pops = math.ceil(wait)
+        if self._values is None and not is_interpreted():
+            # Loads numba. Compiled kernels are given values even if no entry is one.
+            from prefplan.search.values import Values
+
+            self._values = Values(self._layout, self.product.shift, lambda label: self.memory.labels.key[label])
+            self.keys = self.keys._replace(evaluate=self._values)
+        return int(run(prepared.space, self.keys, prepared.bounds, self.memory, pops))
 
     def _advance(self, pops: int, limits: Limits) -> None:
         """Run the kernel once; raise LimitError if the search needs more memory than there is."""
@@ -139,20 +198,32 @@ class Search(ABC):
         if end == END.EXHAUSTED:
             self._lowest = math.inf
             return
-        self._lowest = int(self.counters[AT.LOWEST]) >> (self.product.shift if self.by_cost else 0)
+        self._lowest = self._rank(int(self.memory.counters[AT.LOWEST]))
         if end == END.GOAL:
-            label = int(self.counters[AT.FOUND])
-            objectives = self._objectives(label)
-            if self._accept(label, objectives):
-                rank = self._cost(label) if self.by_cost else self._lowest
-                self._found.append((rank, label, objectives))
+            self._accept(int(self.memory.counters[AT.FOUND]))
+        elif end in (END.FALLS, END.TOO_LARGE):
+            if self._values is not None and end == END.FALLS:
+                self._values.require_rise(self._objectives(int(self.memory.counters[AT.PARENT])))
+            elif self._values is not None:
+                self._values.require_values()
+            raise OverflowError
         elif end != END.PAUSED and not self._grow(end, limits):
             raise LimitError("memory")
 
-    @property
-    def memory(self) -> Memory:
-        """What the kernel works on."""
-        return Memory(self.states, self.labels, self.queue, self.counters, self.limits, self.begin, self.buffer)
+    def _accept(self, label: int) -> None:
+        """Keep a goal, unless its objectives, which may have been rounded, exceed a bound."""
+        objectives, limits = self._objectives(label), self.memory.limits
+        values = dict(zip(self.problem.objective_names, objectives, strict=True))
+        if any(values[name] > bound for name, bound in self.bounds.items()):
+            return
+        rank = self._rank(int(self.memory.labels.key[label, self._first]))
+        self._found.append(_Found(label, objectives, rank))
+        if self.single:
+            limits[self._first] = rank if self._first else self._up_to(rank)
+
+    def _rank(self, first: int) -> int:
+        """Return the first objective in units, without the low bits of a cost."""
+        return first if self._first else first >> self.product.shift
 
     @property
     def _is_done(self) -> bool:
@@ -160,15 +231,18 @@ class Search(ABC):
 
     @property
     def _is_pending(self) -> bool:
-        """Whether the last goal may still prove to be dominated by another one of equal cost."""
-        return bool(self._found) and self._found[-1][0] >= self._lowest
+        """Whether the last goal may still prove to be dominated by another one of the same first objective."""
+        return bool(self._found) and self._found[-1].rank >= self._lowest and not self._hasty
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
-        """Return the points of the front among goals in the order in which they were found.
-
-        Here that is the last of each cost, which dominates the others.
-        """
-        return list({goal.cost: goal for goal in goals}.values())
+        """Return the points of the front among goals: one may dominate others of its first cost, or any if rounded."""
+        whole, points, begin = all(o.measure.is_whole for o in self.problem.objectives), list[Goal](), 0
+        for goal in sorted(goals, key=attrgetter("objectives")):
+            if whole and points and points[-1].cost < goal.cost:
+                begin = len(points)
+            if not any(all(map(le, other.objectives, goal.objectives)) for other in points[begin:]):
+                points.append(goal)
+        return points
 
     def _require_measured(self) -> None:
         """Raise ModelError if an action was met whose cost was not measured."""
@@ -178,88 +252,48 @@ class Search(ABC):
             assert isinstance(self.product, GeneratedProduct)
             self.product.model.require_measured(state)
 
-    @abstractmethod
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal's label, in the user's units."""
-
-    @abstractmethod
-    def _accept(self, label: int, objectives: tuple[Any, ...]) -> bool:
-        """Tighten the limits by a goal; return False if its objectives show that it is no point of the front."""
+        key = self.memory.labels.key[label].tolist()
+        return self._layout.objectives([self._cost(label), *key[1:]])
 
     def _cost(self, label: int) -> int:
         """Return a label's first cost, units."""
-        return int(self._costs(np.array([label]))[0]) >> self.product.shift
+        return int(self.memory.labels.key[label, 0]) >> self.product.shift
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""
         last = np.array(labels, dtype=np.int64)
         generations = [last]
         while len(generations[-1]):
-            ahead = np.unique(self.labels.parent[generations[-1]])
+            ahead = np.unique(self.memory.labels.parent[generations[-1]])
             generations.append(ahead[ahead != NONE])
         kept = np.unique(np.concatenate(generations))
-        parents = self.labels.parent[kept]
+        parents = self.memory.labels.parent[kept]
         before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
-        codes, space = self.states.known[self.labels.row[kept], COL.CODE], self.prepared.space
+        codes, space = self.memory.states.known[self.memory.labels.row[kept], CODE], self.prepared.space
         automata = codes[:, None] // space.strides % space.automata.sizes
-        nodes = codes % space.automata.nodes
-        first = np.flatnonzero(parents == NONE).tolist()
-        starts = {k: self._start_of(int(kept[k]), tuple(automata[k].tolist())) for k in first}
+        nodes, steps = codes % space.automata.nodes, self.memory.labels.step[kept].astype(np.int64)
+        starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}
         ends = np.searchsorted(kept, last)
         if isinstance(self.product, GeneratedProduct):
             return GeneratedPaths(self.product, before, nodes, automata, starts, ends)
-        edges = self._edges(kept)
-        if edges is not None:
-            return Paths(self.product, before, edges, automata, starts, ends)
-        costs = self._costs(kept)
-        return Paths.through(self.product, self.prepared.graph, (before, nodes, costs, automata), starts, ends)
-
-    def _edges(self, labels: np.ndarray) -> np.ndarray | None:
-        """Return the system's edges that lead to labels, where they are known."""
-        return None
-
-    def _costs(self, labels: np.ndarray) -> np.ndarray:
-        """Return the costs of labels, as in `Product.costs`."""
-        costs: np.ndarray = self.labels.cost[labels]
-        return costs
-
-    def _start_of(self, label: int, automata: tuple[int, ...]) -> Start:
-        """Return the start of a label without parent: one with its automaton states and its mu."""
-        mu = self.labels.mu[label]
-        starts = zip(self._starts, self.begin[:, 0], strict=True)
-        return next(start for start, key in starts if key == mu and start.automata == automata)
+        if not self.prepared.graph.contracted:
+            return Paths(self.product, before, steps, automata, starts, ends)
+        through = before, nodes, self.memory.labels.key[kept, 0], automata
+        return Paths.through(self.product, self.prepared.graph, through, starts, ends)
 
     @property
     def work(self) -> Stats:
         """The work so far."""
-        c = self.counters
-        held = sum(map(attrgetter("nbytes"), (*self.states, *self.labels, *self.queue)))
+        c, memory = self.memory.counters, self.memory
+        held = sum(map(attrgetter("nbytes"), (*memory.states, *memory.labels, *memory.queue, memory.goals)))
         return Stats(int(c[AT.ROWS]), int(c[AT.EXPANDED]), int(c[AT.LABELS]), held)
 
     def _grow(self, end: int, limits: Limits) -> bool:
         """Double what the kernel ran out of; return False if that would exceed the memory limit."""
-        if end == END.TOO_LARGE:
-            self._too_large()
-            raise OverflowError
-        more = {END.MORE_ROWS: self.states, END.MORE_LABELS: (*self.labels, *self.queue)}[end]
-        if max(self.work.bytes, limits.bytes_taken) + 2 * sum(map(attrgetter("nbytes"), more)) > limits.bytes:
+        more = sum(array.nbytes for array in exhausted(self.memory, end))
+        if max(self.work.bytes, limits.bytes_taken) + 2 * more > limits.bytes:
             return False
-        if end == END.MORE_ROWS:
-            slots = np.full(2 * len(self.states.slots), NONE, np.int32)
-            self.states = States(_longer(self.states.known), slots)
-            rehash(self.states, int(self.counters[AT.ROWS]))
-        else:
-            self.labels = type(self.labels)(*map(_longer, self.labels))
-            self.queue = Queue(*map(_longer, self.queue))
+        self.memory = enlarged(self.memory, end)
         return True
-
-    def _too_large(self) -> None:
-        """Raise an error that explains why a number does not fit 64 bits, if there is one."""
-        return None
-
-
-def _longer(array: np.ndarray) -> np.ndarray:
-    """Return an array of twice the length that begins with the given one."""
-    longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
-    longer[: len(array)] = array
-    return longer

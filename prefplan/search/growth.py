@@ -1,77 +1,105 @@
-"""How mu grows along a path, for measures whose label key is (g, mu)."""
+"""How the key of a label grows along a step, compiled; `keys` says which entries a key has."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from prefplan.models.kernels import Integer, bare_kernel
-from prefplan.product.product_automaton import Product
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
 
+COST, SUM, MAXIMUM, TASK, VIOLATION, VALUE = range(6)
+"""How an entry grows: with a cost; at a rate; to a maximum; with a cost until a task is satisfied; only where violation
+costs are paid; as `Keys.evaluate` says."""
 
-class Growth(NamedTuple):
-    """How mu grows along a path.
+
+class Keys(NamedTuple):
+    """The K entries of label keys, for N tasks of which P may have violation costs, and how they grow.
 
     Attributes:
-        rate: (2^N,) int64, units of mu for each unit of cost while that set of tasks is satisfied.
-        maximum: (M, 2^N) int64, by satisfied set: mu is at least this times the cost so far.
-        late: (D, 3) int64, the task, slope and offset of each tardiness max(0, slope * cost - offset), in units of mu.
-        violation: (P,) int64, units of mu for each unit of violation cost.
+        entries: (K, 3) int64, how each entry grows, the cost that it grows with, and the row of its rates or its task.
+        rates: (R, 2^N) int64, by satisfied set: what a sum grows by for each unit of its cost, or at least how many
+            times the cost a maximum is.
+        late: (L, 4) int64, entry, task, slope and offset: a sum grows with max(0, slope * cost - offset).
+        violation: (K, P) int64, what each entry grows by for each unit of violation cost.
+        edge_costs: (D, E) int64, costs of each edge, or of each price where states are generated;
+            (1, 0) where successors come with their only cost.
+        compared: (W,) int64, the entries by which labels of a product state are compared; ~e for less of entry e.
+        objectives: O: the first entries are the objectives.
+        first: the objective in whose order goals are found.
+        lexicographic: whether a label is also no worse than another if its objectives are lexicographically no more.
+        lazy: whether labels are compared with expanded ones only; `compared` then lacks the first objective.
+        ranked: of labels with one bound of the first objective, those are expanded first of which so many first entries
+            are lexicographically less.
         cost_limit: from this cost on a product with it might not fit 64 bits.
+        computed: whether some entries are values.
+        evaluate: (label) -> whether the values in a label's key could be computed, as in `END`; None in Python.
     """
 
-    rate: np.ndarray
-    maximum: np.ndarray
+    entries: np.ndarray
+    rates: np.ndarray
     late: np.ndarray
     violation: np.ndarray
+    edge_costs: np.ndarray
+    compared: np.ndarray
+    objectives: int
+    first: int
+    lexicographic: bool
+    lazy: bool
+    ranked: int
     cost_limit: int
-
-
-def growth_of(product: Product) -> Growth:
-    """Return how mu grows along the paths of a product."""
-    measure, units = product.problem.measure, product.units
-    maximum = measure.maximum_table(units.factor)
-    late = [
-        (term.task, int(term.weight * units.factor), min(int(term.weight * term.by / units.mu), PRODUCT_LIMIT))
-        for term in measure.tardiness
-    ]
-    prices = [int(weight * units.price / units.mu) for weight in measure.violation_weights]
-    return Growth(
-        rate=product.rates,
-        maximum=maximum,
-        late=np.array(late, dtype=np.int64).reshape(-1, 3),
-        violation=np.array(prices, dtype=np.int64),
-        cost_limit=PRODUCT_LIMIT // max(1, *(slope for _, slope, _ in late), int(maximum.max(initial=0))),
-    )
+    computed: bool
+    evaluate: Any
 
 
 @bare_kernel
-def mu_after(
-    growth: Growth, mu: Integer, satisfied: Integer, before: Integer, after: Integer, violation: np.ndarray, pays: bool
-) -> Integer:
-    """Return a label's mu after a step from cost `before` to `after`.
+def spent(shift: Integer, key: np.ndarray, d: Integer) -> Integer:
+    """Return one of the total costs, in units: without the low bits of the first cost, which count actions."""
+    return key[d] >> shift if d == 0 else key[d]
+
+
+@bare_kernel
+def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violation: np.ndarray, key: np.ndarray) -> bool:
+    """Replace a label's key by that of a successor, except for values; return whether it fits 64 bits for sure.
 
     Args:
-        growth: how mu grows.
-        mu: before the step.
+        keys: the layout.
+        shift: number of low bits of the first cost.
         satisfied: the tasks satisfied before the step, as bits.
-        before: cost, units.
-        after: cost, units.
-        violation: (P,) violation costs of the step.
-        pays: whether it has any.
+        step: cost of the step, or the number of its edge or price.
+        violation: (P,) int64, violation costs that it pays; (0,) if no step pays any.
+        key: (K,) of the parent, overwritten.
     """
-    mu += growth.rate[satisfied] * (after - before)
-    for d in range(growth.late.shape[0]):
-        if not satisfied >> growth.late[d, 0] & 1:
-            slope, offset = growth.late[d, 1], growth.late[d, 2]
-            mu += max(0, slope * after - offset) - max(0, slope * before - offset)
-    if pays:
-        for i in range(growth.violation.shape[0]):
-            mu += growth.violation[i] * violation[i]
-    for m in range(growth.maximum.shape[0]):
-        mu = max(mu, growth.maximum[m, satisfied] * after)
-    return mu
+    numbered = keys.edge_costs.shape[1] > 0
+    for d in range(keys.edge_costs.shape[0]):
+        key[d] += keys.edge_costs[d, step] if numbered else step
+        if spent(shift, key, d) >= keys.cost_limit:
+            return False
+    for e in range(keys.edge_costs.shape[0], key.shape[0]):
+        how, d, row = keys.entries[e, 0], keys.entries[e, 1], keys.entries[e, 2]
+        after = spent(shift, key, d)
+        if how == SUM:
+            key[e] += keys.rates[row, satisfied] * (after - _before(keys, shift, key, d, step))
+        elif how == MAXIMUM:
+            key[e] = max(key[e], keys.rates[row, satisfied] * after)
+        elif how == TASK and not satisfied >> row & 1:
+            key[e] = after
+        for i in range(violation.shape[0]):
+            key[e] += keys.violation[e, i] * violation[i]
+    for t in range(keys.late.shape[0]):
+        e, i, slope, offset = keys.late[t, 0], keys.late[t, 1], keys.late[t, 2], keys.late[t, 3]
+        if not satisfied >> i & 1:
+            d = keys.entries[e, 1]
+            before, after = _before(keys, shift, key, d, step), spent(shift, key, d)
+            key[e] += max(0, slope * after - offset) - max(0, slope * before - offset)
+    return True
+
+
+@bare_kernel
+def _before(keys: Keys, shift: Integer, key: np.ndarray, d: Integer, step: Integer) -> Integer:
+    """Return a total cost before the step that the costs in `key` already count."""
+    before = key[d] - (keys.edge_costs[d, step] if keys.edge_costs.shape[1] else step)
+    return before >> shift if d == 0 else before

@@ -7,13 +7,12 @@ as the one before. A search that finds its first goal early, as most do, never l
 from __future__ import annotations
 
 from dataclasses import replace
-from fractions import Fraction
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
-from prefplan.search.boa_star import BiObjectiveSearch
+from prefplan.search.driver import LabelSearch
 from prefplan.search.result import Goal, Result, ended_by
 
 FIRST_EXPANDED = 100_000
@@ -24,7 +23,7 @@ WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 finds better plans, since tasks share paths."""
 
 
-def run_with_incumbent(search: BiObjectiveSearch, limits: Limits) -> Result:
+def run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
     """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
     expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search)
     result = search.run(limits, most_expanded=expanded)
@@ -38,7 +37,7 @@ def run_with_incumbent(search: BiObjectiveSearch, limits: Limits) -> Result:
             result = search.run(limits)
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))
-    return replace(result, incumbent=drafts.best, work=drafts.work + result.work)
+    return replace(result, incumbent=result.incumbent or drafts.best, work=drafts.work + result.work)
 
 
 class Drafts:
@@ -49,9 +48,10 @@ class Drafts:
         work: the work so far.
     """
 
-    def __init__(self, search: BiObjectiveSearch) -> None:
+    def __init__(self, search: LabelSearch) -> None:
         """Take the exact search, whose bound of the cost holds for these plans, too."""
-        self._search, self._max_cost = search, search.max_cost
+        self._search, self._cost = search, search.problem.cost_names[0]
+        self._bounds = {name: bound for name, bound in search.bounds.items() if name == self._cost}
         self._prepared: Prepared | None = None
         self.best: Goal | None = None
         self.work = Stats()
@@ -63,37 +63,18 @@ class Drafts:
             LimitError: a limit was reached.
         """
         prepared = self._prepared = self._prepared or self._with_single_tasks(limits)
-        guided = BiObjectiveSearch(prepared.guided(weight), max_cost=self._max_cost, cost_only=True)
+        guided = LabelSearch(prepared.guided(weight), bounds=self._bounds, first=self._cost, hasty=True)
         result = guided.run(limits, most_expanded=most_expanded)
         self.work += result.work
         if result.ended is not None:
             raise LimitError(result.ended)
-        if result.goals:
-            [self.best] = result.goals
-            self._max_cost = self.best.cost - 1
-        return not result.is_paused
+        goals = [*result.goals, *result.incumbents]
+        if goals:
+            self.best = goals[-1]
+            self._bounds = {self._cost: (self.best.cost - 1) * self._search.problem.cost_units[0]}
+        return bool(goals) or not result.is_paused
 
     def _with_single_tasks(self, limits: Limits) -> Prepared:
         """Return the preprocessing with tables of the single tasks alone."""
         options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
         return Prepared(self._search.product, options, max_bytes=limits.bytes)
-
-
-def run_cheapest(prepared: Prepared, max_cost: float, limits: Limits) -> Result:
-    """Search for a plan of least cost (A*), then for one of least mu among those.
-
-    Args:
-        prepared: what to search.
-        max_cost: inclusive bound of the total cost, in units.
-        limits: of time and memory.
-    """
-    astar = BiObjectiveSearch(prepared, max_cost=max_cost, cost_only=True)
-    cheapest = run_with_incumbent(astar, limits)
-    if not cheapest.goals:
-        return cheapest
-    [goal] = cheapest.goals
-    preferred = BiObjectiveSearch(prepared, max_mu=Fraction(goal.objectives[1]), max_cost=goal.cost)
-    preferred.adopt_states(astar)
-    result = preferred.run(limits)
-    below = max(goal.cost, result.complete_below)
-    return replace(result, incumbent=goal, complete_below=below, work=cheapest.work + result.work)

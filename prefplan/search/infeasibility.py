@@ -15,7 +15,7 @@ from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 from prefplan.product.reduction import Reduction
-from prefplan.search.boa_star import BiObjectiveSearch
+from prefplan.search.driver import LabelSearch
 
 T = TypeVar("T")
 
@@ -63,8 +63,9 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         for task in tasks
     )
     problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
-    search = BiObjectiveSearch(Prepared(reduction.product_of(problem), Options(heuristic=1)), cost_only=True)
+    prepared = Prepared(reduction.product_of(problem), Options(heuristic=1, lagrangian=False))
+    search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
     result = search.run(limits)
     if result.ended is not None:
         raise LimitError(result.ended)
-    return bool(result.goals)
+    return bool(result.goals or result.incumbents)

@@ -6,42 +6,40 @@ Everything grows by doubling between two runs of a kernel, so that memory can be
 from __future__ import annotations
 
 from collections import namedtuple
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.pattern_database import LIKELY
-from prefplan.models.kernels import INFINITE, Integer, bare_kernel
-from prefplan.product.heap import heap_pop, heap_push
-from prefplan.product.space import Space, masks
-from prefplan.product.successors import Successors, successors
+from prefplan.heuristics.pattern_database import LOOKED
+from prefplan.models.kernels import Integer, bare_kernel, kernel
+from prefplan.product.space import masks
+from prefplan.product.successors import Successors
+from prefplan.search.growth import Keys, spent
 
-NONE = -1
-"""Stands for a row or a label that does not exist."""
+NONE, DOMINATED = -1, -2
+"""Stand for a row or label that does not exist, and for the sibling of a label that another one dominates."""
 
 # Indices of a search's counters. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no label
 # at the start) and still to be entered, so that a run of a kernel continues where the last one ended.
-Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT")
-AT = Counters(*range(9))
+Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT GOALS")
+AT = Counters(*range(10))
 
-# Columns of a product state's row, after those of its bound: satisfied tasks as bits (with GOAL_BIT if no task is left,
-# which makes them negative), the bound of mu's growth, the last of its labels, and its code.
-Columns = namedtuple("Columns", "SATISFIED GROWTH_BOUND HEAD CODE")
-COL = Columns(*range(LIKELY + 1, LIKELY + 5))
-COLUMNS = LIKELY + 5
+# Columns of a product state's row, before those of its bounds: satisfied tasks as bits (with GOAL_BIT if no task is
+# left, which makes them negative), the last of its labels, and its code.
+SATISFIED, HEAD, CODE = range(LOOKED)
 
 GOAL_BIT = -(2**31)
 
 # Why a run of a kernel ended; ENTERED: it did not; FALLS: mu falls along a trajectory.
-Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS TOO_LARGE FALLS")
-END = Ends(*range(8))
+Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS MORE_GOALS TOO_LARGE FALLS")
+END = Ends(*range(9))
 
 
 class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
-        known: (R, F) int64, columns COST_BOUND, LOOKED, LIKELY and `COL`, and those of the search.
+        known: (R, F) int64, columns SATISFIED, HEAD, CODE, and those of bounds.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
@@ -50,30 +48,24 @@ class States(NamedTuple):
 
 
 class Labels(NamedTuple):
-    """Labels of one cost and one preference: paths to product states.
+    """Paths to product states.
 
     Attributes:
-        row: (L,) int32, of the product state. cost: (L,) int64, mu: (L,) int64. parent: (L,) int32, or -1.
-        sibling: (L,) int32, the next of the product state's undominated labels, or -1.
+        row: (L,) int32, of the product state. parent: (L,) int32, or NONE.
+        step: (L,) int32, the last edge, or the index of its costs; of a label without parent, its start.
+        sibling: (L,) int32, the next of the product state's undominated labels, NONE or DOMINATED.
+        key: (L, K) int64, entries as in `Keys`.
     """
 
     row: np.ndarray
-    cost: np.ndarray
-    mu: np.ndarray
     parent: np.ndarray
+    step: np.ndarray
     sibling: np.ndarray
-
-
-DOMINATED = INFINITE
-"""Stands for the mu of a label that another label of its product state dominates."""
+    key: np.ndarray
 
 
 class Queue(NamedTuple):
-    """The open list: a binary heap of labels by cost + bound; of equal ones the last made comes first.
-
-    Attributes:
-        keys: (L,) int64 and items: (L,) int64.
-    """
+    """The open list: a binary heap of labels (L,) int64 by their bounds (L,) int64 of the first objective."""
 
     keys: np.ndarray
     items: np.ndarray
@@ -86,15 +78,17 @@ class Memory(NamedTuple):
         states: product states met.
         labels: of the search.
         queue: the open list.
+        goals: (G,) int32, labels of the goals found, if there are more than two objectives.
         counters: int64, by index `AT`.
-        limits: int64, of the objectives; see each kernel.
-        begin: (K, E) int64, the entries of each start's label.
+        limits: (O,) int64, inclusive, of the objectives.
+        begin: (S, K) int64, the keys of the starts' labels.
         buffer: successors, and scratch.
     """
 
     states: States
-    labels: Any
+    labels: Labels
     queue: Queue
+    goals: np.ndarray
     counters: np.ndarray
     limits: np.ndarray
     begin: np.ndarray
@@ -106,7 +100,7 @@ def slot_of(states: States, code: Integer) -> Integer:
     """Return the slot of a product state in the hash table: that of its row, or the empty one for it."""
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
-    while states.slots[slot] >= 0 and states.known[states.slots[slot], COL.CODE] != code:
+    while states.slots[slot] >= 0 and states.known[states.slots[slot], CODE] != code:
         slot = (slot + 1) & mask
     return slot
 
@@ -115,8 +109,8 @@ def slot_of(states: States, code: Integer) -> Integer:
 def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, known: np.ndarray) -> None:
     """Write what a new product state's row says of it, but for bounds."""
     satisfied, done = masks(ends, automata)
-    known[COL.SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
-    known[COL.HEAD], known[COL.CODE] = NONE, code
+    known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
+    known[HEAD], known[CODE] = NONE, code
 
 
 @bare_kernel
@@ -125,74 +119,80 @@ def _first_slot(code: Integer, mask: Integer) -> Integer:
     return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
 
 
-@bare_kernel
+@kernel
 def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = _first_slot(states.known[row, COL.CODE], mask)
+        slot = _first_slot(states.known[row, CODE], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
 
 
+def exhausted(memory: Memory, end: int) -> tuple[np.ndarray, ...]:
+    """Return the arrays of which a run of the kernel used up all memory, given why it ended."""
+    labels = (*memory.labels, *memory.queue)
+    return {END.MORE_ROWS: (*memory.states,), END.MORE_LABELS: labels, END.MORE_GOALS: (memory.goals,)}[end]
+
+
+def enlarged(memory: Memory, end: int) -> Memory:
+    """Return memory of twice the size for what a run of the kernel used up, given why it ended."""
+    if end == END.MORE_GOALS:
+        return memory._replace(goals=_longer(memory.goals))
+    if end == END.MORE_LABELS:
+        return memory._replace(labels=Labels(*map(_longer, memory.labels)), queue=Queue(*map(_longer, memory.queue)))
+    states = States(_longer(memory.states.known), np.full(2 * len(memory.states.slots), NONE, np.int32))
+    rehash(states, int(memory.counters[AT.ROWS]))
+    return memory._replace(states=states)
+
+
+def _longer(array: np.ndarray) -> np.ndarray:
+    """Return an array of twice the length that begins with the given one."""
+    longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    return longer
+
+
 @bare_kernel
-def is_dominated(labels: Labels, label: Integer, cost: Integer, mu: Integer, cost_only: bool) -> bool:
-    """Return whether some label of a product state is no worse than a new one."""
+def no_worse(keys: Keys, shift: Integer, one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether a label's key shows that it is no worse than another label of its product state."""
+    for t in range(keys.compared.shape[0]):
+        e = keys.compared[t]
+        if (one[e] > other[e]) if e >= 0 else (spent(shift, one, ~e) < spent(shift, other, ~e)):
+            return False
+    if keys.lexicographic:
+        if spent(shift, one, keys.first) != spent(shift, other, keys.first):
+            return bool(one[keys.first] < other[keys.first])
+        for e in range(keys.objectives):
+            if spent(shift, one, e) != spent(shift, other, e):
+                return bool(one[e] < other[e])
+        return bool(one[0] <= other[0])
+    return True
+
+
+@bare_kernel
+def is_dominated(keys: Keys, shift: Integer, labels: Labels, head: Integer, new: Integer) -> bool:
+    """Return whether some label of a product state, of which `head` is the last, is no worse than a new one."""
+    label = head
     while label != NONE:
-        if labels.cost[label] <= cost and (cost_only or labels.mu[label] <= mu):
+        if no_worse(keys, shift, labels.key[label], labels.key[new]):
             return True
         label = labels.sibling[label]
     return False
 
 
 @bare_kernel
-def undominated(labels: Labels, label: Integer, cost: Integer, mu: Integer) -> Integer:
-    """Mark the labels of a product state that a new one dominates, and return the first of the others."""
-    first = last = np.int64(NONE)
+def insert(keys: Keys, shift: Integer, labels: Labels, known: np.ndarray, new: Integer) -> None:
+    """Make a new label the last of its product state's, and mark those that it dominates."""
+    label, last = np.int64(known[HEAD]), np.int64(new)
     while label != NONE:
-        following = labels.sibling[label]
-        if labels.cost[label] >= cost and labels.mu[label] >= mu:
-            labels.mu[label] = DOMINATED
+        following = np.int64(labels.sibling[label])
+        if no_worse(keys, shift, labels.key[new], labels.key[label]):
+            labels.sibling[label] = DOMINATED
         else:
-            if last == NONE:
-                first = np.int64(label)
-            else:
-                labels.sibling[last] = label
-            last = np.int64(label)
+            labels.sibling[last] = label
+            last = label
         label = following
-    if last != NONE:
-        labels.sibling[last] = NONE
-    return first
-
-
-@bare_kernel
-def next_successor(counters: np.ndarray) -> Integer:
-    """Return the index of the next successor to be entered.
-
-    Of equal labels the last made is expanded first; so the model's first action is entered last, to be preferred.
-    """
-    return counters[AT.COUNT] - 1 - counters[AT.NEXT]
-
-
-@bare_kernel
-def expand(space: Space, buffer: Successors, counters: np.ndarray, label: Integer, code: Integer) -> None:
-    """Generate the successors of a label, to be entered next."""
-    counters[AT.EXPANDED] += 1
-    counters[AT.PARENT], counters[AT.NEXT] = label, 0
-    counters[AT.COUNT] = successors(space, code, buffer)
-
-
-@bare_kernel
-def push(queue: Queue, counters: np.ndarray, label: Integer, estimate: Integer) -> None:
-    """Insert a label into the open list."""
-    counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label)
-
-
-@bare_kernel
-def pop(queue: Queue, counters: np.ndarray) -> Integer:
-    """Remove a label of the smallest estimate, write the estimate to LOWEST, and return the label."""
-    counters[AT.LOWEST] = queue.keys[0]
-    label = queue.items[0]
-    counters[AT.OPEN] = heap_pop(queue.keys, queue.items, counters[AT.OPEN])
-    return label
+    labels.sibling[last] = NONE
+    known[HEAD] = new

@@ -231,7 +231,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     held = _count_objects(moves, before, counts)
     here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
     loaded = locations + objects
-    count: Integer = 0
+    count: Integer = np.int64(0)
     moves.ranks[:] = 0
     for x in range(locations):
         action = x if held < 0 else loaded + held * locations + x
@@ -247,7 +247,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
         steps.actions[count] = action
         count += 1
     for k in range(count):
-        _end_step(moves, steps, k, TRANSIT if held < 0 else TRANSPORT)
+        _end_step(moves, steps, np.int64(k), np.int64(TRANSIT if held < 0 else TRANSPORT))
     if here == locations:
         return count
     if held >= 0:
@@ -260,7 +260,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
             if moves.mark[here, held]:
                 after[moves.mark[here, held]] = 1
             steps.actions[count] = action
-            count = _end_step(moves, steps, count, RELEASE)
+            count = _end_step(moves, steps, count, np.int64(RELEASE))
     elif _is_clear(moves, counts, here):
         for o in range(objects):
             slot = before[1 + o]
@@ -269,7 +269,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
                 _copy(before, after)
                 after[0], after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
                 steps.actions[count] = locations + o
-                count = _end_step(moves, steps, count, GRASP)
+                count = _end_step(moves, steps, count, np.int64(GRASP))
     return count
 
 

@@ -13,7 +13,7 @@ from random_manipulation import random_problem
 from prefplan import Options, Planner
 from prefplan.heuristics import projected_backward
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import cost_bound
+from prefplan.heuristics.pattern_database import bound_of
 from prefplan.heuristics.prepare import Prepared
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE
@@ -41,20 +41,20 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
 
-    def bound_of(code: np.int64, states: np.ndarray) -> int:
+    def cost_bound(code: np.int64, states: np.ndarray) -> int:
         observe(bounds.projections, code)
-        return int(cost_bound(bounds.patterns, bounds.projections, code, states, 0))
+        return int(bound_of(bounds.tables, bounds.projections, code, states, 0))
 
     found = np.empty_like(exact)
     for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):
         states = np.array(automata[::-1], dtype=np.int64)
         for s in range(system.size):
-            bound = bound_of(codes[s], states)
+            bound = cost_bound(codes[s], states)
             found[s + k * system.size] = bound
             for edge in system.edges(s):
                 target = int(system.targets[edge])
                 after = listed.delta[tasks, states, listed.classes[target]].astype(np.int64)
-                step = bound_of(codes[target], after)
+                step = cost_bound(codes[target], after)
                 assert bound <= min(listed.costs[edge] + step, INFINITE)
     assert (found <= exact).all()
     assert found[exact < INFINITE].any() or not exact[exact < INFINITE].any()

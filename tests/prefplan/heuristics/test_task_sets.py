@@ -57,20 +57,22 @@ def test_tables_deepened_in_mid_search_lose_nothing(
     monkeypatch: pytest.MonkeyPatch, first: list[tuple[int, ...]], deeper: list[tuple[int, ...]]
 ) -> None:
     deepened: list[int] = []
-    raise_bounds = prepare.Prepared.raise_bounds
+    improve = prepare.Prepared.improve
 
-    def noted(self: prepare.Prepared, *, cost_only: bool) -> None:
-        raise_bounds(self, cost_only=cost_only)
-        deepened.append(self.bounds.patterns.sets.tasks.shape[1])
+    def noted(self: prepare.Prepared) -> None:
+        improve(self)
+        deepened.append(self.bounds.tables.tasks.shape[1])
 
-    monkeypatch.setattr(prepare.Prepared, "raise_bounds", noted)
+    monkeypatch.setattr(prepare.Prepared, "improve", noted)
     monkeypatch.setattr(prepare, "ENTRIES_EACH", math.inf)
     monkeypatch.setattr(prepare, "sets_of_tasks", lambda *given, deep=False: deeper if deep else first)
     for seed in range(60):
         problem = judge.random_problem(seed, tasks=3)
         least = cheapest_cost(problem)
         if least is not None:
-            plan = cheapest_plan(from_dict(problem.scenario()).problem(), options=Options(landmarks=False))
+            plan = cheapest_plan(
+                from_dict(problem.scenario()).problem(), options=Options(landmarks=False, preference_bound=False)
+            )
             assert (plan.cost, plan.preference) == exact_front(problem, max_cost=least)[0], seed
             assert misjudged(problem, plan) is None, seed
     assert set(deepened) == {len(deeper[0])}

@@ -12,8 +12,7 @@ from prefplan import Options, Planner, UnfinishedError, pareto_front
 from prefplan.limits import Limits
 from prefplan.scenario.decode import from_dict
 from prefplan.search import incumbent
-from prefplan.search.boa_star import BiObjectiveSearch
-from prefplan.search.driver import Search
+from prefplan.search.driver import LabelSearch
 
 SLOW = Options(heuristic=0)
 """Without heuristics, the exact search takes longer than weighted A* for its first plan."""
@@ -23,18 +22,18 @@ SLOW = Options(heuristic=0)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another plan is looked for after a few labels, and limits are checked after every label."""
     monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 5)
-    monkeypatch.setattr(Search, "pops", 1)
+    monkeypatch.setattr(LabelSearch, "pops", 1)
 
 
 def stop_after(slices: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the time be up when searches have popped so many labels."""
-    run, ran = BiObjectiveSearch._run, list[int]()
+    run, ran = LabelSearch._run, list[int]()
 
-    def counted(search: BiObjectiveSearch, pops: int) -> int:
+    def counted(search: LabelSearch, pops: int) -> int:
         ran.append(pops)
         return run(search, pops)
 
-    monkeypatch.setattr(BiObjectiveSearch, "_run", counted)
+    monkeypatch.setattr(LabelSearch, "_run", counted)
     monkeypatch.setattr(Limits, "out_of_time", property(lambda limits: len(ran) > slices))
 
 

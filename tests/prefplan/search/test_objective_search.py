@@ -15,10 +15,11 @@ from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several,
 from judge.verdict import printed, relaxations
 
 from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError
+from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
-from prefplan.search.multi_objective.objective_search import ObjectiveSearch
+from prefplan.search.driver import LabelSearch
 
 BLOCKS = [range(16), range(21, 36), range(36, 50), (17, 18, 19, 61, 65, 100, 111, 116, 120, 191, 192, 212, 237, 3872)]
 """Seeds of problems, which reach every step from line to line, kernels included, that the first 250 do."""
@@ -95,7 +96,7 @@ def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(
 ) -> None:
     whole = [tuple(plan.objectives.values()) for plan in Planner(grid).front()]
     assert len(whole) > 50 and whole == sorted(whole)
-    search = ObjectiveSearch(Product(grid), Options(), bounds={})
+    search = LabelSearch(Prepared(Product(grid), Options()), bounds={})
     most = Planner(grid).front().stats.expanded // 2
     monkeypatch.setattr(Limits, "out_of_time", property(lambda limits: search.work.expanded > most))
     result = search.run(Limits())

@@ -1,0 +1,260 @@
+"""Which entries a label key has, and what they say about the objectives.
+
+| entries              | how they grow                                                                         |
+| -------------------- | ------------------------------------------------------------------------------------- |
+| every cost           | along each step                                                                       |
+| mu of every          | as its only sum or maximum, if that is all (`Measure.bi_objective`); else a value,    |
+| preference           | computed from others                                                                  |
+| sums and maxima      | of each other preference, see `prefplan.preferences.objective`                        |
+| values of formulas   | of those declared additive or convex beside other terms                               |
+| costs of tasks       | with the cost, until the task is satisfied                                            |
+| violation costs      | where they are paid                                                                   |
+
+The first, up to the mu of every preference, are the objectives. If one label of a product state is no worse than
+another in every entry that is *compared*, then so is each of its continuations in every objective. Under a general
+contract, costs are compared in both directions: they must be equal.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.terms import OpaqueTerm
+from prefplan.problem import Problem
+from prefplan.product.product_automaton import Product
+from prefplan.product.starts import Start
+from prefplan.search.growth import COST, MAXIMUM, PRODUCT_LIMIT, SUM, TASK, VALUE, VIOLATION, Keys
+
+FALL = 2**19
+"""How far an `ordered_number` may fall by rounding: 1e-9 relative."""
+
+
+def ordered_number(value: float) -> int:
+    """Return an integer below INFINITE that is ordered as floats >= 0 are, but for their last three bits."""
+    return int(struct.unpack("<q", struct.pack("<d", value))[0]) >> 3
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of a key.
+
+    Attributes:
+        how: it grows, as in `growth`.
+        cost: the cost that it grows with.
+        number: of the task or rule, or of the maximum among those of its preference.
+        objective: the preference that it belongs to, if it belongs to one only.
+        formulas: for a value, the formulas whose values are added.
+        parts: for a value, the entries that are added.
+    """
+
+    how: int
+    cost: int = 0
+    number: int = 0
+    objective: PreferenceObjective | None = None
+    formulas: tuple[OpaqueTerm, ...] = ()
+    parts: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class KeyMap:
+    """The layout of label keys.
+
+    Attributes:
+        problem: the problem whose objectives they are for.
+        entries: of a key.
+        compared: the entries by which labels are compared, ~e for less of entry e.
+    """
+
+    problem: Problem
+    entries: tuple[Entry, ...]
+    compared: tuple[int, ...]
+
+    @classmethod
+    def of(cls, product: Product) -> KeyMap:
+        """Return the entries that the objectives of a product's problem need."""
+        problem, costs = product.problem, len(product.problem.cost_names)
+        entries = [Entry(COST, d) for d in range(costs)]
+        # Those of preferences come next, and are replaced where other entries are needed.
+        entries += [_entries(o)[0] if o.measure.bi_objective else Entry(VALUE) for o in problem.objectives]
+        compared = list(range(costs))
+        for place, o in enumerate(problem.objectives, costs):
+            if o.measure.bi_objective:
+                compared.append(place)
+                continue
+            parts = range(len(entries), len(entries) + len(_entries(o)))
+            entries += _entries(o)
+            compared += parts
+            entries[place] = Entry(VALUE, o.cost, 0, o, o.measure.formulas, tuple(parts))
+            for formula in o.measure.formulas:
+                if formula.contract in ("additive", "convex"):
+                    is_whole_value = not parts and len(o.measure.formulas) == 1
+                    compared.append(place if is_whole_value else len(entries))
+                    entries += [] if is_whole_value else [Entry(VALUE, o.cost, 0, o, (formula,))]
+        mentioned, same, payers = _mentioned(problem, ("additive", "convex", "componentwise", "general"))
+        ordered, _, weighed = _mentioned(problem, ("componentwise", "general"))
+        paying = product.pays or any(any(start.violations) for start in product.starts)
+        first = len(entries)
+        entries += [Entry(TASK, d, i) for d, i in sorted(mentioned)]
+        entries += [Entry(VIOLATION, 0, i) for i in sorted(payers)] if paying else []
+        places = {(e.how, e.cost, e.number): place for place, e in enumerate(entries[first:], first)}
+        compared += [place for (how, d, i), place in places.items() if how == TASK and (d, i) in ordered]
+        compared += [place for (how, _, i), place in places.items() if how == VIOLATION and i in weighed]
+        opposed = [~d for d in sorted(same)]
+        opposed += [~place for (how, d, _), place in places.items() if how == TASK and d in same]
+        return cls(problem, tuple(entries), (*opposed, *compared))
+
+    @property
+    def costs(self) -> int:
+        """Number of costs."""
+        return len(self.problem.cost_names)
+
+    def place(self, how: int, cost: int, number: int) -> int | None:
+        """Return the place of the entry of a task's cost or of a violation cost; None if there is none."""
+        wanted = how, cost, number
+        return next((e for e, each in enumerate(self.entries) if (each.how, each.cost, each.number) == wanted), None)
+
+    def begin(self, start: Start, shift: int) -> list[int]:
+        """Return the key of a start's label, 0 for values; the first cost has `shift` more low bits."""
+        return [self._begin(each, start) << (shift if e == 0 else 0) for e, each in enumerate(self.entries)]
+
+    def _begin(self, each: Entry, start: Start) -> int:
+        # The past has the first cost only.
+        spent = 0 if each.cost else start.spent
+        if each.how == COST:
+            return spent
+        if each.how == TASK:
+            finished = start.finished[each.number]
+            return spent if each.cost or finished is None else finished
+        if each.how == VIOLATION:
+            return start.violations[each.number]
+        if each.how == VALUE or each.objective is None:
+            return 0
+        measure, amounts = each.objective.measure, start.amounts(each.objective)
+        value = measure.summed(*amounts) if each.how == SUM else measure.maxima[each.number].value(*amounts)
+        return int(value / each.objective.units.mu)
+
+    def amounts(self, objective: PreferenceObjective, key: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
+        """Return the costs and violation costs that a preference mentions, (P,) each, in the user's units.
+
+        Args:
+            objective: the preference.
+            key: of a label, with the first cost in units.
+        """
+        tasks, rules = len(self.problem.tasks), len(self.problem.priced) - len(self.problem.tasks)
+        costs = [key[objective.cost] * objective.units.cost] * tasks + [Fraction(0)] * rules
+        violations = [Fraction(0)] * len(costs)
+        for each, amount in zip(self.entries, key, strict=True):
+            if each.how == TASK and each.cost == objective.cost:
+                costs[each.number] = amount * objective.units.cost
+            elif each.how == VIOLATION:
+                violations[each.number] = amount * objective.units.price
+        return costs, violations
+
+    def objectives(self, key: Sequence[int]) -> tuple[Any, ...]:
+        """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""
+        found: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
+        for place, o in enumerate(self.problem.objectives, self.costs):
+            mu = o.measure.constant
+            if o.measure.is_whole:
+                mu += key[place] * o.units.mu
+            else:
+                value = self.entries[place]
+                mu += sum(key[part] for part in value.parts) * o.units.mu
+                mu = sum((formula.value(*self.amounts(o, key)) for formula in value.formulas), mu)
+            found.append(mu)
+        return tuple(found)
+
+    def arrays(
+        self,
+        columns: Sequence[np.ndarray],
+        evaluate: Callable[[int], int] | None,
+        *,
+        first: int,
+        compared: Sequence[int],
+        lexicographic: bool,
+    ) -> Keys:
+        """Return the layout as arrays for the kernel.
+
+        Args:
+            columns: each of the costs, in units, of edges or actions; none where successors come with their only cost.
+            evaluate: computes the values in a label's key.
+            first: the objective in whose order goals are found.
+            compared: the entries by which labels of a product state are compared.
+            lexicographic: see `Keys`.
+        """
+        rates, late, largest = list[np.ndarray](), list[tuple[int, int, int, int]](), 1
+        entries, violation = np.zeros((len(self.entries), 3), np.int64), self._violation_rates()
+        for e, each in enumerate(self.entries):
+            entries[e] = each.how, each.cost, each.number if each.how == TASK else len(rates)
+            if each.objective is None or each.how == VALUE:
+                continue
+            measure, units = each.objective.measure, each.objective.units
+            if each.how == SUM:
+                rates.append(measure.rate_table(units.factor))
+                late += [
+                    (e, t.task, int(t.weight * units.factor), min(int(t.weight * t.by / units.mu), PRODUCT_LIMIT))
+                    for t in measure.tardiness
+                ]
+            else:
+                rates.append(measure.maximum_table(units.factor)[each.number])
+                largest = max(largest, int(rates[-1].max()))
+        return Keys(
+            entries=entries,
+            rates=np.array(rates or np.zeros((0, 1)), dtype=np.int64),
+            late=np.array(late, dtype=np.int64).reshape(-1, 4),
+            violation=violation,
+            edge_costs=np.stack(columns) if columns else np.zeros((1, 0), np.int64),
+            compared=np.array(compared, np.int64),
+            objectives=len(self.problem.objective_names),
+            first=first,
+            lexicographic=lexicographic,
+            lazy=len(self.problem.objective_names) > 2 and not lexicographic,
+            ranked=len(self.problem.objective_names) if lexicographic else 0,
+            cost_limit=PRODUCT_LIMIT // max([largest, *(slope for _, _, slope, _ in late)]),
+            computed=any(each.how == VALUE for each in self.entries),
+            evaluate=evaluate,
+        )
+
+    def _violation_rates(self) -> np.ndarray:
+        """Return (K, P) int64, what each entry grows by for each unit of violation cost."""
+        rates = np.zeros((len(self.entries), len(self.problem.priced)), np.int64)
+        for e, each in enumerate(self.entries):
+            if each.how == VIOLATION:
+                rates[e, each.number] = 1
+            elif each.how == SUM and each.objective is not None:
+                units = each.objective.units
+                rates[e] = [int(w * units.price / units.mu) for w in each.objective.measure.violation_weights]
+        return rates
+
+
+def _entries(o: PreferenceObjective) -> list[Entry]:
+    """Return the sum and the maxima of a preference, a sum of nothing if it has neither and no formulas."""
+    maxima = [Entry(MAXIMUM, o.cost, k, o) for k in range(len(o.measure.maxima))]
+    empty = o.measure.bi_objective and not maxima
+    return [*([Entry(SUM, o.cost, 0, o)] if o.measure.one_entry or empty else []), *maxima]
+
+
+def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[int, int]], set[int], set[int]]:
+    """Return what formulas with some contracts are about.
+
+    Returns:
+        each cost and task of which the cost of the task matters; the costs of preferences with a general contract; the
+        tasks and rules whose violation costs matter.
+    """
+    costs, same, paid = set[tuple[int, int]](), set[int](), set[int]()
+    for o in problem.objectives:
+        for formula in (formula for formula in o.measure.formulas if formula.contract in contracts):
+            costs |= {(o.cost, i) for i in formula.costs}
+            paid |= set(formula.violations)
+        if o.measure.contract == "general":
+            same.add(o.cost)
+            costs |= {(o.cost, i) for i in range(o.measure.tasks)}
+            paid |= set(range(len(o.measure.violation_weights)))
+    return costs, same, paid

@@ -1,0 +1,266 @@
+"""BOA* for any number of costs and preferences, compiled.
+
+C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020; for more than two objectives
+as NAMOA* (L. Mandow and J. L. Perez de la Cruz, "Multiobjective A* search with consistent heuristics", Journal of the
+ACM 2010). With one objective wanted, bounds on the others make it Algorithm 1, and without any it is A*.
+
+A new label is compared with all undominated labels of its product state, expanded or not: it is dropped if one of them
+is no worse in every compared entry of the label key (`keys`). It is dropped, too, if the lower bounds of its objectives
+exceed a limit, or are no better than a goal. Labels are expanded in order of the bound of the first objective.
+
+For more than two objectives labels are compared with the expanded ones alone, and again when they are popped (LTMOA*:
+C. Hernandez et al., "Multi-objective Search via Lazy and Efficient Dominance Checks", IJCAI 2023). These have no more
+of the first objective, so that only the other entries are compared, and few labels need be kept (NAMOA*dr: F. J.
+Pulido, L. Mandow and J. L. Perez-de-la-Cruz, "Dimensionality reduction in multiobjective shortest path search", 2015).
+
+Heuristic tables are looked up only until the bound puts the label behind those expanded now, and the others when the
+label is popped: most states are never expanded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prefplan.heuristics.lagrangian import lagrangian_bound
+from prefplan.heuristics.landmarks import Landmarks
+from prefplan.heuristics.pattern_database import BOUND, LIKELY, LOOKED, Tables, bound_of, raise_bound
+from prefplan.heuristics.prepare import Bounds
+from prefplan.heuristics.projection import ProjectionArrays, observe
+from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
+from prefplan.product.heap import heap_pop, heap_push
+from prefplan.product.space import Automata, Space, decode
+from prefplan.product.successors import successors
+from prefplan.search.growth import Keys, grow
+from prefplan.search.labels import (
+    AT,
+    CODE,
+    DOMINATED,
+    END,
+    HEAD,
+    NONE,
+    SATISFIED,
+    Memory,
+    describe,
+    insert,
+    is_dominated,
+    slot_of,
+)
+
+
+@bare_kernel
+def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer) -> Integer:
+    """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
+
+    Args:
+        space: what is searched.
+        keys: the layout of label keys.
+        bounds: heuristics.
+        memory: of the search.
+        pops: most labels to pop from the open list.
+    """
+    labels, queue, counters, limits = memory.labels, memory.queue, memory.counters, memory.limits
+    ranks = labels.key[:, : keys.ranked]
+    while True:
+        while counters[AT.NEXT] < counters[AT.COUNT]:
+            end = _enter(space.automata, space.shift, keys, bounds.tables, bounds.projections, bounds.landmarks, memory)
+            if end != END.ENTERED:
+                return end
+            counters[AT.NEXT] += 1
+        if counters[AT.OPEN] == 0:
+            return END.EXHAUSTED
+        if pops == 0:
+            return END.PAUSED
+        if counters[AT.GOALS] == memory.goals.shape[0]:
+            return END.MORE_GOALS
+        pops -= 1
+        counters[AT.LOWEST], label = queue.keys[0], queue.items[0]
+        counters[AT.OPEN] = heap_pop(queue.keys, queue.items, counters[AT.OPEN], ranks)
+        estimate = _estimate(space.automata, space.shift, keys, bounds, memory, label)
+        if estimate > counters[AT.LOWEST]:
+            if estimate < UNBOUNDED:
+                counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label, ranks)
+            continue
+        known = memory.states.known[labels.row[label]]
+        if keys.lazy:
+            insert(keys, space.shift, labels, known, label)
+        if known[SATISFIED] < 0:
+            counters[AT.FOUND] = label
+            if keys.objectives == 2:
+                # Goals are found in order of the first objective: better ones have less of the other.
+                limits[1 - keys.first] = labels.key[label, 1 - keys.first] - 1
+            else:
+                _add_goal(keys, labels.key, memory.goals, counters, label)
+            return END.GOAL
+        counters[AT.EXPANDED] += 1
+        counters[AT.PARENT], counters[AT.NEXT] = label, 0
+        counters[AT.COUNT] = successors(
+            space.automata, space.edges, space.shortcuts, space.generated, known[CODE], memory.buffer
+        )
+
+
+@bare_kernel
+def _estimate(
+    automata: Automata, shift: Integer, keys: Keys, bounds: Bounds, memory: Memory, label: Integer
+) -> Integer:
+    """Return a lower bound of a popped label's first objective at the end, UNBOUNDED if it is pruned.
+
+    The bound of its product state is raised until it exceeds the estimate of the label, or nothing is left to raise it.
+    """
+    labels, limits, states = memory.labels, memory.limits, memory.buffer.automata
+    known, first = memory.states.known[labels.row[label]], keys.first
+    if (keys.lazy and is_dominated(keys, shift, labels, known[HEAD], label)) or labels.sibling[label] == DOMINATED:
+        return np.int64(UNBOUNDED)
+    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label):
+        return np.int64(UNBOUNDED)
+    estimate = labels.key[label, first] + known[BOUND + first]
+    if first == 0:
+        node = decode(automata.nodes, automata.sizes, known[CODE], states)
+        most = memory.counters[AT.LOWEST] - labels.key[label, 0]
+        rest = raise_bound(bounds.tables, bounds.landmarks, node, states, known, most)
+        within = lagrangian_bound(bounds.lagrangian, node, states, limits[1] - labels.key[label, 1])
+        rest = max(rest, within << shift)
+        estimate = labels.key[label, 0] + rest if rest < INFINITE else np.int64(UNBOUNDED)
+    return estimate if estimate <= limits[first] else np.int64(UNBOUNDED)
+
+
+@bare_kernel
+def _enter(
+    automata: Automata,
+    shift: Integer,
+    keys: Keys,
+    tables: Tables,
+    projections: ProjectionArrays | None,
+    landmarks: Landmarks | None,
+    memory: Memory,
+) -> Integer:
+    """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
+    states, labels, counters, buffer = memory.states, memory.labels, memory.counters, memory.buffer
+    # Of equal labels the last made is expanded first; so the model's first action is entered last, to be preferred.
+    k, parent, label = counters[AT.COUNT] - 1 - counters[AT.NEXT], counters[AT.PARENT], counters[AT.LABELS]
+    if label == labels.row.shape[0]:
+        return END.MORE_LABELS
+    key = labels.key[label]
+    if not _write_key(shift, keys, memory, parent, k, key):
+        return END.TOO_LARGE
+    for e in range(keys.objectives):
+        if key[e] > memory.limits[e]:
+            return END.ENTERED
+    slot = slot_of(states, buffer.code[k])
+    row = np.int64(states.slots[slot])
+    if row == NONE:
+        row = counters[AT.ROWS]
+        if row == states.known.shape[0]:
+            return END.MORE_ROWS
+        states.known[row, LIKELY] = 0 if parent == NONE else states.known[labels.row[parent], LIKELY]
+        most = counters[AT.LOWEST] - key[0] if keys.first == 0 else np.int64(INFINITE)
+        code, known = buffer.code[k], states.known[row]
+        _bound_state(automata, tables, projections, landmarks, code, most, keys.objectives, known, buffer.automata)
+    known = states.known[row]
+    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label):
+        return END.ENTERED
+    if states.slots[slot] == NONE:
+        states.slots[slot] = row
+        counters[AT.ROWS] += 1
+    elif is_dominated(keys, shift, labels, known[HEAD], label):
+        return END.ENTERED
+    if keys.computed:
+        end = keys.evaluate(label)
+        if end != END.ENTERED:
+            return end
+        if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label) or is_dominated(
+            keys, shift, labels, known[HEAD], label
+        ):
+            return END.ENTERED
+    for e in range(keys.objectives):
+        if key[e] + known[BOUND + e] >= INFINITE:
+            return END.TOO_LARGE
+    step = k if parent == NONE else (buffer.step[k] if keys.edge_costs.shape[1] else np.int64(NONE))
+    labels.row[label], labels.parent[label], labels.step[label] = row, parent, step
+    labels.sibling[label] = NONE
+    if not keys.lazy:
+        insert(keys, shift, labels, known, label)
+    estimate = max(key[keys.first] + known[BOUND + keys.first], counters[AT.LOWEST])
+    ranks = labels.key[:, : keys.ranked]
+    counters[AT.OPEN] = heap_push(memory.queue.keys, memory.queue.items, counters[AT.OPEN], estimate, label, ranks)
+    counters[AT.LABELS] += 1
+    return END.ENTERED
+
+
+@bare_kernel
+def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: Integer, key: np.ndarray) -> bool:
+    """Write the key of the label of successor k; return whether it fits 64 bits for sure."""
+    labels, buffer = memory.labels, memory.buffer
+    for e in range(key.shape[0]):
+        key[e] = memory.begin[k, e] if parent == NONE else labels.key[parent, e]
+    if parent == NONE:
+        return True
+    satisfied = memory.states.known[labels.row[parent], SATISFIED]
+    return bool(grow(keys, shift, satisfied, buffer.step[k], buffer.violation[k], key))
+
+
+@bare_kernel
+def _bound_state(
+    automata: Automata,
+    tables: Tables,
+    projections: ProjectionArrays | None,
+    landmarks: Landmarks | None,
+    code: Integer,
+    most: Integer,
+    objectives: Integer,
+    known: np.ndarray,
+    states: np.ndarray,
+) -> None:
+    """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
+    node = decode(automata.nodes, automata.sizes, code, states)
+    describe(automata.ends, code, states, known)
+    observe(projections, node)
+    for e in range(1, objectives):
+        known[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))
+    known[LOOKED], known[BOUND] = 0, 0
+    if tables.add_up:
+        known[BOUND], known[LOOKED] = bound_of(tables, projections, node, states, np.int64(0)), tables.first + 1
+    else:
+        raise_bound(tables, landmarks, node, states, known, most)
+
+
+@bare_kernel
+def _is_beaten(
+    keys: Keys,
+    key: np.ndarray,
+    goals: np.ndarray,
+    counters: np.ndarray,
+    limits: np.ndarray,
+    known: np.ndarray,
+    label: Integer,
+) -> bool:
+    """Return whether a label's lower bounds exceed a limit, or are no better than some goal; `known` is its row."""
+    for e in range(keys.objectives):
+        if known[BOUND + e] >= INFINITE or key[label, e] + known[BOUND + e] > limits[e]:
+            return True
+    for g in range(counters[AT.GOALS]):
+        better = False
+        for e in range(keys.objectives):
+            if e != keys.first and key[label, e] + known[BOUND + e] < key[goals[g], e]:
+                better = True
+                break
+        if not better:
+            goals[g], goals[g // 2] = goals[g // 2], goals[g]
+            return True
+    return False
+
+
+@bare_kernel
+def _add_goal(keys: Keys, key: np.ndarray, goals: np.ndarray, counters: np.ndarray, label: Integer) -> None:
+    """Add a goal, in place of those that prune no more than it does.
+
+    Goals are found in order of the first objective, so that only the others need be compared.
+    """
+    kept = 0
+    for g in range(counters[AT.GOALS]):
+        for e in range(keys.objectives):
+            if e != keys.first and key[goals[g], e] < key[label, e]:
+                goals[kept] = goals[g]
+                kept += 1
+                break
+    goals[kept] = label
+    counters[AT.GOALS] = kept + 1

@@ -1,0 +1,169 @@
+"""Values of expressions and Python functions in label keys: the kernel calls `Values` once for each label.
+
+Expressions are turned into Python functions of a label's key. Where all values are whole, they are exact. Values with
+divisions, and those of Python functions, are rounded; their entries are integers in the same order (`ordered_number`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numba.experimental.function_type  # so that the first kernel called can be given a C function  # noqa: F401
+import numpy as np
+from numba import types
+
+from prefplan.errors import PreferenceError
+from prefplan.models.kernels import INFINITE
+from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
+from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
+from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.terms import OpaqueTerm
+from prefplan.search.growth import TASK, VALUE, VIOLATION
+from prefplan.search.keys import FALL, Entry, KeyMap, ordered_number
+from prefplan.search.labels import END
+
+ValueOf = Callable[[Sequence[int]], Any]
+"""Returns a value, given a key with the first cost in units."""
+
+
+class Values(types.WrapperAddressProtocol):
+    """The values in label keys, behind a C pointer.
+
+    Attributes:
+        key: the latest label's, with the first cost in units.
+        error: the exception that a call ended with, if any did; it cannot pass through compiled code.
+    """
+
+    def __init__(self, layout: KeyMap, shift: int, key_of: Callable[[int], np.ndarray]) -> None:
+        """Take the layout, the number of low bits of the first cost, and what returns the key of a label."""
+        self._layout, self._shift, self._key_of = layout, shift, key_of
+        self.key: list[int] = []
+        self.error: BaseException | None = None
+        self._each = [
+            (e, entry.objective.measure.is_whole, self._value(entry, entry.objective))
+            for e, entry in enumerate(layout.entries)
+            if entry.how == VALUE and entry.objective is not None
+        ]
+        self._pointer = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.__call__)
+
+    def __wrapper_address__(self) -> int:
+        """Return the address of the C function."""
+        return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0
+
+    def signature(self) -> Any:
+        """Return the type of the C function."""
+        return types.int64(types.int64)
+
+    def __call__(self, label: int) -> int:
+        """Enter the values into the key of a label; return ENTERED, or why that is not possible (`END`).
+
+        Before, they are those of the parent; one that falls by rounding remains so.
+        """
+        try:
+            return int(self._enter(self._key_of(label)))
+        except ArithmeticError:
+            return int(END.TOO_LARGE)
+        except BaseException as error:
+            self.error = error
+            return int(END.TOO_LARGE)
+
+    def _enter(self, key: np.ndarray) -> int:
+        self.key = known = key.tolist()
+        known[0] >>= self._shift
+        for e, is_whole, value_of in self._each:
+            value = value_of(known)
+            if not 0 <= value <= (INFINITE if is_whole else LARGEST):
+                return END.TOO_LARGE
+            entry, slack = (value, 0) if is_whole else (ordered_number(value), FALL)
+            if entry + slack < known[e]:
+                return END.FALLS
+            if entry > known[e]:
+                key[e] = known[e] = entry
+        return END.ENTERED
+
+    def _value(self, entry: Entry, o: PreferenceObjective) -> ValueOf:
+        """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
+        unit = "1" if o.measure.is_whole else repr(float(o.units.mu))
+        functions = {f"f{k}": self._function(o, f) for k, f in enumerate(entry.formulas) if f.tree is None}
+        terms = [f"k[{part}] * {unit}" for part in entry.parts]
+        terms += [f"f{k}(k)" if f.tree is None else self._text(o, f) for k, f in enumerate(entry.formulas)]
+        value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", functions)
+        return value
+
+    def _text(self, o: PreferenceObjective, formula: OpaqueTerm) -> str:
+        """Return an expression as Python over a key."""
+        assert formula.tree is not None
+        whole = o.measure.is_whole
+        tree, rest = scaled(formula.tree, o.units.cost, o.units.price)
+
+        def constant(value: Fraction) -> str:
+            return str(int(value)) if value.denominator == 1 else repr(float(value))
+
+        def variable(one: Variable) -> str:
+            return f"k[{place}]" if (place := self._place(o, one.task, violation=one.violation)) is not None else "0"
+
+        def operation(name: str, *parts: str) -> str:
+            if name in FUNCTIONS:
+                return f"{name}({', '.join(parts)})" if len(parts) > 1 or name == "abs" else parts[0]
+            return f"({parts[0]} {name} {parts[1]})"
+
+        factor = Fraction(formula.weight * rest / (o.units.mu if whole else 1))
+        return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
+
+    def _place(self, o: PreferenceObjective, i: int, *, violation: bool = False) -> int | None:
+        """Return the entry of a task's cost, or of its violation cost, if there is one."""
+        return self._layout.place(VIOLATION, 0, i) if violation else self._layout.place(TASK, o.cost, i)
+
+    def _function(self, o: PreferenceObjective, formula: OpaqueTerm) -> ValueOf:
+        """Return what calls a Python function; its arguments are the floats nearest to the exact costs."""
+        function, weight, everyone = formula.function, float(formula.weight), range(len(self._layout.problem.priced))
+        assert function is not None
+        costs, prices = ([self._place(o, i, violation=v) for i in everyone] for v in (False, True))
+
+        def amounts(places: list[int | None], unit: Fraction, key: Sequence[int]) -> np.ndarray:
+            by, per = unit.numerator, unit.denominator
+            return np.array([0.0 if e is None else key[e] * by / per for e in places])
+
+        def value_of(key: Sequence[int]) -> float:
+            try:
+                value = weight * float(function(amounts(costs, o.units.cost, key), amounts(prices, o.units.price, key)))
+            except Exception:
+                value = -1
+            return value if value >= 0 else float(self._checked(o, formula))
+
+        return value_of
+
+    def _checked(self, o: PreferenceObjective, formula: OpaqueTerm) -> Any:
+        """Return the exact value of a formula for the latest label.
+
+        Raises:
+            PreferenceError: it has none, or a negative one.
+        """
+        return value_at(self._layout.amounts(o, self.key), formula, self._layout.problem.priced, self._name(o))
+
+    def _name(self, o: PreferenceObjective) -> str:
+        return next(named.key for named in self._layout.problem.preferences if named.name == o.name)
+
+    def require_values(self) -> None:
+        """Raise the exception of a function, or PreferenceError if some formula has no value for the latest label."""
+        if self.error is not None:
+            raise self.error
+        for entry in self._layout.entries if self.key else ():
+            for formula in entry.formulas:
+                assert entry.objective is not None
+                self._checked(entry.objective, formula)
+
+    def require_rise(self, before: tuple[Any, ...]) -> None:
+        """Raise PreferenceError if some preference is less for the latest label than it was before its last action.
+
+        Args:
+            before: the objectives.
+        """
+        after = self._layout.objectives(self.key)
+        for place, o in enumerate(self._layout.problem.objectives, self._layout.costs):
+            if after[place] < before[place] * (1 if o.measure.is_whole else 1 - TOLERANCE):
+                at = text_of_costs(self._layout.amounts(o, self.key), self._layout.problem.priced)
+                raise PreferenceError(f"{self._name(o)}: mu falls along a trajectory, on the last action to {at}")
