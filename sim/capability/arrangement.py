@@ -114,7 +114,7 @@ def beginning(scene: Scene, places: Places, slots: Mapping[str, int]) -> Scene:
     model = scene.model
     objects = tuple(replace(obj, start=places[obj.name]) for obj in model.objects if obj.name in places)
     begin = ManipulationState(model.start, None, tuple(places.items()), slots=tuple(slots.items()))
-    shapes = {name: shape for name, shape in scene.shapes.items() if name in places}
+    shapes = {name: shape for name, shape in scene.shapes.items() if name in {*places, *scene.spares}}
     return replace(scene, model=replace(model, objects=objects, begin=begin), shapes=shapes)
 
 
