@@ -42,8 +42,7 @@ Exit status:
   0    done
   2    invalid arguments or input: stderr says what is valid
   3    no plan exists, or none within the bounds given
-  4    the execution failed, a run was refuted, a limit came before any plan, or
-       the disk is full
+  4    the execution failed, a log was refuted, a limit came first, no disk left
   5    a log is consistent, but not proved (`prefplan verify`)
   130  interrupted by Ctrl-C
 

@@ -116,6 +116,12 @@ class _Metered(io.RawIOBase):
     def readable(self) -> bool:
         return True
 
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        return self._file.seek(offset, whence)
+
     def readinto(self, buffer: Any) -> int:
         check_limits()
         data = self._file.read(len(buffer))

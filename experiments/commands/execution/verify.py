@@ -37,7 +37,6 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
     """Check every claim about a run from its log, and simulate its commands again.
 
     Examples:
-      prefplan run case_study_3 --no-video
       prefplan verify out/case_study_3/cost.npz --scenario case_study_3 --require proved
       prefplan verify out/case_study_3/preference.npz --json
 

@@ -14,11 +14,11 @@ from sim.export import gltf, mjcf
 
 
 def test_the_file_lies_beside_the_log_unless_another_place_is_named(
-    run: Run, signed_log: Path, monkeypatch: pytest.MonkeyPatch
+    run: Run, run_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A page of the guide shows a real file being written."""
     monkeypatch.setattr(gltf, "encode_glb", lambda logs: logs["cost"].about.scenario.encode())
-    cup = Path(shutil.copy(signed_log, "."))
+    cup = Path(shutil.copy(run_log, "."))
     result = run("export", str(cup), "--to", "glb")
     assert (result.status, result.out, result.err) == (0, f"{cup.with_suffix('.glb')}\n", "")
     assert cup.with_suffix(".glb").read_text() == "cup"
@@ -41,7 +41,10 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
             ["text.npz", "--to", "glb", "--robot", "fetch"],
             "--robot: only with --to mjcf; the log of a run names its robot",
         ),
-        (["case_study_3", "--to", "mjcf", "--robot", "sofa"], "--robot: unknown name 'sofa' (valid: panda, "),
+        (
+            ["case_study_3", "--to", "mjcf", "--robot", "sofa"],
+            "--robot: unknown name 'sofa' (valid: fetch, gen3, panda, ",
+        ),
         (["text.npz"], "Missing option '--to'. (valid: glb, mjcf)"),
     ],
 )

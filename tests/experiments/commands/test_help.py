@@ -79,6 +79,6 @@ def test_the_help_says_what_each_exit_status_means(capsys: pytest.CaptureFixture
     assert command_line.main(["--help"]) == 0
     shown = capsys.readouterr().out
     _, _, statuses = shown.partition("Exit status:\n")
-    assert [line.split()[0] for line in statuses.split("\n\n")[0].splitlines()] == ["0", "2", "3", "4", "130"]
+    assert [line.split()[0] for line in statuses.split("\n\n")[0].splitlines()] == ["0", "2", "3", "4", "5", "130"]
     for name in COMMANDS:
         assert re.search(rf"^  {name}  ", shown, re.MULTILINE)

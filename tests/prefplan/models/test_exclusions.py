@@ -56,7 +56,7 @@ def enumerated(model: ManipulationModel, barred: Barred) -> TransitionSystem:
                 pending.append(after)
     labels = {arm: cell.label(arm) for arm in seen}
     return TransitionSystem.from_transitions(
-        transitions, start=start, labels=labels, propositions=model.known_propositions
+        transitions, start=start, labels=labels, propositions=model.valid_propositions
     )
 
 
@@ -79,7 +79,7 @@ def compared(draw: Callable[..., Problem], seed: int, *, measured: bool) -> bool
         assert front.reason == expected.reason
         for plan in front:
             # Each plan is one of the whole model without the excluded actions, with these costs.
-            labels, costs = fewer.along(plan.actions)
+            _, _, labels, costs = fewer.trajectory(plan.actions)
             assert [sum(each) for each in costs] == [plan.objectives[name] for name in fewer.cost_names]
             steps = zip(labels, plan.actions, strict=False)
             assert not any(name == action and held <= label for label, action in steps for held, name in barred)
