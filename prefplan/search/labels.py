@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.heuristics.pattern_database import LOOKED
+from prefplan.limits import check_limits
 from prefplan.models.kernels import Integer, bare_kernel, kernel
 from prefplan.product.space import masks
 from prefplan.product.successors import Successors
@@ -149,6 +150,7 @@ def enlarged(memory: Memory, end: int) -> Memory:
 
 def _longer(array: np.ndarray) -> np.ndarray:
     """Return an array of twice the length that begins with the given one."""
+    check_limits()
     longer = np.empty((2 * len(array), *array.shape[1:]), array.dtype)
     longer[: len(array)] = array
     return longer
