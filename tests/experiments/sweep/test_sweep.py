@@ -283,7 +283,14 @@ class Cluster:
     def _start(self, role: str, *options: str) -> subprocess.Popen[str]:
         command = [sys.executable, "-m", "dask", role, "--scheduler-file", str(self.file), *options]
         with self.log.open("a") as log:
-            return subprocess.Popen(command, cwd=ROOT, env=environment(), stdout=log, stderr=log, text=True)
+            return subprocess.Popen(
+                command,
+                cwd=ROOT,
+                env=environment() | {"PYTHONPATH": str(ROOT / "tests")},
+                stdout=log,
+                stderr=log,
+                text=True,
+            )
 
     def stop(self) -> None:
         for process in self.processes:
