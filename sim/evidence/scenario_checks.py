@@ -11,6 +11,7 @@ from prefplan.claims import Check
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
 from sim.evidence.log import Log, measured_costs
+from sim.external.bundle import packed
 
 MISSING = object()
 
@@ -21,6 +22,8 @@ def check_scenario(log: Log, scenario: Scenario) -> Check:
     costs = scenario.model.costs if isinstance(scenario.model, ManipulationModel) else None
     measured = [{" ".join(row[:3]): row[3] for row in rows} for rows in (log.about.measured, measured_costs(costs))]
     differences += _differences(measured[0], measured[1], "measured cost of ")
+    files = packed(scenario.model) if isinstance(scenario.model, ManipulationModel) else {}
+    differences += (f"the file {name} is another" for name in files if log.about.files.get(name) != files[name])
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
         return Check("scenario", False, f"the log is of another one: {differences[0]}{more}")

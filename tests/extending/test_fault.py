@@ -16,7 +16,8 @@ import sim
 from experiments.sweep.faults import random_faults
 from prefplan.scenario.decode import loads
 from sim.evidence.fault_checks import FAULT_KINDS
-from sim.execution.faults.fault import Injection, kinds
+from sim.execution.faults import fault
+from sim.execution.faults.fault import Injection
 
 
 @pytest.fixture(autouse=True)
@@ -49,7 +50,7 @@ def lag() -> Iterator[None]:
     FAULT_KINDS.add("lag")
     yield
     FAULT_KINDS.remove("lag")
-    del kinds()["lag"]
+    del fault._KINDS["lag"]
 
 
 def test_a_fault_from_outside_goes_from_the_command_line_to_the_log(

@@ -147,8 +147,7 @@ def test_a_name_in_a_log_is_text(
 ) -> None:
     path = tmp_path / "evil.npz"
     path.write_bytes(encode(forged(bench_log)[place]))
-    shown(capsys, "verify", str(path), "--scenario", "case_study_3", named=False)
-    shown(capsys, "verify", str(path), named=place not in ("label", "event", "version"))
+    shown(capsys, "verify", str(path), "--scenario", "case_study_3", named=place not in ("label", "event", "version"))
 
 
 def test_all_but_the_lines_is_escaped() -> None:

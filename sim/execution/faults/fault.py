@@ -100,10 +100,13 @@ class Fault(ABC):
 
 
 def kinds() -> dict[str, type[Fault]]:
-    """Return the kinds of faults by name: those in the files of this folder, and other subclasses of `Fault`."""
+    """Return the kinds of faults by name, in order: those in the files of this folder, and other subclasses of `Fault`.
+
+    The order in which their modules were imported does not matter to what is drawn with a seed.
+    """
     for module in pkgutil.iter_modules(faults.__path__):
         importlib.import_module(f"{faults.__name__}.{module.name}")
-    return _KINDS
+    return dict(sorted(_KINDS.items()))
 
 
 def unknown(name: str, names: Sequence[str], noun: str) -> str | None:

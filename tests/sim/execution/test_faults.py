@@ -47,7 +47,7 @@ def test_faults_are_read_as_they_are_written(scene: Scene, text: str, fault: Fau
     ("text", "message"),
     [
         ("slp@2", "unknown fault 'slp' (did you mean 'slip'?)"),
-        ("fire", "unknown fault 'fire' (valid: blind, foreign, knock, "),
+        ("fire", "unknown fault 'fire' (valid: blind, foreign, knock, miss, move, slip)"),
         ("slip", "must end with @ and the number of an action from 1, as in slip@K"),
         ("move:pink", "must end with @ and the number of an action from 1, as in move:OBJECT@K"),
         ("slip@0", "must end with @ and the number of an action from 1, as in slip@K"),

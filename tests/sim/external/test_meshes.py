@@ -96,6 +96,7 @@ def test_it_is_carried_and_its_log_stands_alone(tmp_path: Path) -> None:
     assert log.about.claims.completed
     assert check_scenario(log, scenario).holds
     TUBE.convex_hull.copy().apply_scale(1.01).export(tmp_path / "tube.stl")
+    assert "tube.stl" in check_scenario(log, scenario).words
     assert certify(log, scenario=scenario).refuted
     (tmp_path / "tube.stl").unlink()
     assert certify(log).refuted == ()
