@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -128,3 +129,10 @@ def test_the_program_works_beside_packages_of_the_same_names(installed: Path, fo
     # A sweep starts processes, which must find our packages, too; with `-m`, this folder is the first to be searched.
     done = call(installed / "python", "-m", "prefplan", "sweep", "cup.toml", "--rollouts", "1", cwd=folder)
     assert done.returncode == 0 and "1 of 1 rollouts" in done.stdout, done.stdout + done.stderr
+
+
+def test_what_the_set_up_looks_for_is_there(gl: None) -> None:
+    """It hides errors of this line, and installs a renderer if there are any."""
+    root = Path(__file__).parents[3]
+    (check,) = re.findall(r"-c '(from sim.*)' 2>/dev/null", (root / ".ci" / "setup").read_text())
+    subprocess.run([sys.executable, "-c", check], cwd=root, check=True)
