@@ -12,23 +12,25 @@ def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanErr
     """Print why there is no plan on stderr, as JSON also as an object on stdout; return the exit status."""
     if as_json:
         output.print_json(output.no_plan_json(scenario, error.reason, planner.stats) | geometry_json(scenario, planner))
-    return no_plan(error.reason, planner.problem, planner)
+    return no_plan(error.reason, planner)
 
 
-def no_plan(reason: pp.Reason, problem: pp.Problem | None = None, planner: pp.Planner | None = None) -> int:
+def no_plan(reason: pp.Reason, planner: pp.Planner | None = None) -> int:
     """Print on stderr why there is no plan, and return the exit status.
 
-    For a given problem also the likely mistake is printed, and for its planner what the arm cannot do.
+    For a given planner also what the arm cannot do is printed, and the likely mistake in its problem.
     """
     tell(reason)
-    if planner is not None and planner.geometry is not None and (note := planner.geometry.note):
+    if planner is None:
+        return NO_PLAN
+    if planner.geometry is not None and (note := planner.geometry.note):
         tell(note)
-    if problem is not None and reason.kind == "task":
+    if reason.kind == "task":
         from experiments.checks.propositions import size_of, uncarried
         from prefplan.limits import Limits
 
-        carried = size_of(problem.system, Limits())["propositions"]
-        for i, task in enumerate(problem.tasks):
+        carried = size_of(planner.problem.system, Limits())["propositions"]
+        for i, task in enumerate(planner.problem.tasks):
             for line in uncarried(i, task, carried) if task.name in reason.tasks else ():
                 tell(line)
     return NO_PLAN

@@ -111,13 +111,13 @@ def report(
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
-    return _status(front, recordings, loaded.problem(), planner)
+    return _status(front, recordings, planner)
 
 
-def _status(front: pp.Front, recordings: Mapping[int, Recording], problem: pp.Problem, planner: pp.Planner) -> int:
+def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner) -> int:
     """Return the exit status; say on stderr why it is not 0, and how far the front is complete."""
     if front.reason:
-        return no_plan(front.reason, problem, planner)
+        return no_plan(front.reason, planner)
     if front.ended:
         tell(front.ending)
     failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]

@@ -86,7 +86,7 @@ def view(
             first = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             plans = front_with(first, planner, max_cost=max_cost)
         except pp.NoPlanError as error:
-            return no_plan(error.reason, problem, planner)
+            return no_plan(error.reason, planner)
     chosen, choice = plans.index(first), continuation(plan, max_preference)
 
     def ready(address: str) -> None:

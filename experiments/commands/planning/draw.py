@@ -59,15 +59,15 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
             "`prefplan report` shows those of any model"
         )
     load_planner(quiet=is_quiet())
-    problem = scenario.problem()
-    front = pp.Planner(problem).front(max_cost=max_cost)
+    planner = pp.Planner(scenario.problem())
+    front = planner.front(max_cost=max_cost)
     if front.reason:
-        return no_plan(front.reason, problem)
+        return no_plan(front.reason, planner)
     if map_of(scenario) is not None:
         plans.draw(scenario, front, path)
         return DONE
     with prefixed(f"{scenario.path}: ", system.SystemSizeError):
-        route.draw(scenario.problem().system, front, path)
+        route.draw(planner.problem.system, front, path)
     return DONE
 
 

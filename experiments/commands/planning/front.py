@@ -94,7 +94,7 @@ def front(
         if not as_json:
             say(f"\nPicture: {picture}")
     if result.reason:
-        return no_plan(result.reason, problem, planner)
+        return no_plan(result.reason, planner)
     if result.ended:
         tell(result.ending)
     return INTERRUPTED if result.ended == "interrupt" else DONE
