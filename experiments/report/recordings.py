@@ -46,6 +46,10 @@ class Recording:
     no_video: str | None = None
 
 
+Recorded = tuple[dict[int, Recording], tuple[str, ...], bool]
+"""Recordings by the plans' numbers on the front, notices for the reader, and whether the user ended it early."""
+
+
 def record_all(
     scenario: Scenario,
     plans: Mapping[int, Plan],
@@ -56,14 +60,14 @@ def record_all(
     video: bool = True,
     tell: Tell = lambda stage, done, total, what: None,
     **look: Unpack[Look],
-) -> tuple[dict[int, Recording], tuple[str, ...], bool]:
+) -> Recorded:
     """Carry plans out and render their videos, until the user interrupts.
 
     The plans are given by their numbers on the front. Results are written to an existing folder, as `plan_I` with
     various suffixes. The other arguments are those of `carry_out`.
 
     Returns:
-        The recordings by the plans' numbers, notices for the reader, and whether the user ended it early.
+        See `Recorded`.
 
     Raises:
         ScenarioError: the arm cannot work in the scene.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from experiments.cli.progress import Tell
 from experiments.cli.status import tell
@@ -28,6 +28,9 @@ from sim.rendering.quality import DRAFT, Quality
 from sim.simulation.run import ledger_of
 from sim.world.randomization import Perturbation, camera_bias, perturbed
 from sim.world.scene import Scene, build_scene, initial_state
+
+if TYPE_CHECKING:
+    from sim.rendering.overlay import Caption
 
 
 class Conditions(TypedDict, total=False):
@@ -137,13 +140,29 @@ def carry_out(
     if video is None or interrupted:
         return outcome
     from experiments.runs.captions import captions  # loaded when there is a video
+
+    told = captions(outcome, scenario.model) if captioned else ()
+    return _filmed(outcome, scene, told, video, quality=quality, camera=camera, tell=tell)
+
+
+def _filmed(
+    outcome: Outcome,
+    scene: Scene,
+    told: Sequence[Caption],
+    video: Path,
+    *,
+    quality: Quality,
+    camera: str,
+    tell: Tell,
+) -> Outcome:
+    """Render a video of an outcome, and return the outcome with its file, or with why there is none."""
     from sim.rendering.video import render_video
 
     try:
         render_video(
             scene,
             outcome.run,
-            captions(outcome, scenario.model) if captioned else (),
+            told,
             video,
             size=quality.size,
             quality=quality,

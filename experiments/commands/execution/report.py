@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import click
 
@@ -23,7 +22,7 @@ from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import plan_numbers
 
 if TYPE_CHECKING:
-    from experiments.report.recordings import Recording
+    from experiments.report.recordings import Recorded, Recording
     from prefplan.limits import Limits
 
 
@@ -68,18 +67,9 @@ def report(
     load_planner(quiet=is_quiet())
     with limits:
         loaded = pp.load(scenario)
-    if isinstance(loaded.model, pp.ManipulationModel):
-        # Other models need no MuJoCo, which takes a second to load and may not be installed.
-        with loading():
-            from experiments.cli.simulation_options import look_of
-            from experiments.report.recordings import record_all
-            from experiments.runs.carry_out import scene_of
-            from experiments.runs.geometry import asking_in
-
-        loaded = asking_in(loaded, None, robot=robot)
-        view = look_of(partial(scene_of, loaded, robot=robot), **look)
+    loaded, record = _with_recorder(loaded, look, seed=seed, robot=robot, video=not no_video)
     folder = out or Path("out", loaded.name)
-    with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
+    with Bars(quiet=is_quiet()) as bars:
         bars("planning", 0, 0, "")
         with limits:
             planner = pp.Planner(loaded.problem())
@@ -87,24 +77,15 @@ def report(
         bars("planning", 1, 1, "")
         indices = range(len(front)) if plans is None else plans
         chosen = {i: plan_at(front, i, "--plans") for i in indices}
-        writing.enter_context(only_writer(folder))
-        if isinstance(loaded.model, pp.ManipulationModel) and front and front.ended != "interrupt":
-            recordings, notices, interrupted = record_all(
-                loaded,
-                chosen,
-                folder,
-                seed=seed,
-                robot=robot,
-                video=not no_video,
-                tell=bars,
-                **view,
-            )
-        else:
-            recordings, notices, interrupted = {}, (), front.ended == "interrupt"
-        if planner.geometry is not None and (left_out := planner.geometry.note):
-            notices = (left_out, *notices)
-        bars("page", 0, 0, "")
-        page = write_page(loaded, front, recordings, folder, notices=notices)
+        recorded: Recorded = {}, (), front.ended == "interrupt"
+        with only_writer(folder):
+            if record and front and front.ended != "interrupt":
+                recorded = record(chosen, folder, tell=bars)
+            recordings, notices, interrupted = recorded
+            if planner.geometry is not None and (left_out := planner.geometry.note):
+                notices = (left_out, *notices)
+            bars("page", 0, 0, "")
+            page = write_page(loaded, front, recordings, folder, notices=notices)
     say(page)
     for notice in notices:
         tell(notice)
@@ -112,6 +93,26 @@ def report(
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
     return _status(front, recordings, planner)
+
+
+def _with_recorder(
+    scenario: pp.Scenario, look: options.LookOptions, *, robot: str | None, **how: Any
+) -> tuple[pp.Scenario, Callable[..., Recorded] | None]:
+    """Return a scenario whose plans the arm can carry out, and `record_all` with what is known before there are plans.
+
+    Other models than those of an arm have none: MuJoCo takes a second to load and may not be installed.
+    """
+    if not isinstance(scenario.model, pp.ManipulationModel):
+        return scenario, None
+    with loading():
+        from experiments.cli.simulation_options import look_of
+        from experiments.report.recordings import record_all
+        from experiments.runs.carry_out import scene_of
+        from experiments.runs.geometry import asking_in
+
+    asked = asking_in(scenario, None, robot=robot)
+    view = look_of(partial(scene_of, asked, robot=robot), **look)
+    return asked, partial(record_all, asked, robot=robot, **how, **view)
 
 
 def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner) -> int:

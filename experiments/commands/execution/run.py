@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from decimal import Decimal
 from functools import partial
@@ -80,11 +79,10 @@ def run(
     }
     view = simulation.look_of(partial(scene_of, loaded, robot=robot), **look)
     try:
-        with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
-            scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
-            loaded = asking_in(loaded, scene, robot=robot)
-            planner = pp.Planner(loaded.problem())
-            writing.enter_context(only_writer(path.parent))
+        scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
+        loaded = asking_in(loaded, scene, robot=robot)
+        planner = pp.Planner(loaded.problem())
+        with Bars(quiet=is_quiet()) as bars, only_writer(path.parent):
             bars("planning", 0, 0, "")
             chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             bars("planning", 1, 1, "")

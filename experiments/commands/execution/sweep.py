@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -82,10 +81,9 @@ def sweep(
     loaded, key = pp.load(scenario), find_boundary and checked("--find-boundary", find_boundary, KEYS)
     folder = out or Path("out", loaded.name, f"boundary_{plan}_{key}" if key else f"sweep_{plan}")
     perturbation = perturbation_of(perturb, seed=seed)
-    with Bars(quiet=is_quiet()) as bars, ExitStack() as writing:
-        scene = scene_of(loaded, robot=robot)
-        kind = faults and _kind(faults, scene.model)
-        writing.enter_context(only_writer(folder))
+    scene = scene_of(loaded, robot=robot)
+    kind = faults and _kind(faults, scene.model)
+    with Bars(quiet=is_quiet()) as bars, only_writer(folder):
         bars("planning", 0, 0, "")
         loaded = asking_in(loaded, scene, robot=robot)
         planner = pp.Planner(loaded.problem())
