@@ -28,9 +28,6 @@ class Choice(click.Choice[str]):
         return choices("", self.choices)
 
 
-PORT = click.IntRange(0, 65535)
-
-
 class FileName(click.ParamType):
     """The name of a file with a certain ending, or one of some names, as text; shells offer both, and folders."""
 
@@ -124,3 +121,10 @@ def picture_size(text: str) -> tuple[int, int]:
     if any(side % 2 or not 16 <= side <= 4096 for side in size):
         raise click.BadParameter(f"{text!r}: width and height must be even and between 16 and 4096 pixels")
     return size
+
+
+def port(text: str) -> int:
+    """Return a port, 0 to 65535."""
+    if _is_integer(text) and int(text) < 1 << 16:
+        return int(text)
+    raise click.BadParameter(f"{text!r} is not a port, 0 to 65535")
