@@ -1,21 +1,18 @@
-"""Honest logs under the certificate: each must be proved here, and consistent where another environment is named.
-
-    python -m experiments.benchmark.honest_logs --rollouts 10
-
-Every scene is carried out with random starts, perturbations and faults. Each log is checked three times: as
-it is, with another version of MuJoCo named in it, and with another machine and noise of 1e-12 in its positions.
-"""
+"""Honest logs under the certificate: `python -m experiments.benchmark.honest_logs --rollouts 10`."""
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import click
 import numpy as np
 
+from experiments.cli.command import call, command
+from experiments.cli.status import tell
+from experiments.cli.values import positive
 from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import evidence
 from experiments.sweep.faults import ANY, random_faults
@@ -32,18 +29,23 @@ SCENES = ("case_study_3", "shelf", "tower", "clutter", "kitchen")
 HARSH = "position=8,angle=10,friction=0.3,pads=0.2,table=0.2,mass=0.3,centre=3,latency=20,noise=1,bias=1"
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Print a table of the verdicts; return 1 if a log is refuted."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rollouts", type=int, default=10, help="rollouts of each scene")
-    parser.add_argument("--scenes", nargs="*", default=SCENES)
-    options = parser.parse_args(arguments)
+@command
+@click.option("--rollouts", type=positive, default="10", metavar="N", help="Rollouts of each scene (default: 10).")
+@click.option("--scenes", multiple=True, default=SCENES, metavar="SCENE", help="Only this scene; may be repeated.")
+def judge_logs(rollouts: int, scenes: Sequence[str]) -> int:
+    """Check honest logs: each must be proved here, and consistent where another environment is named.
+
+    Every scene is carried out with random starts, perturbations and faults. Each log is checked three times: as it is,
+    with another version of MuJoCo named in it, and with another machine and noise of 1e-12 in its positions.
+
+    A table of the verdicts is printed. The exit status is 1 if a log is refuted.
+    """
     refuted = 0
     print("| scene | logs | with faults | completed | proved | consistent elsewhere | with noise | refuted |")
     print("| --- " * 8 + "|")
-    for scene in options.scenes:
+    for scene in scenes:
         found: Counter[str] = Counter()
-        for log, completed, faults in _logs(scene, options.rollouts):
+        for log, completed, faults in _logs(scene, rollouts):
             verdicts = _verdicts(scene, log)
             found.update(logs=1, faults=faults, completed=completed, refuted="refuted" in verdicts)
             found.update({key: verdict == want for key, verdict, want in zip(KEYS, verdicts, WANTED, strict=True)})
@@ -51,6 +53,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("|", " | ".join(map(str, [scene, *row])), "|", flush=True)
         refuted += found["refuted"]
     return 1 if refuted else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry the command out and return its exit status."""
+    return call(judge_logs, "python -m experiments.benchmark.honest_logs", arguments)
 
 
 KEYS, WANTED = ("proved", "elsewhere", "noise"), ("proved", "consistent", "consistent")
@@ -74,7 +81,7 @@ def _logs(name: str, rollouts: int) -> Iterator[tuple[Log, bool, bool]]:
                 faults=faults,
             )
         except PrefplanError as error:
-            print(f"{name}, seed {seed}: {error}", file=sys.stderr)
+            tell(f"{name}, seed {seed}: {error}")
             continue
         yield evidence(scenario, scene, outcome), outcome.run.completed, bool(faults)
 
@@ -88,7 +95,7 @@ def _verdicts(name: str, log: Log) -> tuple[str, str, str]:
         certificate = certify(one, scenario=scenario)
         found.append(certificate.verdict)
         for check in certificate.refuted:
-            print(f"{name}: {check.name}: {check.words}", file=sys.stderr)
+            tell(f"{name}: {check.name}: {check.words}")
     return found[0], found[1], found[2]
 
 
