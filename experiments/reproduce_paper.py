@@ -16,7 +16,7 @@ from experiments.cli.command import call, command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.start import load_planner
-from experiments.cli.status import DONE, INTERRUPTED
+from experiments.cli.status import DONE, INTERRUPTED, say
 from experiments.cli.values import PATH
 from experiments.paper import arm
 from experiments.paper.study import Report
@@ -71,7 +71,7 @@ def reproduce(out: Path, quick: bool, benchmark: bool) -> int:
 
     page = out / "index.html"
     report.write(page)
-    print(f"\n{report.reproduced} of {len(report.studies)} reproduced: {page}")
+    say(f"\n{report.reproduced} of {len(report.studies)} reproduced: {page}")
     return DONE if report.reproduced == len(report.studies) else DIFFERENT
 
 

@@ -15,8 +15,6 @@ from sim.evidence.replay import RecordedWorld
 from sim.simulation.recorder import STATE
 from sim.simulation.run import Event
 
-FALL_M_S2 = 9.81
-
 
 class Forgery(NamedTuple):
     """What is forged, how, and the name of the check that refutes it."""

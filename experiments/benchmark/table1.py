@@ -47,8 +47,6 @@ from experiments.cli.values import PATH, positive
 SIZES = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10, 11)}
 """Numbers of tasks: those of the paper and more, up to instances that take minutes or gigabytes."""
 
-SIZE = click.IntRange(2, SIZES[SINGLE][-1])
-
 MANY = {SINGLE: 12, FRONT: 8}
 """Greatest number of tasks with all instances; above it, only `FEW_SEEDS` are run, on random cells."""
 
@@ -96,7 +94,7 @@ NOTES = (
 @click.option(
     "--tasks",
     "sizes",
-    type=click.IntRange(2, 12),
+    type=click.IntRange(2, SIZES[SINGLE][-1]),
     multiple=True,
     metavar="N",
     help="Only this number of tasks; may be repeated.",

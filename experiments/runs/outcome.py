@@ -101,7 +101,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "plan": plan_json(outcome.plan),
         "executed": list(outcome.executed),
         "task_costs": outcome.task_costs,
-        "replans": outcome.run.replans,
+        "replans": run.replans,
         "sim_seconds": round(run.sim_seconds, 3),
         "max_placement_error_mm": round(run.placement_error * 1000, 3),
         "video": None if outcome.video is None else str(outcome.video),
@@ -122,8 +122,8 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         ]
     if outcome.reason is not None:
         result["reason"] = outcome.reason
-    if outcome.run.violated:
-        result["violated"] = list(outcome.run.violated)
+    if run.violated:
+        result["violated"] = list(run.violated)
     if outcome.interrupted:
         result["complete"] = False
     return result
@@ -151,7 +151,7 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
         if name in outcome.ledger.final.satisfied:
             console.print(f"  {shown} satisfied at cost {number(cost)}", markup=False)
         else:
-            lost = ", and no longer possible" if name in outcome.run.violated else ""
+            lost = ", and no longer possible" if name in run.violated else ""
             console.print(f"  {shown} not satisfied{lost}", markup=False)
     console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
