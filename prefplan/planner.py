@@ -16,7 +16,7 @@ from prefplan.exact_costs import Number, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
-from prefplan.models.feasibility import Examination, Geometry
+from prefplan.models.feasibility import Geometry
 from prefplan.plan import Plan, Plans
 from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
@@ -83,6 +83,7 @@ class Planner:
     Attributes:
         problem: the problem.
         stats: work and time of the last search.
+        geometry: what searches have left out since the arm cannot do it; None for an abstract problem.
     """
 
     def __init__(self, problem: ProblemLike, *, options: Options | None = None) -> None:
@@ -92,13 +93,7 @@ class Planner:
         self._options = options or Options()
         self._reduction = Reduction(self.problem)
         feasible, past = self.problem.feasible, len(self.problem.past.actions)
-        self._examination = None if feasible is None else Examination(feasible, past)
-        self._abstract: tuple[dict[str, Number], ...] = ()
-
-    @property
-    def geometry(self) -> Geometry | None:
-        """What searches have left out since the arm cannot do it; None for an abstract problem."""
-        return None if self._examination is None else Geometry(self._examination, self._abstract)
+        self.geometry = None if feasible is None else Geometry(feasible, past)
 
     def front(
         self, *, over: Collection[str] = (), keep_on_interrupt: bool = False, **wanted: Unpack[FrontLimits]
@@ -121,11 +116,11 @@ class Planner:
                 raise
             front = replace(front, ended=ended_by(error), complete_below=None)
         self.stats = front.stats
-        if self._examination is None:
+        if self.geometry is None:
             return front
         if front.ended is not None:
-            front = replace(front, plans=tuple(filter(self._examination.holds, front)))
-        note = Geometry(self._examination, self._abstract).note
+            front = replace(front, plans=tuple(filter(self.geometry.holds, front)))
+        note = self.geometry.note
         return replace(front, assumptions=(*front.assumptions, note)) if note else front
 
     def _front(self, over: Collection[str], *, keep_on_interrupt: bool, **wanted: Unpack[FrontLimits]) -> Front:
@@ -168,7 +163,7 @@ class Planner:
                 while self._leave_out([plan]):
                     plan, work = search(), work + self.stats
         except UnfinishedError as error:
-            if error.best is None or self._examination is None or self._examination.holds(error.best):
+            if error.best is None or self.geometry is None or self.geometry.holds(error.best):
                 raise
             raise UnfinishedError(error.ended, complete_below=error.complete_below) from None
         except (LimitError, KeyboardInterrupt) as error:
@@ -184,10 +179,9 @@ class Planner:
         Raises:
             LimitError: a limit was reached before all is known of what the plans need.
         """
-        barred = self._examination.excluded(plans) if self._examination else ()
+        barred = self.geometry.excluded(plans) if self.geometry else ()
         if not barred:
             return False
-        self._abstract = self._abstract or tuple(plan.objectives for plan in plans)
         problem = self._reduction.problem
         self._reduction = Reduction(problem.over(problem.system.without(barred)))
         return True

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
 from prefplan.exact_costs import Number
@@ -63,16 +64,19 @@ class LeftOut:
         return f"{self.obj} at {self.location} ({self.reason})"
 
 
-class Examination:
-    """What is known of what an arm can do, as far as plans needed it.
+class Geometry:
+    """What is known of what an arm can do, as far as plans needed it, and what was left out of them for that.
 
     Attributes:
         left_out: what plans needed and the arm cannot do, in the order in which it was found.
+        abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
+            empty if nothing was left out.
     """
 
     def __init__(self, feasible: Feasible, past: int = 0) -> None:
         """Take whom to ask, and the number of actions with which every plan begins, which are done already."""
         self.left_out: list[LeftOut] = []
+        self.abstract: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
         self._answers: dict[tuple[str, str], Answer] = {}
 
@@ -86,51 +90,17 @@ class Examination:
         for plan in plans:
             for pair in self._pairs(plan):
                 answer = self._answer(pair)
-                violated = [entry for entry in answer.barred if self._violates(plan, entry)]
-                if violated and pair not in ((one.obj, one.location) for one in self.left_out):
-                    self.left_out.append(LeftOut(*pair, answer.reason or "the arm cannot"))
-                found.update(dict.fromkeys(answer.barred if violated else ()))
+                if self._violates(plan, answer):
+                    self.abstract = self.abstract or [each.objectives for each in plans]
+                    if pair not in ((one.obj, one.location) for one in self.left_out):
+                        self.left_out.append(LeftOut(*pair, answer.reason or "the arm cannot"))
+                    found.update(dict.fromkeys(answer.barred))
         return list(found)
 
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""
-        pairs = set(self._pairs(plan))
-        known = pairs <= self._answers.keys()
-        return known and not any(self._violates(plan, entry) for p in pairs for entry in self._answers[p].barred)
-
-    def _answer(self, pair: tuple[str, str]) -> Answer:
-        if pair not in self._answers:
-            check_limits()
-            self._answers[pair] = self._feasible.check(*pair)
-        return self._answers[pair]
-
-    def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
-        """Yield each object and location where a plan grasps it or puts it down."""
-        states = [state for state in plan.states[self._past :] if isinstance(state, ManipulationState)]
-        for before, after in zip(states, states[1:], strict=False):
-            yield from dict.fromkeys((*(set(before.places) ^ set(after.places)),))
-
-    def _violates(self, plan: Plan, entry: tuple[frozenset[str], str]) -> bool:
-        """Return whether a plan has an action in a state in which it is excluded."""
-        conditions, text = entry
-        return any(
-            action == text and isinstance(state, ManipulationState) and conditions <= state.label
-            for state, action in list(zip(plan.states, plan.actions, strict=False))[self._past :]
-        )
-
-
-class Geometry:
-    """What was left out of the plans of a problem since the arm cannot do it.
-
-    Attributes:
-        left_out: what plans would need and the arm cannot do.
-        abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
-            empty if nothing was left out.
-    """
-
-    def __init__(self, examination: Examination, abstract: Sequence[dict[str, Number]]) -> None:
-        """Take what is known, and the values of the plans of the first search."""
-        self.left_out, self.abstract = tuple(examination.left_out), tuple(abstract)
+        pairs = self._pairs(plan)
+        return all(pair in self._answers and not self._violates(plan, self._answers[pair]) for pair in pairs)
 
     @property
     def note(self) -> str | None:
@@ -141,3 +111,24 @@ class Geometry:
         named = [*map(str, self.left_out[:MOST_NAMED]), *([f"{more} more"] if more > 0 else [])]
         values = ", ".join(f"{name} {number(value)}" for name, value in self.abstract[0].items())
         return f"The arm cannot do {'; '.join(named)}. If it could: {values}."
+
+    def _answer(self, pair: tuple[str, str]) -> Answer:
+        if pair not in self._answers:
+            check_limits()
+            self._answers[pair] = self._feasible.check(*pair)
+        return self._answers[pair]
+
+    def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
+        """Yield each object and location where a plan grasps it or puts it down."""
+        states = [state for state in plan.states[self._past :] if isinstance(state, ManipulationState)]
+        for before, after in pairwise(states):
+            yield from sorted(set(before.places) ^ set(after.places))
+
+    def _violates(self, plan: Plan, answer: Answer) -> bool:
+        """Return whether a plan has an action in a state in which an answer excludes it."""
+        steps = list(zip(plan.states[self._past :], plan.actions[self._past :], strict=False))
+        return any(
+            action == text and isinstance(state, ManipulationState) and conditions <= state.label
+            for conditions, text in answer.barred
+            for state, action in steps
+        )
