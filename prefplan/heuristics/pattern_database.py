@@ -153,7 +153,7 @@ def growth_tables(
     alone = {each.tasks: each.entries for each in costs if each.objective == preference.cost and len(each.tasks) == 1}
     for tasks in _neighbours(backward):
         done = np.array([sum(1 << i for j, i in enumerate(tasks) if s >> j & 1) for s in range(2 ** len(tasks))])
-        factors = sum((rate.rates(done, frozenset(tasks), 0, preference.units.factor) for rate in rates), 0 * done)
+        factors = sum((rate.rates(done, frozenset(tasks), preference.units.factor) for rate in rates), 0 * done)
         if not factors.any():
             continue
         if tasks in alone and isinstance(backward, Backward):

@@ -200,11 +200,8 @@ class Measure:
 
     def rate_table(self, factor: Fraction) -> np.ndarray:
         """Return the (2^N,) int64 rate of mu's growth for each satisfied set, times a factor that makes it whole."""
-        return self.rates(np.arange(2**self.tasks), frozenset(range(self.tasks)), 0, factor)
-
-    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
-        """Return the (K,) int64 part of mu's rate that is due to some tasks; see `OrderRate.rates`."""
-        return sum((rate.rates(sets, members, outside, factor) for rate in self.rate_terms), start=0 * sets)
+        sets, everyone = np.arange(2**self.tasks), frozenset(range(self.tasks))
+        return sum((rate.rates(sets, everyone, factor) for rate in self.rate_terms), start=0 * sets)
 
     def maximum_table(self, factor: Fraction) -> np.ndarray:
         """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""

@@ -39,20 +39,19 @@ class OrderRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return (self.weight,) * sum(map(len, self.groups))
 
-    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
         """Return the part of the rate that is due to some groups, times a factor that makes it whole.
 
         Args:
             sets: (K,) int64, satisfied sets.
             members: the tasks of these groups; groups with other tasks do not count.
-            outside: number of further satisfied tasks of the order.
             factor: what a unit of cost is in units of mu.
 
         Returns:
             (K,) int64.
         """
         named = sum(1 << i for group in self.groups for i in group)
-        count, place = np.bitwise_count(sets & named).astype(np.int64) + outside, 0
+        count, place = np.bitwise_count(sets & named).astype(np.int64), 0
         total = np.zeros(len(sets), dtype=np.int64)
         for group in self.groups:
             if members.issuperset(group):
@@ -81,7 +80,7 @@ class WeightedRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return self.weights
 
-    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
         """Return the part of the rate that is due to some tasks; see `OrderRate.rates`."""
         return sum(((1 - (sets >> i & 1)) * int(self.weights[i] * factor) for i in members), start=0 * sets)
 
@@ -102,7 +101,7 @@ class SpreadRate:
         """Numbers, each >= 0, of some of which every rate is the sum."""
         return (self.weight,)
 
-    def rates(self, sets: np.ndarray, members: frozenset[int], outside: int, factor: Fraction) -> np.ndarray:
+    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
         """Return the whole rate if `members` has all its tasks, else 0; see `OrderRate.rates`."""
         done = np.bitwise_count(sets & sum(1 << i for i in self.members))
         grows = (done > 0) & (done < len(self.members)) & (self.members <= members)
