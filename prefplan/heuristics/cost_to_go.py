@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -84,19 +85,24 @@ class Backward:
         none = MOST[table.dtype]
         table[:] = np.where(costs < INFINITE, np.minimum(costs, none - 1), none).ravel()
 
-    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0) -> np.ndarray:
-        """Return the table (S * Q_1 * ... * Q_k,) int64 that `fill` fills; INFINITE where there is no path."""
+    def cost_to_go(
+        self,
+        tasks: Sequence[int],
+        factors: np.ndarray | None = None,
+        *,
+        shift: int = 0,
+        dtype: type[np.signedinteger[Any]] = np.int64,
+    ) -> np.ndarray:
+        """Return the table (S * Q_1 * ... * Q_k,) that `fill` fills, of a type in `MOST`."""
         entries = self.entries_of(tasks)
-        check_limits(8 * entries)
-        table: np.ndarray = np.empty(entries, dtype=np.int64)
+        check_limits(np.dtype(dtype).itemsize * entries)
+        table: np.ndarray = np.empty(entries, dtype=dtype)
         self.fill(table, tasks, factors, shift=shift)
         return table
 
     def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
         """Return the same as int32, UNREACHABLE where there is no path, of costs that do not count actions."""
-        table: np.ndarray = np.empty(self.entries_of(tasks), dtype=np.int32)
-        self.fill(table, tasks, factors, shift=self.shift)
-        return table
+        return self.cost_to_go(tasks, factors, shift=self.shift, dtype=np.int32)
 
     def nodes_of(self, tasks: Sequence[int]) -> int:
         """Return the number of nodes in the tables of some tasks."""

@@ -125,12 +125,10 @@ def cost_tables(
     """Yield the tables of all costs for some sets of tasks; where states are generated, entries are to be added."""
     for d, backward in enumerate(backwards):
         for tasks in sets:
-            table = np.empty(backward.nodes_of(tasks) * int(backward.sizes[list(tasks)].prod()), dtype=np.int32)
             if isinstance(backward, ProjectedBackward):
-                backward.fill_shared(table, tasks, sets)
+                yield TableOf(d, tasks, backward.shared(tasks, sets))
             else:
-                backward.fill(table, tasks)
-            yield TableOf(d, tasks, table)
+                yield TableOf(d, tasks, backward.cost_to_go(tasks, dtype=np.int32))
 
 
 def growth_tables(
@@ -182,13 +180,14 @@ def _neighbours(backward: Backward | ProjectedBackward) -> list[tuple[int, ...]]
 
 def joined_tables(backwards: Sequence[Backward | ProjectedBackward], each: Sequence[TableOf]) -> Tables:
     """Return tables as arrays for the kernels, given what filled those of (D,) costs."""
+    first = backwards[0]
     tasks, strides = np.zeros((2, len(each), max((len(one.tasks) for one in each), default=1)), dtype=np.int64)
     for p, one in enumerate(each):
-        sizes = [backwards[0].nodes_of(one.tasks), *backwards[0].sizes[list(one.tasks)]]
+        sizes = [first.nodes_of(one.tasks), *first.sizes[list(one.tasks)]]
         tasks[p, : len(one.tasks)], strides[p, : len(one.tasks)] = one.tasks, np.cumprod(sizes)[:-1]
-    some, projection = backwards[0], None
-    if isinstance(some, ProjectedBackward):
-        projection = np.array([some.projection_of(one.tasks) for one in each], np.int64)
+    projection = None
+    if isinstance(first, ProjectedBackward):
+        projection = np.array([first.projection_of(one.tasks) for one in each], np.int64)
     ends = np.cumsum([len(one.entries) for one in each], dtype=np.int64)
     return Tables(
         tasks,

@@ -108,11 +108,10 @@ class ProjectedBackward:
         costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
         return self._backward(found, costs).growth(range(len(tasks)), factors)
 
-    def fill_shared(self, table: np.ndarray, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> None:
-        """Fill a table with least costs until some tasks are satisfied or dropped, of actions that count in it.
+    def shared(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
+        """Return least costs until some tasks are satisfied or dropped, of actions that count in this table, as int32.
 
         Args:
-            table: as for `Backward.fill`.
             tasks: one of the groups.
             groups: all sets of tasks whose bounds are added.
         """
@@ -120,7 +119,7 @@ class ProjectedBackward:
         claimed = {obj for group in before for obj in self.objects_of(group)}
         own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
         costs = self._edge_costs(found, self._least_costs(found, loads_seen=True), own)
-        self._backward(found, costs).fill(table, range(len(tasks)))
+        return self._backward(found, costs).cost_to_go(range(len(tasks)), dtype=np.int32)
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return a partition of the tasks: those that see the same objects are together, where tables stay small."""
