@@ -7,7 +7,7 @@ from pathlib import Path
 from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.logic.tasks import Task
-from prefplan.models.kernels import compile_kernels
+from prefplan.models.kernels import SEARCH_CODE, compile_kernels
 from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.transition_system import TransitionSystem
@@ -23,7 +23,7 @@ from prefplan.search.labels import rehash
 def is_compiled() -> bool:
     """Return whether the machine code of the search is cached on disk, or not needed."""
     folder = code_folder()
-    return folder is None or any(folder.glob(f"{Path(label_search.__file__).stem}.run-*.nbi"))
+    return folder is None or any(folder.glob(SEARCH_CODE))
 
 
 def code_folder() -> Path | None:

@@ -25,6 +25,9 @@ takes longer."""
 INTERPRETED_STATES = 3000
 """Most states of a product that is searched in Python."""
 
+SEARCH_CODE = "label_search.run-*.nbi"
+"""Files of the machine code of a search."""
+
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
 
@@ -84,7 +87,7 @@ def _has_machine_code() -> bool:
     """Return whether the machine code of a search is on disk, as far as can be told without numba."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     folder = Path(chosen) if chosen else Path(__file__).parents[1] / "search" / "__pycache__"
-    return any(folder.rglob("label_search.run-*.nbi"))
+    return any(folder.rglob(SEARCH_CODE))
 
 
 class Interpreter(threading.local):
