@@ -25,13 +25,13 @@ def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
     objects, places = [obj.name for obj in model.objects], [place.name for place in model.locations]
     barred: list[tuple[frozenset[str], str]] = []
     for _ in range(rng.randint(1, 4)):
-        some = rng.sample(objects, rng.randint(1, len(objects)))
+        chosen = rng.sample(objects, rng.randint(1, len(objects)))
         there = rng.sample(places, rng.choice((1, 1, 2)))
         kind, other = rng.choice(("grasp", "transport", "release", "release", "transit")), rng.choice(objects)
         condition = rng.choice(("", "", f"{other}_{rng.choice(places)}", f"holding_{other}", f"{other}_wet"))
         conditions = frozenset({condition} - {""})
         for place in there:
-            for obj in some:
+            for obj in chosen:
                 if kind == "grasp":
                     barred.append((conditions | {f"{obj}_{place}"}, f"grasp {obj}"))
                 else:

@@ -75,7 +75,7 @@ def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
 
 
 def test_a_stopped_front_has_every_point_below_a_cost_or_some_plan() -> None:
-    some = beginnings = 0
+    others = beginnings = 0
     for problem in (*problems(), judge.random_errands(0, "max")):
         planned = from_dict(problem.scenario(), name="problem").problem()
         exact = [(plan.cost, plan.preference) for plan in pareto_front(planned, max_cost=100)]
@@ -89,6 +89,6 @@ def test_a_stopped_front_has_every_point_below_a_cost_or_some_plan() -> None:
             assert front.complete or all(point in points for point in exact if point[0] < below)
             beginning = points == exact[: len(points)]
             assert beginning or (len(points) == 1 and points[0][0] >= exact[0][0])
-            some += bool(points) and not beginning
+            others += bool(points) and not beginning
             beginnings += front.ended is not None and beginning and bool(points)
-    assert some > 2 and beginnings > 2
+    assert others > 2 and beginnings > 2
