@@ -49,7 +49,7 @@ def judge_logs(rollouts: int, scenes: Sequence[str]) -> int:
             verdicts = _verdicts(scene, log)
             found.update(logs=1, faults=faults, completed=completed, refuted="refuted" in verdicts)
             found.update({key: verdict == want for key, verdict, want in zip(KEYS, verdicts, WANTED, strict=True)})
-        row = [found[key] for key in ("logs", "faults", "completed", *KEYS, "refuted")]
+        row = [int(found[key]) for key in ("logs", "faults", "completed", *KEYS, "refuted")]
         print("|", " | ".join(map(str, [scene, *row])), "|", flush=True)
         refuted += found["refuted"]
     return 1 if refuted else 0
