@@ -10,10 +10,10 @@ from prefplan.logic.normal_form import parse
 from prefplan.logic.tasks import Relaxation, Rule, Task
 from prefplan.models.graph import GraphModel, Transition
 from prefplan.models.grid import GridModel, Terrain
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.surroundings import Fixture, RobotSetup
+from prefplan.models.manipulation.symbolic import Action
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan, Purchase
 from prefplan.planner import Planner, best_plan, cheapest_plan, pareto_front, preferred_plan

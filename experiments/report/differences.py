@@ -9,8 +9,8 @@ from itertools import groupby, takewhile
 
 from prefplan.ledger import Ledger
 from prefplan.logic.formula import propositions_of
-from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.symbolic import Action, at
 from prefplan.scenario.decode import Model
 
 

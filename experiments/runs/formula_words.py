@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 
 from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until
-from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.symbolic import at, holding, marked
 from prefplan.problem import Task
 from prefplan.scenario.decode import Model, Scenario
 

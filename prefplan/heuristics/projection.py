@@ -19,8 +19,8 @@ from prefplan.models.manipulation.action_costs import cost_tables
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import canonical, unpack
+from prefplan.models.manipulation.symbolic import ManipulationState
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import TransitionSystem
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from prefplan.exact_costs import Number
 from prefplan.limits import check_limits
-from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.symbolic import ManipulationState
 from prefplan.models.system import Barred
 from prefplan.text.layout import number
 

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action import at
+from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from sim.capability.arrangement import arranged
 from sim.capability.diagnosis import FailureDiagnosis

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.symbolic import Action
 from sim.capability.arrangement import Places, positions, staged
 from sim.errors import SimulationError
 from sim.simulation.kinematic_cell import KinematicCell

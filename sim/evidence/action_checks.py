@@ -9,7 +9,7 @@ import numpy as np
 
 from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action import Action, at
+from prefplan.models.manipulation.symbolic import Action, at
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, NOISE_FACTOR, RecordedWorld
 from sim.geometry.mjcf import columns

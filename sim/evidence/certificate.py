@@ -19,7 +19,7 @@ from prefplan.claims import judge
 from prefplan.errors import FormulaError
 from prefplan.exact_costs import exact
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action import at, holding, marked
+from prefplan.models.manipulation.symbolic import at, holding, marked
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError
 from sim.evidence.action_checks import check_events, check_hand

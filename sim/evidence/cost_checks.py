@@ -10,10 +10,10 @@ from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.models.costs import amount
-from prefplan.models.manipulation.action import Action, holding
 from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import location_of, pose
+from prefplan.models.manipulation.symbolic import Action, holding
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prefplan.claims import Check
-from prefplan.models.manipulation.action import holding
+from prefplan.models.manipulation.symbolic import holding
 from sim.evidence.log import Log
 from sim.evidence.replay import FAULT_TIME_S, HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld
 from sim.evidence.resimulation import Change

@@ -6,7 +6,7 @@ import numpy as np
 
 from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.action import at
+from prefplan.models.manipulation.symbolic import at
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
 from sim.geometry.mjcf import joint_at

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.symbolic import Action
 from prefplan.scenario.decode import Scenario
 from sim.evidence.log import Log, measured_costs
 from sim.evidence.rebuilt import built, described, perturbed_as_said, states_of, words_for

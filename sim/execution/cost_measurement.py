@@ -12,11 +12,11 @@ from typing import cast
 import numpy as np
 from joblib import Parallel, delayed
 
-from prefplan.models.manipulation.action import Action, at, holding
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
+from prefplan.models.manipulation.symbolic import Action, at, holding
 from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError

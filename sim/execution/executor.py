@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 
 from prefplan.errors import choices
-from prefplan.models.manipulation.action import Action, at
 from prefplan.models.manipulation.model import ManipulationState
+from prefplan.models.manipulation.symbolic import Action, at
 from prefplan.models.system import System
 from sim.capability.graspable import ungraspable_because
 from sim.capability.rehearsal import unable_to_begin

@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
-from prefplan.models.manipulation.action import at, holding
 from prefplan.models.manipulation.model import ManipulationState
+from prefplan.models.manipulation.symbolic import at, holding
 from prefplan.problem import Problem, Rule
 from prefplan.replanning import with_rules
 from sim.execution.executor import Execution

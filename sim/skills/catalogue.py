@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from prefplan.models.manipulation.action import Action
+from prefplan.models.manipulation.symbolic import Action
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp import GraspSkill
 from sim.skills.release import ReleaseSkill

@@ -7,8 +7,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Grasp
+from prefplan.models.manipulation.symbolic import Action
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import CONTROL_PERIOD_S, ToolPose
 from sim.perception.grounding import hand_over

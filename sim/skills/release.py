@@ -7,8 +7,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Release
+from prefplan.models.manipulation.symbolic import Action
 from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Posture

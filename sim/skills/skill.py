@@ -5,8 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Operator
+from prefplan.models.manipulation.symbolic import Action
 from sim.errors import SimulationError
 from sim.simulation.workcell import Workcell
 

@@ -8,8 +8,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transit
+from prefplan.models.manipulation.symbolic import Action
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.operators import Transport
+from prefplan.models.manipulation.symbolic import Action
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_placement_of_held
 from sim.skills.hand import check_held, transfer_height

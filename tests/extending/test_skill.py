@@ -9,9 +9,9 @@ import numpy as np
 
 import prefplan as pp
 import sim
-from prefplan.models.manipulation.action import at
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.operators import Outcomes
+from prefplan.models.manipulation.symbolic import at
 from sim.skills.hand import HOVER_HEIGHT_M, move_tool
 
 FINGER_M, STEP_M = 0.012, 0.01

@@ -11,7 +11,7 @@ from small_models import COSTS, spot
 
 from prefplan import ManipulationModel, NoPlanError, Object, Order, Planner, Problem, UnfinishedError
 from prefplan.errors import LimitError
-from prefplan.models.manipulation.action import at
+from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from prefplan.replanning import Past, continue_cheaply
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
-from prefplan.models.manipulation.action import at, holding, marked
 from prefplan.models.manipulation.slots import hand_poses, location_of, pose, slots_at_start
-from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.symbolic import ManipulationState, at, holding, marked
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel

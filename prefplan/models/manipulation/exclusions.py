@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from prefplan.models.manipulation.action import Action, at, holding, marked
 from prefplan.models.manipulation.operators import read_action
+from prefplan.models.manipulation.symbolic import Action, at, holding, marked
 from prefplan.models.system import Barred
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.action import Action, at, holding, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, check_costs, cost_names
 from prefplan.models.manipulation.description import (
     Location,
@@ -18,8 +17,8 @@ from prefplan.models.manipulation.description import (
     check_scene,
 )
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of, read_action
-from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.surroundings import Fixture, RobotSetup
+from prefplan.models.manipulation.symbolic import Action, ManipulationState, at, holding, marked
 from prefplan.models.manipulation.system import transition_system
 from prefplan.models.system import System
 from prefplan.text.forms import Form, check_fields

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from prefplan.errors import ModelError, choices
-from prefplan.models.manipulation.action import Action, at, holding
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.slots import free_slot
-from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.symbolic import Action, ManipulationState, at, holding
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel

@@ -28,12 +28,11 @@ from math import comb, perm
 from typing import TYPE_CHECKING
 
 from prefplan.models.costs import amount
-from prefplan.models.manipulation.action import at, marked
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.exclusions import Exclusion, classes, read_exclusions
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.symbolic import ManipulationState, at, marked
 from prefplan.models.system import Barred
 
 if TYPE_CHECKING:

@@ -13,13 +13,12 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import Classes, Expanded, StateTable, listed, listed_by, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
-from prefplan.models.manipulation.state import ManipulationState
 from prefplan.models.manipulation.successors import Moves, canonical
+from prefplan.models.manipulation.symbolic import Action, ManipulationState
 from prefplan.models.manipulation.symmetry import most_states, symmetry_of
 from prefplan.models.system import Barred, System
 from prefplan.models.transition_system import TransitionSystem

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.operators import Grasp
+from prefplan.models.manipulation.symbolic import Action
 from sim.execution.faults.fault import Fault, Injection, never_grasps
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import Skill

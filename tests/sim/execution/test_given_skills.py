@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from prefplan.models.manipulation.action import Action
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.operators import Outcomes
-from prefplan.models.manipulation.state import ManipulationState
+from prefplan.models.manipulation.symbolic import Action, ManipulationState
 from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.execution.cost_measurement import Trial, simulate
 from sim.execution.executor import Execution
