@@ -21,17 +21,12 @@ from typing import Any
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import arranged
 from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.sources import digest_of_sources
 from sim.robots.arms.panda_meshes import mesh_folder
 from sim.world.scene import Scene, build_scene
 
-FOLDERS = (
-    *("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills"),
-    "capability",
-)
-"""Folders of `sim` on which the answers depend."""
-
 LIBRARIES = ("mujoco", "mink", "numpy")
-"""Libraries on which they depend."""
+"""Libraries on which the answers depend."""
 
 
 class Capability:
@@ -114,7 +109,7 @@ class Capability:
             *(replace(place, label=None) for place in model.locations),
             *(replace(obj, label=None, rgba=None) for obj in model.objects),
             *(f"{name} {version(name)}" for name in LIBRARIES),
-            *(mesh_folder() is None, sources()),
+            *(mesh_folder() is None, digest_of_sources()),
         ]
         if model.scene or setup.mjcf or any(obj.file for obj in model.objects):
             parts.append(self._scene.sha256)  # files that may refer to others
@@ -125,12 +120,3 @@ def _decoded(each: dict[str, Any]) -> PlaceCheck:
     """Return an answer as JSON has it."""
     unless = {key: tuple(map(tuple, each[key])) for key in ("take_unless", "put_unless")}
     return PlaceCheck(**each | unless)
-
-
-def sources() -> str:
-    """Return a digest of the sources that decide what the arm can do."""
-    digest, sim = hashlib.sha256(), Path(__file__).parents[1]
-    programs = (path for name in FOLDERS for path in sorted((sim / name).rglob("*.py")))
-    for path in (*programs, *sorted((sim.parent / "assets").glob("*.xml"))):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

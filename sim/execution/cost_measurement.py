@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -33,9 +31,6 @@ SAMPLES = 4
 
 BATCH = 8
 """Number of actions that a process measures before it reports them: a few seconds of work."""
-
-MOTION = ("geometry", "external", "robots", "world", "perception", "motion", "simulation", "skills", "capability")
-"""Folders of `sim` on which measured costs depend."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +59,6 @@ class Failure:
 
     pair: Pair
     reason: str
-
-
-def sources() -> str:
-    """Return a digest of the sources on which measured costs depend; measurements with another one are outdated."""
-    digest = hashlib.sha256()
-    sim = Path(__file__).parents[1]
-    programs = (source for name in MOTION for source in sorted((sim / name).rglob("*.py")))
-    for path in (*programs, *sorted((sim.parent / "assets").glob("*.xml"))):
-        digest.update(path.read_text(encoding="utf-8").encode())
-    return digest.hexdigest()
 
 
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:

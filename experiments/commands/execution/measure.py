@@ -47,7 +47,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
         from experiments.runs.carry_out import scene_of
         from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
-        from sim.execution.cost_measurement import measure_all, sources, trials
+        from sim.capability.sources import digest_of_sources
+        from sim.execution.cost_measurement import measure_all, trials
 
     loaded = pp.load(scenario, measured=False)
     done: list[Measurement] = []
@@ -61,7 +62,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         file = out or measurements_file(loaded.path)
         make_folder(file.parent)
         wanted = trials(scene.model)
-        digest = sources()
+        digest = digest_of_sources()
         done += _measured_before(file, model, scene.robot.name, digest)
         for one in done:
             wanted.pop(one.pair, None)

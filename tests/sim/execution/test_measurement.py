@@ -13,8 +13,10 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.manipulation.slots import free_slot
+from sim.capability import sources
+from sim.capability.sources import FOLDERS, digest_of_sources
 from sim.execution import cost_measurement
-from sim.execution.cost_measurement import MOTION, Failure, Trial, measure, measure_all, simulate, sources, trials
+from sim.execution.cost_measurement import Failure, Trial, measure, measure_all, simulate, trials
 from sim.execution.executor import execute
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import true_poses
@@ -129,11 +131,11 @@ def test_whatever_the_arm_moves_by_is_in_the_digest(monkeypatch: pytest.MonkeyPa
             tree = ast.parse(source.read_text(encoding="utf-8"))
             imports = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
             queue += [module.removeprefix("sim.") for module in imports if module.startswith("sim.")]
-    assert {name.split(".")[0] for name in found} == {*MOTION, "errors", "execution"}
-    before = sources()
-    assert sources() == before
-    monkeypatch.setattr(cost_measurement, "MOTION", MOTION[1:])
-    assert sources() != before
+    assert {name.split(".")[0] for name in found} == {*FOLDERS, "errors", "execution"}
+    before = digest_of_sources()
+    assert digest_of_sources() == before
+    monkeypatch.setattr(sources, "FOLDERS", FOLDERS[1:])
+    assert digest_of_sources() != before
 
 
 def fail_for(obj: str, monkeypatch: pytest.MonkeyPatch) -> None:
