@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import cached_property
@@ -22,6 +20,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import arranged
 from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.capability.sources import digest_of_sources
+from sim.external.cache import cache_folder, keep
 from sim.robots.arms.panda_meshes import mesh_folder
 from sim.world.scene import Scene, build_scene
 
@@ -86,19 +85,13 @@ class Capability:
 
     def _keep(self) -> None:
         """Write the answers to disk, if that is writable."""
-        if not self._kept:
-            return
-        with suppress(OSError):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+        if self._kept:
             text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
-            with tempfile.NamedTemporaryFile("w", dir=self._path.parent, delete=False) as file:
-                file.write(text)
-            os.replace(file.name, self._path)
+            keep(self._path, text.encode())
 
     @cached_property
     def _path(self) -> Path:
-        folder = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "prefplan" / "capability"
-        return folder / f"{self._key}.json"
+        return cache_folder("capability") / f"{self._key}.json"
 
     @cached_property
     def _key(self) -> str:

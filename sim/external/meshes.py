@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import os
-import tempfile
-from contextlib import suppress
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 from prefplan.errors import prefixed
 from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
+from sim.external.cache import cache_folder, keep
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
 
@@ -128,13 +127,15 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
 def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
     """Return the convex parts of a mesh, cached on disk: to compute them takes seconds to minutes."""
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
-    path = _kept_parts() / f"{digest}-{PARTS_VERSION}.npz"
+    path = cache_folder("convex_parts") / f"{digest}-{PARTS_VERSION}.npz"
     try:
         with np.load(path, allow_pickle=False) as kept:
             arrays = [kept[name] for name in kept.files]
     except (OSError, ValueError, EOFError):
         arrays = _decompose(mesh)
-        _keep(path, arrays)
+        archive = io.BytesIO()
+        np.savez_compressed(archive, *arrays)
+        keep(path, archive.getvalue())
     return tuple(trimesh.Trimesh(points).convex_hull for points in arrays)
 
 
@@ -153,16 +154,3 @@ def _decompose(mesh: trimesh.Trimesh) -> list[np.ndarray]:
         **SEARCH,
     )
     return [np.asarray(vertices, dtype=np.float64) for vertices, _ in parts]
-
-
-def _kept_parts() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "prefplan" / "convex_parts"
-
-
-def _keep(path: Path, arrays: list[np.ndarray]) -> None:
-    """Write parts to the cache, if it is writable."""
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            np.savez_compressed(file, *arrays)
-        os.replace(file.name, path)

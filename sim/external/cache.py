@@ -1,0 +1,22 @@
+"""Files that are kept from run to run in the user's cache; where it is not writable, nothing is kept."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+
+def cache_folder(name: str) -> Path:
+    """Return the folder of the user's cache for files of a kind; it need not exist."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "prefplan" / name
+
+
+def keep(path: Path, contents: bytes) -> None:
+    """Write a file of the cache if that is writable; it appears only when it is complete."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(contents)
+        os.replace(file.name, path)
