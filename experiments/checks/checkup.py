@@ -133,6 +133,7 @@ def check(
     *,
     robot: str | None = None,
     quick: bool = False,
+    kept: bool = True,
     max_seconds: float = math.inf,
     max_memory: float = math.inf,
     tell: Tell = lambda stage, done, total, what: None,
@@ -143,6 +144,7 @@ def check(
         scenario: what to check.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         quick: whether to leave out what the arm can do with each object at each location.
+        kept: whether to read and write what the arm can do on disk.
         max_seconds: time limit; what is not known then stays unknown.
         max_memory: limit of memory, bytes.
         tell: called with the progress.
@@ -162,7 +164,7 @@ def check(
     if model is not None and not limits.out_of_time:
         from sim.capability.scene_check import check_scene, tasks_out_of_reach
 
-        arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
+        arm = check_scene(model, limits, robot=robot, quick=quick, kept=kept, tell=tell)
         wanted = [task.achievable is True for task in tasks]
         needs += tasks_out_of_reach(problem, wanted, arm.places or (), partial(is_achievable, limits=limits))
     size = size_of(problem.system, limits)

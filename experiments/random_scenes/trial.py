@@ -32,7 +32,6 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
 from prefplan.scenario.decode import Scenario, load
 from sim.capability.answers import Capability
-from sim.capability.feasibility import Feasibility
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
@@ -149,11 +148,12 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
     scene = None
     with suppress(PrefplanError):
         scene = build_scene(model)
-        if Feasibility(scene).check_start() is None:
-            able = replace(scenario, feasible=Capability(model, scene=scene, kept=False))
+        capability = Capability(model, scene=scene, kept=False)
+        if capability.check_start() is None:
+            able = replace(scenario, feasible=capability)
             Planner(able.problem()).cheapest()
             return scene, []
-    found = check(scenario)
+    found = check(scenario, kept=False)
     return scene, [*found.faults, *(f"task {name} cannot be satisfied" for name in found.impossible)]
 
 

@@ -53,6 +53,14 @@ class Capability:
         """Return what is pickled: all but what can be found again."""
         return {"_model": self._model, "_robot": self._robot, "_kept": self._kept}
 
+    def check_start(self) -> str | None:
+        """See `Feasibility.check_start`; it is found anew each time.
+
+        Raises:
+            SimulationError: the scene cannot be built.
+        """
+        return self._feasibility.check_start()
+
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return what the arm can do with an object at a location; all, where the model does not allow it anyway.
 

@@ -11,8 +11,9 @@ from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
 from prefplan.problem import Problem, Task
+from sim.capability.answers import Capability
 from sim.capability.arrangement import allowed_places
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.feasibility import PlaceCheck
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
 
@@ -46,6 +47,7 @@ def check_scene(
     *,
     robot: str | None = None,
     quick: bool = False,
+    kept: bool = True,
     tell: Callable[[str, int, int, str], None] = lambda stage, done, total, what: None,
 ) -> SceneCheck:
     """Check what the arm can do in a model's scene; what is not known when a limit is reached stays unknown.
@@ -55,6 +57,7 @@ def check_scene(
         limits: of time and memory; Ctrl-C ends them, too.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the model's.
         quick: whether to leave out what the arm can do with each object at each location.
+        kept: whether to read and write answers on disk.
         tell: called with the progress.
 
     Raises:
@@ -68,8 +71,8 @@ def check_scene(
             check_limits()
             scene = build_scene(model, robot=robot)
             warnings = tuple(f"model.{warning}" for warning in scene.warnings)
-            feasibility = Feasibility(scene)
-            if (fault := feasibility.check_start()) is not None:
+            capability = Capability(model, robot=robot, scene=scene, kept=kept)
+            if (fault := capability.check_start()) is not None:
                 return SceneCheck((fault,), warnings)
             if quick:
                 return SceneCheck((), warnings)
@@ -77,7 +80,7 @@ def check_scene(
             for done, (obj, location) in enumerate(pairs):
                 check_limits()
                 tell("arm", done, len(pairs), f"{obj} at {location}")
-                places = (*places, feasibility.check(obj, location))
+                places = (*places, capability.check(obj, location))
     except LimitError:
         return SceneCheck(None if places is None else (), warnings, places, complete=False)
     except SimulationError as error:

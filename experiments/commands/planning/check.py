@@ -48,9 +48,9 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     load_planner(quiet=is_quiet())
     with limits:
         loaded = pp.load(scenario)
-    left = {"max_seconds": limits.seconds_left, "max_memory": limits.bytes - limits.bytes_taken}
+    seconds, memory = limits.seconds_left, limits.bytes - limits.bytes_taken
     with Bars(quiet=is_quiet()) as bars:
-        found = checkup.check(loaded, robot=robot, quick=quick, tell=bars, **left)
+        found = checkup.check(loaded, robot=robot, quick=quick, max_seconds=seconds, max_memory=memory, tell=bars)
     if as_json:
         output.print_json(_json(loaded, found))
     else:

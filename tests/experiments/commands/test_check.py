@@ -254,6 +254,18 @@ def test_ctrl_c_before_the_start_is_checked_leaves_unknown_whether_the_arm_can_w
     assert (result.status, result.json["scene"], result.json["places"]) == (130, None, None)
 
 
+def test_what_the_arm_can_do_is_found_once(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "cup.toml").write_text(cup_scenario())
+    found = run("check", "cup.toml", "--json").json["places"]
+
+    def asked_again(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(Feasibility, "check", asked_again)
+    assert found and run("check", "cup.toml", "--json").json["places"] == found
+
+
 def test_every_cost_and_preference_is_told(run: Run, island: Path) -> None:
     text = re.sub(r"cost = ([\d.]+)", r"cost = { time = \1, noise = 3 }", ISLAND)
     text += 'of = "noise"\n[[preferences]]\nname = "soon"\nkind = "order"\n'
