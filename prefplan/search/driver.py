@@ -80,7 +80,6 @@ class LabelSearch:
             compared = [self._first]
         self.keys = self._layout.arrays(
             [] if prepared.graph.contracted else prepared.costs,
-            None,
             first=self._first,
             compared=compared,
             lexicographic=is_lexicographic,

@@ -18,7 +18,7 @@ contract, costs are compared in both directions: they must be equal.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -174,17 +174,15 @@ class KeyMap:
     def arrays(
         self,
         columns: Sequence[np.ndarray],
-        evaluate: Callable[[int], int] | None,
         *,
         first: int,
         compared: Sequence[int],
         lexicographic: bool,
     ) -> Keys:
-        """Return the layout as arrays for the kernel.
+        """Return the layout as arrays for the kernel, without what evaluates entries.
 
         Args:
             columns: each of the costs, in units, of edges or actions; none where successors come with their only cost.
-            evaluate: computes the values in a label's key.
             first: the objective in whose order goals are found.
             compared: the entries by which labels of a product state are compared.
             lexicographic: see `Keys`.
@@ -219,7 +217,7 @@ class KeyMap:
             ranked=len(self.problem.objective_names) if lexicographic else 0,
             cost_limit=PRODUCT_LIMIT // max([largest, *(slope for _, _, slope, _ in late)]),
             computed=any(each.how == VALUE for each in self.entries),
-            evaluate=evaluate,
+            evaluate=None,
         )
 
     def _violation_rates(self) -> np.ndarray:
