@@ -126,7 +126,7 @@ def intervention(obj: str, time: float, *, position: Sequence[float] | None = No
         world = RecordedWorld(log)
         data, joint = mujoco.MjData(world.mujoco), world.mujoco.joint(obj)
         frame = world.frame_at(time)
-        data.qpos[:], data.qvel[:], data.time = world.qpos[frame], world.qvel[frame], time
+        data.qpos[:], data.qvel[:], data.time = log.qpos[frame], log.qvel[frame], time
         first, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
         if position is not None:
             data.qpos[first : first + 7] = [*position, 1, 0, 0, 0]
@@ -201,8 +201,8 @@ PLAIN = (
         "simulated again",
     ),
     Forgery("the gripper commanded open", lambda log: replace(log, controls=log.controls + OPEN), "simulated again"),
-    Forgery("speeds all zero", scaled("speeds", 0), "joint speeds"),
-    Forgery("accelerations all zero", scaled("accelerations", 0), "joint accelerations"),
+    Forgery("speeds all zero", scaled("speeds", 0), "simulated again"),
+    Forgery("accelerations all zero", scaled("accelerations", 0), "simulated again"),
     Forgery("a joint past its stop", shifted("qpos", "joint4", -2.0), "joint positions"),
     Forgery("velocities all zero", scaled("qvel", 0), "simulated again"),
     Forgery("a weak grip", scaled("pad_forces", 0.1), "simulated again"),
@@ -262,7 +262,7 @@ PLAIN = (
         lambda log: telling(log, text=log.about.text.replace("F cup_tray", "true")),
         "task cost tidy",
     ),
-    Forgery("jerks a tenth", scaled("jerks", 0.1), "joint jerks"),
+    Forgery("jerks a tenth", scaled("jerks", 0.1), "simulated again"),
     Forgery(
         "a task claimed that there is not", lambda log: claiming(log, task_costs={"tidy": 10, "peace": 0}), "task peace"
     ),

@@ -24,14 +24,14 @@ from prefplan.scenario.decode import Scenario
 from sim.errors import LogError
 from sim.evidence.action_checks import check_events, check_hand
 from sim.evidence.cost_checks import check_action_costs
-from sim.evidence.fault_checks import check_faults, shown_faults
+from sim.evidence.fault_checks import check_faults
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.motion_checks import check_limits, check_recording
 from sim.evidence.object_checks import check_rest, check_start
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
 from sim.evidence.scenario_checks import check_scenario
-from sim.evidence.touch_checks import check_contacts
+from sim.evidence.touch_checks import Touches, check_contacts
 
 VERDICTS = ("refuted", "consistent", "proved")
 """What a certificate says of the claims, from the weakest."""
@@ -150,7 +150,7 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
-    physics, equal = _physics(log, world) if recording.holds else ((check_contacts(log, world, ()),), False)
+    physics, equal = _physics(log, world) if recording.holds else ((), False)
     motions = (*check_limits(log, world), *physics)
     if verdict.completed and not about.claims.completed and not _is_explained(log, (*claims, *motions)):
         told = "every task is satisfied, and nothing in the log says why the run is called not completed"
@@ -161,9 +161,10 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
     """Simulate frames without a gap again; return checks of them, and whether every digit is equal."""
-    again = resimulate(log, world)
-    contacts = check_contacts(log, world, shown_faults(log, world, again.changes))
-    return (again.check, check_faults(log, world, again.changes), contacts), again.equal
+    touches = Touches(log, world)
+    again = resimulate(log, world, touches)
+    faults, moved = check_faults(log, world, again.changes)
+    return (again.check, faults, check_contacts(log, touches, moved, world.arm_shapes)), again.equal
 
 
 def _is_explained(log: Log, checks: Sequence[Check]) -> bool:
@@ -185,13 +186,12 @@ def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
     earned: set[tuple[str, str]] = set()
     trace, checks = [label], []
     said = label
-    for k, action in enumerate(log.about.actions, 1):
+    for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
         world.show(world.frame_at(action.end))
-        symbolic = world.action(action.action)
-        effect = world.model.effect(symbolic) & own if symbolic else frozenset()
+        effect = world.model.effect(symbolic) & own
         said, told = frozenset(action.label) & own, said
         before, label = label, _observed(world, said) & own
-        if symbolic and symbolic.location in marks:
+        if symbolic.location in marks:
             obj, place = symbolic.obj, symbolic.location
             worked = world.worked(place, start=action.start, end=action.end)
             if at(obj, place) in effect & label and worked and holding(obj) in before:

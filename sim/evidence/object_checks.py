@@ -24,7 +24,7 @@ REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
 
 def check_start(log: Log, world: RecordedWorld, label: Label) -> Check:
     """Check that the first positions are those of the seed and that, by the `label`, every object is at its start."""
-    off = np.abs(world.qpos[0] - world.start)
+    off = np.abs(log.qpos[0] - world.start)
     if off.max() > START_TOLERANCE:
         joint, seed = joint_at(world.mujoco, int(off.argmax())), log.about.setting.get("seed")
         return Check("start", False, f"{joint} is {off.max():.4f} m or rad from where seed {seed} puts it")

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import functools
-from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import ModelError, PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.symbolic import Action
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
@@ -18,6 +19,7 @@ from sim.external.bundle import unpacked
 from sim.geometry.mjcf import columns
 from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
 from sim.robots.robot import Robot
+from sim.simulation.recorder import STATE
 from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -130,26 +132,29 @@ def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, fl
     return scene, start.qpos, noise, bias
 
 
-def states_of(log: Log, robot: Robot, model: mujoco.MjModel, objects: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (T, nq) recorded positions and the (T, nv) velocities in the order of a model's joints."""
-    for name in robot.load_limits:
-        if getattr(log, name).shape[1] != len(robot.joints):
-            raise LogError(f"the log is broken: {name} are not those of the {len(robot.joints)} joints of the arm")
-    if log.pad_forces.shape[1] != len(robot.gripper.pads):
-        raise LogError(f"the log is broken: pad_forces are not those of the {len(robot.gripper.pads)} pads of the hand")
-    fixed = (*robot.joints, *robot.gripper.joints)
-    free = sorted(place for name, place in log.about.joints.items() if name not in fixed)
-    qpos, qvel = np.tile(model.qpos0, (len(log.times), 1)), np.zeros((len(log.times), model.nv))
-    for name in (*fixed, *objects):
-        pose, rates = columns(model, name)
-        positions, velocities = pose.stop - pose.start, rates.stop - rates.start
-        first = log.about.joints.get(name, -1)
-        # A free joint has seven positions and six velocities.
-        speed = first - bisect_left(free, first)
-        if not 0 <= first <= log.qpos.shape[1] - positions or not 0 <= speed <= log.qvel.shape[1] - velocities:
-            raise LogError(f"the log is broken: a frame has no position of {name!r}")
-        qpos[:, pose] = log.qpos[:, first : first + positions]
-        qvel[:, rates] = log.qvel[:, speed : speed + velocities]
-        if positions == 7 and np.linalg.norm(qpos[:, pose][:, 3:], axis=1).min() < MIN_QUATERNION:
-            raise LogError(f"the log is broken: a frame has no orientation of {name!r}")
-    return qpos, qvel
+def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:
+    """Raise LogError unless the arrays of a log are those of a scene, and every frame has an orientation of objects."""
+    model, robot = scene.mujoco, scene.robot
+    joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
+    if log.about.joints != joints:
+        raise LogError("the log is broken: its joints are not those of its scenario")
+    states = {"qpos": model.nq, "qvel": model.nv, "controls": model.nu}
+    states |= {"interventions": 1 + mujoco.mj_stateSize(model, STATE), "pad_forces": len(robot.gripper.pads)}
+    for name, width in (states | dict.fromkeys(robot.load_limits, len(robot.joints))).items():
+        if getattr(log, name).shape[1] != width:
+            raise LogError(f"the log is broken: {name} has {getattr(log, name).shape[1]} columns, its scenario {width}")
+    for obj in objects:
+        if np.linalg.norm(log.qpos[:, columns(model, obj)[0]][:, 3:], axis=1).min() < MIN_QUATERNION:
+            raise LogError(f"the log is broken: a frame has no orientation of {obj!r}")
+
+
+def actions_of(log: Log, model: ManipulationModel) -> tuple[Action, ...]:
+    """Return the actions of a log.
+
+    Raises:
+        LogError: the model has none of that kind.
+    """
+    try:
+        return tuple(model.action(action.action) for action in log.about.actions)
+    except ModelError as error:
+        raise LogError(f"the log is broken: {error}") from None

@@ -12,14 +12,12 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
-from prefplan.errors import ModelError
-from prefplan.models.manipulation.symbolic import Action
 from prefplan.scenario.decode import Scenario
 from sim.evidence.log import Log, measured_costs
-from sim.evidence.rebuilt import built, described, perturbed_as_said, states_of, words_for
-from sim.geometry.mjcf import first_met, is_solid, opaque, solid_geoms
+from sim.evidence.rebuilt import actions_of, built, described, perturbed_as_said, require_fitting, words_for
+from sim.geometry.mjcf import columns, is_solid, solid_geoms
 from sim.simulation.recorder import COMMANDS_PER_UNIT
-from sim.simulation.run import FRAME_RATE_HZ, Event
+from sim.simulation.run import FRAME_RATE_HZ
 
 AT_LOCATION_M = 0.045
 """Greatest horizontal distance of an object at a location from the centre of a slot."""
@@ -41,9 +39,6 @@ so that these are six standard deviations, and four of the distance between two 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: about the weight of a default cube."""
 
-FAULT_TIME_S = 1e-6
-"""Greatest difference between the time of a fault and that of the state it leaves."""
-
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
 
@@ -54,6 +49,7 @@ class RecordedWorld:
     Attributes:
         scenario: read from the log.
         model: its manipulation model.
+        actions: of the run, as the model has them.
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
         scene: perturbed as the log's setting says.
@@ -62,13 +58,12 @@ class RecordedWorld:
         start: (nq,) positions at which the run begins, by its seed.
         noise: standard deviation of an observed coordinate, m.
         bias: (3,) constant error of every observed position, by the seed, m.
-        qpos: (T, nq) recorded positions, in the order of this scene.
-        qvel: (T, nv) recorded velocities.
         objects: of the scenario, and those that faults added.
+        grips: (T,) commands of the gripper.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
-        LogError: (on construction) the scenario in the log cannot be read or built, or its joints are missing.
+        LogError: (on construction) the scenario in the log cannot be read or built, or its frames do not fit into it.
     """
 
     def __init__(self, log: Log, scenario: Scenario | None = None) -> None:
@@ -83,50 +78,23 @@ class RecordedWorld:
         scene, here = built(self.scenario, about)
         self.other_shapes, self.arm_shapes = here != about.meshes, words_for(scene)
         self.scene, self.start, self.noise, self.bias = perturbed_as_said(scene, about)
-        self.model = self.scene.model
-        self.mujoco = self.scene.mujoco
-        self.robot = self.scene.robot
-        spares = (name for name in self.scene.spares if name in about.joints)
-        self.objects = objects = (*(obj.name for obj in self.model.objects), *spares)
-        self.qpos, self.qvel = states_of(log, self.robot, self.mujoco, objects)
-        self._data = mujoco.MjData(self.mujoco)
-        self._surfaces = {place.name: self._surface(place.name) for place in self.model.locations if not place.on}
-        self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in objects}
-        self._grips = self._commands(self.mujoco.actuator(self.robot.gripper.actuator).id)
+        self.model, self.mujoco, self.robot = self.scene.model, self.scene.mujoco, self.scene.robot
+        self.objects = (*(obj.name for obj in self.model.objects), *self.scene.spares)
+        require_fitting(log, self.scene, self.objects)
+        self.actions = actions_of(log, self.model)
+        self._data, self._frame = mujoco.MjData(self.mujoco), 0
+        self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in self.objects}
+        bodies = (self.mujoco.body_weldid == 0) & ~self.robot.bodies(self.mujoco)
+        self._fixed = np.flatnonzero(is_solid(self.mujoco) & bodies[self.mujoco.geom_bodyid]).tolist()
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
-
-    def action(self, text: str) -> Action | None:
-        """Return the action that a text denotes, or None if the model has no such action."""
-        try:
-            return self.model.action(text)
-        except ModelError:
-            return None
-
-    def disturbed(self, event: Event) -> tuple[str, ...]:
-        """Return the object that a fault moved from outside, according to its event; none for other events."""
-        kind, target = fault_of(event)
-        if event.kind != "fault" or kind not in ("move", "knock", "foreign"):
-            return ()
-        return (str(event.detail.get("object")) if kind == "foreign" else target,)
-
-    def command(self, time: float) -> np.ndarray:
-        """Return the (nu,) commands of the step that begins at a time, s."""
-        row = int(round(time / self.mujoco.opt.timestep))
-        return np.asarray(self._log.controls[min(row, len(self._log.controls) - 1)] / COMMANDS_PER_UNIT)
-
-    def excused(self, time: float) -> set[str]:
-        """Return the objects that recorded faults move from outside at a time, s."""
-        events = [event for event in self._log.about.events if abs(event.time - time) < FAULT_TIME_S]
-        return {obj for event in events for obj in self.disturbed(event)}
-
-    def arm(self) -> np.ndarray:
-        """Return the (T, n) recorded angles of the arm's joints, rad."""
-        return self._log.qpos[:, [self._log.about.joints[name] for name in self.robot.joints]]
+        steps = np.rint(log.times / self.mujoco.opt.timestep).astype(int) - 1
+        sent = np.append(log.controls[:, self.mujoco.actuator(self.robot.gripper.actuator).id], 0)
+        self.grips = sent[steps.clip(0, max(0, len(sent) - 2))] / COMMANDS_PER_UNIT
 
     def path(self, obj: str) -> np.ndarray:
         """Return the (T, 3) recorded positions of an object's centre, m."""
-        first = self._log.about.joints[obj]
-        return self._log.qpos[:, first : first + 3]
+        pose, _ = columns(self.mujoco, obj)
+        return self._log.qpos[:, pose][:, :3]
 
     def frame_at(self, time: float) -> int:
         """Return the index of the last frame up to a time, s."""
@@ -141,11 +109,12 @@ class RecordedWorld:
     def show(self, frame: int) -> None:
         """Set the positions of a frame."""
         self._frame = frame
-        self._data.qpos[:] = self.qpos[frame]
+        self._data.qpos[:] = self._log.qpos[frame]
         mujoco.mj_kinematics(self.mujoco, self._data)
 
-    def pointed_at(self, distances: np.ndarray) -> np.ndarray:
-        """Return the (K, 3) points at K distances ahead of the tool in the frame that is shown, m."""
+    def pointed_at(self, frame: int, distances: np.ndarray) -> np.ndarray:
+        """Return the (K, 3) points at K distances ahead of the tool in a frame, m."""
+        self.show(frame)
         tool = self._data.site(self.robot.tool)
         return np.asarray(tool.xpos + distances[:, None] * tool.xmat.reshape(3, 3)[:, 2])
 
@@ -156,7 +125,7 @@ class RecordedWorld:
         """
         recent = slice(max(0, self._frame - PRESS_MEMORY_FRAMES), self._frame + 1)
         pressed = self._log.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
-        if not any(pressed & [self.robot.gripper.holds(command) for command in self._grips[recent]]):
+        if not any(pressed & [self.robot.gripper.holds(command) for command in self.grips[recent]]):
             return None
         return next(
             (name for name, parts in self._geoms.items() if all(self._touch(parts, [pad]) for pad in self._pads)), None
@@ -210,7 +179,7 @@ class RecordedWorld:
                 far = float(np.hypot(*(np.mean(where, axis=0) - self._observed(obj))[:2]))
                 carriers = [under[name] for name in supports if name in under]
                 floors = [self._observed(below)[2] + self._half_height(below) for below in carriers]
-            elif not self._touch(self._geoms[obj], self._surfaces[place]):
+            elif not self._touch(self._geoms[obj], self._fixed):
                 continue
             level = any(abs(underside - floor) < AT_HEIGHT_M + slack for floor in floors)
             if level and far < AT_LOCATION_M + slack:
@@ -223,27 +192,6 @@ class RecordedWorld:
 
     def _half_height(self, obj: str) -> float:
         return float(self.scene.shapes[obj].half[2])
-
-    def _commands(self, actuator: int) -> np.ndarray:
-        """Return the (T,) commands that an actuator was sent at the time of each frame."""
-        sent = self._log.controls
-        if not len(sent) or sent.shape[1] <= actuator:
-            return np.zeros(len(self._log.times))
-        steps = np.rint(self._log.times / self.mujoco.opt.timestep).astype(int) - 1
-        return np.asarray(sent[steps.clip(0, len(sent) - 1), actuator] / COMMANDS_PER_UNIT)
-
-    def _surface(self, location: str) -> list[int]:
-        """Return the geoms on which an object rests at a location: those of its base, else those below its slots."""
-        own = solid_geoms(self.mujoco, f"{location}_base").tolist()
-        return own or sorted({self._below(slot.position) for slot in self.scene.slots[location]} - {-1})
-
-    def _below(self, point: np.ndarray) -> int:
-        """Return the fixed geom below a (3,) point, m, or -1."""
-        model = self.mujoco
-        fixed = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
-        mujoco.mj_kinematics(model, self._data)
-        start, down = point + [0.0, 0.0, CONTACT_DISTANCE_M], np.array([0.0, 0.0, -1.0])
-        return first_met(fixed, self._data, start, down)[0]
 
     def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
         return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
@@ -276,9 +224,3 @@ def touching(data: mujoco.MjData, geom: int, other: int) -> bool:
     """Return whether two geoms are nearer than `CONTACT_DISTANCE_M`."""
     far = mujoco.mj_geomDistance(data.model, data, geom, other, 2 * CONTACT_DISTANCE_M, None)
     return bool(far < CONTACT_DISTANCE_M)
-
-
-def fault_of(event: Event) -> tuple[str, str]:
-    """Return the kind of the fault that an event records, and its target or amount."""
-    kind, _, target = str(event.detail.get("fault")).partition("@")[0].partition(":")
-    return kind, target

@@ -11,11 +11,14 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.linalg import solve_banded
 
 from prefplan.claims import Check
 from sim.evidence.log import DECIMALS, RATE_DECIMALS, Log, versions
 from sim.evidence.replay import RecordedWorld
+from sim.evidence.touch_checks import Touches
 from sim.geometry.mjcf import columns, joint_at
+from sim.motion.trajectory import STEPS
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder
 
 NAME = "simulated again"
@@ -36,8 +39,9 @@ SPEED_TOLERANCE = 0.05
 LOAD_TOLERANCES = {"speeds": 0.05, "torques": 0.05, "accelerations": 0.5, "torque_rates": 0.5, "pad_forces": 0.3}
 """Greatest RMS difference of a load over a run, as a share of the RMS of the simulated one."""
 
-PEAK_TOLERANCE = 0.2
-"""Greatest difference of a torque in a frame, as a share of its limit."""
+PEAK_TOLERANCE, JERK_TOLERANCE = 0.2, 0.01
+"""Greatest difference of a torque in a frame, as a share of its limit, and by how much a commanded jerk may exceed the
+recorded one, which it never does in genuine logs."""
 
 IDLE = 0.02
 """Loads below this share of the RMS of all joints do not count: those of an idle joint are no larger."""
@@ -81,63 +85,59 @@ class Resimulation:
     changes: tuple[Change, ...] = ()
 
 
-def resimulate(log: Log, world: RecordedWorld) -> Resimulation:
-    """Compare a log, whose frames have no gap, with a simulation of its commands, see above."""
-    objection = _objection(log, world)
-    if objection:
-        return Resimulation(Check(NAME, False, objection), False)
+def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation:
+    """Compare a log, whose frames have no gap, with a simulation of its commands, see above.
+
+    Args:
+        log: of the run.
+        world: rebuilt from it.
+        touches: looks at every frame, and at the end of every control period.
+    """
+    rows = log.interventions[:, 0]
+    if (
+        not len(rows)
+        or rows[0] != 0
+        or np.any(np.diff(rows) <= 0)
+        or np.any(rows % 1 > 0)
+        or rows[-1] > len(log.controls)
+    ):
+        return Resimulation(Check(NAME, False, "the steps of its interventions are not in order from the first"), False)
     here, there = versions(), log.about.versions
     other = [
         f"{part} {there.get(part)} then, {here[part]} now" for part in ENVIRONMENT if there.get(part) != here[part]
     ]
     if world.other_shapes:
         other.append("other shapes of the arm")
-    again = _Again(log, world, frame_by_frame=bool(other))
+    again = _Again(log, world, touches, frame_by_frame=bool(other))
     again.run()
-    found = again.recorder.arrays
-    changes = tuple(again.changes)
-    if len(found["times"]) < len(log.times):
-        lasts = f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s"
-        return Resimulation(Check(NAME, False, lasts), False, changes)
-    objection = again.objection or (_objection_to_loads(log, world, found) if other else None)
-    tolerances = {"times": 1e-6, "qpos": FRAME_TOLERANCE} if other else EXACT
-    objection = _difference(log, world, found, tolerances) or objection
+    objection = _objection(log, world, again, {"times": 1e-6, "qpos": FRAME_TOLERANCE} if other else EXACT)
+    words = objection or f"{len(log.times)} frames, every digit equal"
     if other and not objection:
-        objection = _objection_to_drift(log, world, found)
-    if objection:
-        return Resimulation(Check(NAME, False, objection), False, changes)
-    words = f"{len(log.times)} frames, every digit equal"
-    if other:
         words = (
             f"{len(log.times)} frames, each within {FRAME_TOLERANCE * 1000:g} mm of what follows from the one before, "
             f"and within {MAX_DRIFT * 1000:g} mm in all ({'; '.join(other)}); smaller forgeries are not excluded"
         )
-    return Resimulation(Check(NAME, True, words), not other, changes)
+    return Resimulation(Check(NAME, objection is None, words), not other and objection is None, tuple(again.changes))
 
 
-def _objection(log: Log, world: RecordedWorld) -> str | None:
-    """Return why the commands of a log cannot be simulated, or None."""
-    model, about = world.mujoco, log.about
-    joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
-    if about.joints != joints or log.qpos.shape[1] != model.nq or log.qvel.shape[1] != model.nv:
-        return "its joints are not those of its scenario"
-    if log.controls.shape[1] != model.nu:
-        return f"{log.controls.shape[1]} commands a step, but the scene has {model.nu} actuators"
-    rows = log.interventions
-    if rows.shape[1] != 1 + mujoco.mj_stateSize(model, STATE):
-        return "the states of its interventions are not those of its scenario"
-    if not len(rows) or rows[0, 0] != 0 or np.any(np.diff(rows[:, 0]) <= 0) or np.any(rows[:, 0] % 1 > 0):
-        return "it does not say in which state the first step begins"
-    if rows[-1, 0] > len(log.controls):
-        return "an intervention is at a step that does not exist"
-    return None
+def _objection(log: Log, world: RecordedWorld, again: _Again, tolerances: dict[str, float]) -> str | None:
+    """Return in which way a log is not what was simulated again, in a sentence, or None."""
+    found = again.recorder.arrays
+    if len(found["times"]) < len(log.times):
+        return f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s"
+    return (
+        _difference(log, world, found, tolerances)
+        or again.objection
+        or _objection_to_loads(log, world, found)
+        or _objection_to_drift(log, world, found)
+    )
 
 
 class _Again:
     """A simulation of the commands of a log; with `frame_by_frame`, every frame begins from the recorded one."""
 
-    def __init__(self, log: Log, world: RecordedWorld, *, frame_by_frame: bool) -> None:
-        self._log, self._world, self._frame_by_frame = log, world, frame_by_frame
+    def __init__(self, log: Log, world: RecordedWorld, touches: Touches, *, frame_by_frame: bool) -> None:
+        self._log, self._world, self._touches, self._frame_by_frame = log, world, touches, frame_by_frame
         self._data, self.recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
         self.changes: list[Change] = []
         self.objection: str | None = None
@@ -148,18 +148,22 @@ class _Again:
         interventions = {int(row[0]): row[1:] for row in log.interventions}
         controls = log.controls / COMMANDS_PER_UNIT
         data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
+        self.recorder.begin_period(data, controls, _references(log, self._world))
         self.recorder.record(data, glow=-1)
+        self._touches.look(data, 0, recorded=True)
         frames = 1
         for step in range(len(controls)):
             if step in interventions:
                 self._intervene(interventions[step], first=not step)
             data.ctrl[:] = controls[step]
             mujoco.mj_step(model, data)
-            if self.recorder.feel(data):
+            if due := self.recorder.feel(data):
                 self.recorder.record(data, glow=-1)
                 if self._frame_by_frame and frames < len(log.times):
                     data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]
                 frames += 1
+            if frames <= len(log.times) and (due or (step + 1) % STEPS == 0):
+                self._touches.look(data, frames - 1, recorded=due)
 
     def _intervene(self, state: np.ndarray, *, first: bool) -> None:
         """Set a state, note what that changes, and object to changes that no fault makes."""
@@ -184,6 +188,28 @@ class _Again:
             self.changes.append(Change(float(data.time), frozenset(moved), before, after))
 
 
+def _references(log: Log, world: RecordedWorld) -> np.ndarray:
+    """Return the (S, n) references of the arm's joints, of which the commands of a log were made, rad.
+
+    A command is the reference r plus the actuator's lag times its rate: u = r + lag r'. The trapezoidal rule gives r.
+    """
+    model = world.mujoco
+    motors, period = [model.actuator(name).id for name in world.robot.joints], float(model.opt.timestep)
+    commands = log.controls[:, motors] / COMMANDS_PER_UNIT
+    references = commands.copy()
+    if len(commands):
+        for joint, motor in enumerate(motors):
+            share = period * model.actuator_biasprm[motor, 1] / (2 * model.actuator_biasprm[motor, 2])
+            offsets = commands[:, joint] - commands[0, joint]
+            # (1 + share) y[k] + (share - 1) y[k - 1] = share (x[k] + x[k - 1])
+            diagonals = np.tile([[1 + share], [share - 1]], len(offsets))
+            driven = share * (offsets + np.append(0.0, offsets[:-1]))
+            references[:, joint] += solve_banded((1, 0), diagonals, driven, check_finite=False) - offsets
+    # A command is logged when the actuator gets it, later than its reference by the latency.
+    late = min(len(commands), round(world.scene.latency / period))
+    return np.vstack([references[late:], np.repeat(references[-1:], late, axis=0)])
+
+
 def _objection_to_loads(log: Log, world: RecordedWorld, found: dict[str, np.ndarray]) -> str | None:
     """Return which load is not what the commands lead to, frame by frame, in a sentence, or None."""
     count = len(log.times)
@@ -192,13 +218,15 @@ def _objection_to_loads(log: Log, world: RecordedWorld, found: dict[str, np.ndar
         if not len(recorded):
             continue
         off, rms = (np.sqrt(np.mean(rows**2, axis=0)) for rows in (simulated - recorded, simulated))
-        beyond = off > share * rms + IDLE * np.sqrt(np.mean(rms**2))
+        beyond = off > share * rms + IDLE * np.sqrt(np.mean(rms**2)) + EXACT[name]
         if beyond.any():
             worst, what = int((off * beyond).argmax()), name.replace("_", " ")
             return f"the {what} differ by {off[worst]:.2g} from those that the commands lead to, over the run"
-    peaks = np.abs(found["torques"][:count] - log.torques) > PEAK_TOLERANCE * world.robot.torque_limits
-    if peaks.any():
-        return f"a torque is not what the commands lead to, first at {log.times[np.argwhere(peaks)[0][0]]:.2f} s"
+    torques = np.abs(found["torques"][:count] - log.torques) > PEAK_TOLERANCE * world.robot.torque_limits
+    jerks = found["jerks"][:count] - log.jerks > JERK_TOLERANCE * world.robot.jerk_limits
+    for what, beyond in (("torque", torques), ("jerk", jerks)):
+        if beyond.any():
+            return f"a {what} is not what the commands lead to, first at {log.times[np.argwhere(beyond)[0][0]]:.2f} s"
     return None
 
 

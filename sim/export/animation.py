@@ -62,7 +62,7 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
     """
     model, times = world.mujoco, log.times
     channels = _Channels(tree, items, times)
-    (positions, quaternions), every = local_poses(model, world.qpos), np.arange(len(times))
+    (positions, quaternions), every = local_poses(model, log.qpos), np.arange(len(times))
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
         channels.add(node, "translation", every, positions[:, body])

@@ -41,7 +41,7 @@ def encode_glb(logs: Mapping[str, Log]) -> bytes:
     """
     worlds = {name: RecordedWorld(log) for name, log in logs.items()}
     first = next(iter(worlds.values()))
-    stage, looks = _stage(first.scene, first.qpos[:1])
+    stage, looks = _stage(first.scene, next(iter(logs.values())).qpos[:1])
 
     def animate(items: Items, tree: dict[str, Any]) -> None:
         for name, world in worlds.items():

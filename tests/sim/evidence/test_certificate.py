@@ -102,9 +102,9 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
         ({"text": "not toml"}, "the scenario in the log cannot be used: .*not TOML"),
         ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log cannot be used"),
         ({"setting": {"noise_mm": 1000.0}}, "the setting in the log cannot be used: a noise of 1000 mm"),
-        ({"joints": {}}, "a frame has no position of 'joint1'"),
-        ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "a frame has no position of 'joint1'"),
-        ({"speeds": np.zeros((3, 6))}, "speeds are not those of the 7 joints"),
+        ({"joints": {}}, "its joints are not those of its scenario"),
+        ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "its joints are not those of its scenario"),
+        ({"speeds": np.zeros((3, 6))}, "speeds has 6 columns, its scenario 7"),
     ],
 )
 def test_a_log_that_cannot_be_checked_is_refused(arch_log: Log, change: dict[str, Any], words: str) -> None:

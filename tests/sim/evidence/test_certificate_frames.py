@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from forged_logs import claiming, log_of_run, refutations, telling
@@ -14,7 +15,7 @@ from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
 from sim.evidence.replay import RecordedWorld
-from sim.evidence.touch_checks import check_contacts
+from sim.evidence.touch_checks import Touches, check_contacts
 from sim.robots.arms.panda import PANDA
 from sim.simulation.run import Event
 from sim.skills import transfer, transport
@@ -55,7 +56,24 @@ def test_what_a_failed_run_did_is_a_finding_and_no_lie(arch_log: Log) -> None:
     assert {check.name for check in certificate.findings} == wrong
     assert {check.name for check in certificate.refuted} == again, "it is no log of a simulation"
     hidden = replace(log, speeds=np.zeros_like(log.speeds))
-    assert "joint speeds" in refutations(claiming(hidden, completed=False, preference=None))
+    assert "simulated again" in refutations(claiming(hidden, completed=False, preference=None))
+
+
+def test_a_limit_that_the_frames_show_to_be_passed_is_told_whatever_is_recorded(arch_log: Log) -> None:
+    qvel = arch_log.qvel.copy()
+    qvel[100, 2] = 1.06 * PANDA.velocity_limits[2]
+    forged = telling(replace(arch_log, qvel=qvel), versions=arch_log.about.versions | {"mujoco": "3.0.0"})
+    words = refutations(forged)["joint speeds"]
+    assert words == f"exceeded: 106.0% of the limit, {PANDA.joints[2]} at {arch_log.times[100]:.2f} s"
+
+
+def touched_by(log: Log, frame: int, qpos: np.ndarray) -> str:
+    """Return the first unwanted contact in a state, at a frame of a log, in words."""
+    world = RecordedWorld(log)
+    touches, data = Touches(log, world), mujoco.MjData(world.mujoco)
+    data.qpos[:], data.time = qpos, log.times[frame]
+    touches.look(data, frame, recorded=True)
+    return check_contacts(log, touches, [], world.arm_shapes).words
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
@@ -63,9 +81,10 @@ def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> 
     qpos = arch_log.qpos.copy()
     low = int(np.argmin(np.abs(arch_log.times - arch_log.about.actions[1].start - 1.5)))
     qpos[low, first + 1] += 0.25
-    words = refutations(replace(arch_log, qpos=qpos))["contacts"]
-    time = float(re.fullmatch(r".* touches .* at ([0-9.]+) s", words)[1])
-    assert arch_log.times[low - 1] <= time <= arch_log.times[low + 1]
+    assert re.fullmatch(f".* touches .* at {arch_log.times[low]:.2f} s", touched_by(arch_log, low, qpos[low]))
+    assert "touches" not in touched_by(arch_log, low, arch_log.qpos[low])
+    words = refutations(replace(arch_log, qpos=qpos))["simulated again"]
+    assert words.endswith(f"first at {arch_log.times[low]:.2f} s"), "and no command leads there"
 
 
 @pytest.mark.parametrize(
@@ -79,7 +98,8 @@ def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_th
     touch = Event(time, "contact", {"moving": "hand", "other": other})
     log = telling(arch_log, events=(*arch_log.about.events, fault, touch))
     words = f"hand touched {other} at {time:.2f} s, according to the log"
-    check = check_contacts(log, RecordedWorld(log), [fault])
+    world = RecordedWorld(log)
+    check = check_contacts(log, Touches(log, world), [(fault.time, "green")], world.arm_shapes)
     assert check.holds != refuted and (words == check.words) == refuted
     # The states do not show this fault, so that the certificate lets it excuse nothing.
     assert refuted or refutations(log)["contacts"] == words
@@ -96,7 +116,8 @@ def test_the_arm_may_not_touch_itself(arch_log: Log) -> None:
     qpos = arch_log.qpos.copy()
     qpos[40, [arch_log.about.joints[name] for name in PANDA.joints]] = [0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78]
     link = r"(hand|left_finger|right_finger|link\d)"
-    assert re.match(f"{link} touches {link} at", refutations(replace(arch_log, qpos=qpos))["contacts"])
+    assert re.match(f"{link} touches {link} at", touched_by(arch_log, 40, qpos[40]))
+    assert "simulated again" in refutations(replace(arch_log, qpos=qpos))
 
 
 def test_a_load_that_brushes_a_bystander_on_its_way_is_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
