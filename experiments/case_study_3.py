@@ -49,7 +49,7 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
         console.print(f"\nCarrying out the {name}-optimal plan (cost {number(plan.cost)})")
         with Bars(quiet=quiet) as bars:
             outcome, recording = perform(scenario, scene, plan, out / name, tell=bars)
-        show_outcome(console, scenario, outcome)
+        show_outcome(console, outcome)
         if recording is None:
             return INTERRUPTED
         outcomes.append(outcome)
@@ -77,7 +77,7 @@ def perform(
     if outcome.interrupted:
         return outcome, None
     tell("checking", 0, 0, "the log")
-    return outcome, keep(scenario, scene, plan, outcome, path)
+    return outcome, keep(plan, outcome, path)
 
 
 if __name__ == "__main__":

@@ -83,7 +83,7 @@ def _logs(name: str, rollouts: int) -> Iterator[tuple[Log, bool, bool]]:
         except PrefplanError as error:
             tell(f"{name}, seed {seed}: {error}")
             continue
-        yield evidence(scenario, scene, outcome), outcome.run.completed, bool(faults)
+        yield evidence(outcome), outcome.run.completed, bool(faults)
 
 
 def _verdicts(name: str, log: Log) -> tuple[str, str, str]:

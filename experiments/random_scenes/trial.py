@@ -167,7 +167,7 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
     plan = Planner(scenario.problem()).cheapest()
     with Limits(bytes=MAX_BYTES):
         outcome = carry_out(scenario, scene, plan, seed=seed, perturbation=USUAL)
-    found = judged(scenario, scene, outcome)
+    found = judged(outcome)
     result = REFUTED if found["refuted"] or found["contacts"] else COMPLETED if found["completed"] else FAILED
     return found | {
         "outcome": result,

@@ -115,7 +115,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     scene = scene_of(given)
     wanted = choose(Planner(given.problem()), plan)
     outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
-    certificate = certify(evidence(given, scene, outcome), scenario=given)
+    certificate = certify(evidence(outcome), scenario=given)
     if not (outcome.run.completed and certificate.confirmed):
         why = in_a_line(certificate) if outcome.run.completed else f"stopped {outcome.run.reason}"
         drawn = "" if seed is None else f" --seed {seed}"

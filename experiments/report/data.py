@@ -132,8 +132,8 @@ def _plan(
     times = [(k * period, (k + 1) * period) for k in range(len(plan.actions))]
     if recording is not None:
         shown, run = _observed(problem, planned, recording), _run(recording, plan)
-        begin = float(recording.log.times[0])
-        times = [(action.start - begin, action.end - begin) for action in recording.log.about.actions]
+        begin = float(recording.proof.log.times[0])
+        times = [(action.start - begin, action.end - begin) for action in recording.proof.log.about.actions]
     cheaper = range(i) if len(plans) <= MAX_PAIRED else sorted({i - 1, 0} - {i, -1})
     explained = [_explanation(explain(scenario, plans[i], plans[j]), j) for j in cheaper]
     return {
@@ -180,7 +180,7 @@ def _ledger(ledger: Ledger) -> dict[str, Any]:
 
 
 def _observed(problem: Problem, planned: Ledger, recording: Recording) -> Ledger:
-    about = recording.log.about
+    about = recording.proof.log.about
     return Ledger.of(
         problem,
         [action.action for action in about.actions],
@@ -195,8 +195,8 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
     return {
         "video": recording.video.name if recording.video else None,
         "no_video": recording.no_video,
-        "begin": float(recording.log.times[0]),
-        "log": recording.log_path.name,
+        "begin": float(recording.proof.log.times[0]),
+        "log": recording.proof.path.name,
         "completed": outcome["completed"],
         "reason": outcome.get("reason"),
         "as_planned": outcome["executed"] == list(plan.actions),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Unpack
@@ -13,13 +13,13 @@ from typing import Any, Unpack
 from experiments.cli.files import write_json
 from experiments.cli.progress import Tell
 from experiments.runs.carry_out import carry_out, scene_of
-from experiments.runs.evidence import certified, prove
+from experiments.runs.certificates import Proof, certificate_json
+from experiments.runs.evidence import proof_of, prove
 from experiments.runs.outcome import Outcome, outcome_json
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError, RenderingError
-from sim.evidence.log import Log, read_log
 from sim.rendering.opengl import check_rendering
 from sim.rendering.quality import DRAFT, Look, Quality
 from sim.world.scene import Scene
@@ -30,20 +30,21 @@ class Recording:
     """A plan as it was carried out.
 
     Attributes:
-        log: of the run.
-        log_path: its file.
+        proof: the log of the run, and its certificate.
         outcome: the documented JSON of `prefplan run`.
-        certificate: the documented JSON of `prefplan verify`.
         video: its file, or None.
         no_video: why there is none although one was requested.
     """
 
-    log: Log
-    log_path: Path
+    proof: Proof
     outcome: dict[str, Any]
-    certificate: dict[str, Any]
     video: Path | None
     no_video: str | None = None
+
+    @property
+    def certificate(self) -> dict[str, Any]:
+        """The documented JSON of `prefplan verify`."""
+        return certificate_json(self.proof)
 
 
 Recorded = tuple[dict[int, Recording], tuple[str, ...], bool]
@@ -110,10 +111,9 @@ def _record(
     Raises:
         KeyboardInterrupt: the user ended it.
     """
-    found = read(path)
-    if found is not None and found.outcome.get("made_from") == _fingerprint(scenario, scene, plan, seed):
-        if (not video or found.outcome.get("rendered") == _rendered(**look)) and _is_still_so(scenario, found):
-            return read(path) or found
+    found = _earlier(scenario, path, made_from(scenario, scene, plan, seed), _rendered(**look) if video else None)
+    if found is not None:
+        return found
     # An incomplete result must not look complete: the record is removed first and written last.
     path.with_suffix(".json").unlink(missing_ok=True)
     file = path.with_suffix(".mp4") if video else None
@@ -122,12 +122,14 @@ def _record(
     if outcome.interrupted:
         raise KeyboardInterrupt
     tell("checking", 0, 0, "the log")
-    found = keep(scenario, scene, plan, outcome, path, **look)
+    found = keep(plan, outcome, path, **look)
+    if found.proof.certificate is None:
+        raise KeyboardInterrupt
     tell("checking", 1, 1, "")
     return found
 
 
-def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
+def keep(plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
     Their paths are `path` with the suffixes `.npz`, `.certificate.json` and `.json`; that of a video must have `.mp4`.
@@ -136,37 +138,35 @@ def keep(scenario: Scenario, scene: Scene, plan: Plan, outcome: Outcome, path: P
     Raises:
         PrefplanError: a file cannot be written.
     """
-    outcome = prove(scenario, scene, outcome, path.with_suffix(".npz"))
+    outcome = prove(outcome, path.with_suffix(".npz"))
     if outcome.video is None:
         path.with_suffix(".mp4").unlink(missing_ok=True)
     rendered = {"rendered": _rendered(**look)} if outcome.video else {}
-    made_from = {"made_from": _fingerprint(scenario, scene, plan, outcome.seed)}
-    write_json(path.with_suffix(".json"), outcome_json(outcome) | made_from | rendered)
-    recording = read(path)
-    assert recording is not None
-    return replace(recording, no_video=outcome.no_video)
+    made = {"made_from": made_from(outcome.scenario, outcome.scene, plan, outcome.seed)}
+    told = outcome_json(outcome) | made | rendered
+    write_json(path.with_suffix(".json"), told)
+    assert outcome.proof is not None
+    return Recording(outcome.proof, told, outcome.video, outcome.no_video)
 
 
-def _is_still_so(scenario: Scenario, found: Recording) -> bool:
-    """Check the log of an earlier call now, since another may have taken its place; return whether it holds."""
-    try:
-        return certified(scenario, found.log_path).confirmed
-    except LogError:
-        return False
+def _earlier(scenario: Scenario, path: Path, made: str, rendered: dict[str, Any] | None) -> Recording | None:
+    """Return the recording of an earlier call at a path without a suffix if it is the one wanted and its log holds.
 
-
-def read(path: Path) -> Recording | None:
-    """Return the recording at a path without a suffix, or None if a file is missing or broken."""
+    The log is checked now, since another may have taken its place. `rendered` are the settings of a wanted video.
+    """
     try:
         outcome = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
-        certificate = json.loads(path.with_suffix(".certificate.json").read_text(encoding="utf-8"))
-        log = read_log(path.with_suffix(".npz"))
-    except (OSError, ValueError, LogError):
+        video = path.with_suffix(".mp4") if outcome.get("video") else None
+        if outcome["made_from"] != made or (rendered and outcome.get("rendered") != rendered):
+            return None
+        if video and not video.exists():
+            return None
+        proof = proof_of(scenario, path.with_suffix(".npz"))
+    except (OSError, ValueError, AttributeError, TypeError, KeyError, LogError):
         return None
-    video = path.with_suffix(".mp4") if outcome.get("video") else None
-    if video is not None and not video.exists():
-        return None
-    return Recording(log, path.with_suffix(".npz"), outcome, certificate, video)
+    if proof.certificate is None:
+        raise KeyboardInterrupt
+    return Recording(proof, outcome, video) if proof.certificate.confirmed else None
 
 
 def _rendered(quality: Quality = DRAFT, camera: str = "fixed") -> dict[str, Any]:
@@ -174,7 +174,7 @@ def _rendered(quality: Quality = DRAFT, camera: str = "fixed") -> dict[str, Any]
     return asdict(quality) | {"size": list(quality.size), "camera": camera}
 
 
-def _fingerprint(scenario: Scenario, scene: Scene, plan: Plan, seed: int | None) -> str:
+def made_from(scenario: Scenario, scene: Scene, plan: Plan, seed: int | None) -> str:
     """Return a digest of everything that a run depends on."""
     costs = getattr(scenario.model, "costs", None)
     measured = sorted(map(str, costs.entries.items())) if isinstance(costs, MeasuredCosts) else []

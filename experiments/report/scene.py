@@ -24,7 +24,7 @@ def write_scene(recordings: Mapping[int, Recording], folder: Path) -> None:
     Raises:
         PrefplanError: a file cannot be written.
     """
-    scene = encode_glb({f"plan {i}": recording.log for i, recording in recordings.items()})
+    scene = encode_glb({f"plan {i}": recording.proof.log for i, recording in recordings.items()})
     text = base64.b64encode(gzip.compress(scene, mtime=0)).decode()
     write_bytes(folder / SCENE, f'window.sceneData = "{text}";\n'.encode())
     write_bytes(folder / LIBRARY.stem, gzip.decompress(LIBRARY.read_bytes()))

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
-from prefplan.scenario.decode import Model
 from sim.rendering.overlay import Caption, TaskStatus
 from sim.simulation.run import Run
 
@@ -18,12 +17,12 @@ TO_START = "to the start"
 """Words while the hand moves to its location in the model's start state."""
 
 
-def captions(outcome: Outcome, model: Model) -> tuple[Caption, ...]:
+def captions(outcome: Outcome) -> tuple[Caption, ...]:
     """Return a caption for every action, with the costs at its start, and one for the time before and after them.
 
     The first action of a new plan says so, and so does an action that is tried again.
     """
-    run, plan = outcome.run, outcome.plan
+    run, plan, model = outcome.run, outcome.plan, outcome.scenario.model
     problem = outcome.ledger.problem
     display, wanted = problem.display, {task.name: goal_words(task, model) for task in problem.tasks}
     before = [-math.inf, *(step.start for step in run.steps)]

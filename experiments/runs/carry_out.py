@@ -12,7 +12,6 @@ from experiments.cli.status import tell
 from experiments.runs.outcome import Outcome
 from prefplan.errors import ScenarioError
 from prefplan.front import NoPlanError
-from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
 from prefplan.plan import Plan
@@ -136,18 +135,17 @@ def carry_out(
         loop.run()
     except KeyboardInterrupt:
         interrupted = True
-    outcome = _outcome(problem, loop, scene, interrupted=interrupted, **conditions)
+    outcome = _outcome(scenario, loop, scene, interrupted=interrupted, **conditions)
     if video is None or interrupted:
         return outcome
     from experiments.runs.captions import captions  # loaded when there is a video
 
-    told = captions(outcome, scenario.model) if captioned else ()
-    return _filmed(outcome, scene, told, video, quality=quality, camera=camera, tell=tell)
+    told = captions(outcome) if captioned else ()
+    return _filmed(outcome, told, video, quality=quality, camera=camera, tell=tell)
 
 
 def _filmed(
     outcome: Outcome,
-    scene: Scene,
     told: Sequence[Caption],
     video: Path,
     *,
@@ -160,7 +158,7 @@ def _filmed(
 
     try:
         render_video(
-            scene,
+            outcome.scene,
             outcome.run,
             told,
             video,
@@ -208,9 +206,9 @@ def begin(
 
 
 def _outcome(
-    problem: Problem, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
+    scenario: Scenario, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
 ) -> Outcome:
-    happened, costs = loop.execution.injector.happened, scene.model.costs
+    happened = loop.execution.injector.happened
     run, seed, faults = loop.record(), conditions.get("seed"), conditions.get("faults", ())
     perturbation = None if seed is None else str(conditions.get("perturbation") or Perturbation())
     setting: dict[str, object] = {"seed": seed, "perturbation": perturbation}
@@ -219,14 +217,14 @@ def _outcome(
     if interrupted:
         run = replace(run, completed=False, reason="interrupted")
     return Outcome(
+        scenario,
+        scene,
         loop.plan,
         run,
-        ledger_of(problem, loop.plan, run.steps),
-        seed=seed,
+        ledger_of(scenario.problem(), loop.plan, run.steps),
         setting=setting,
         faults=tuple((fault, happened.get(i)) for i, fault in enumerate(faults)),
         interrupted=interrupted,
-        quantity=costs.quantity if isinstance(costs, MeasuredCosts) else None,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -24,14 +25,32 @@ OPEN = "that the sensor saw what the log says, or that anything happened outside
 """What no certificate proves."""
 
 
-def certificate_json(log: Log, certificate: Certificate, *, log_sha256: str) -> dict[str, Any]:
-    """Return a certificate as the documented JSON object; the hash is that of the log's file."""
+@dataclass(frozen=True)
+class Proof:
+    """The file of a log, and what was found when it was checked.
+
+    Attributes:
+        path: of the log.
+        log: that was read from it.
+        certificate: None if the user ended the check.
+    """
+
+    path: Path
+    log: Log
+    certificate: Certificate | None
+
+
+def certificate_json(proof: Proof) -> dict[str, Any]:
+    """Return a certificate as the documented JSON object."""
+    log, certificate = proof.log, proof.certificate
+    if certificate is None:
+        return {"verdict": None, "interrupted": True, "log_sha256": log.sha256}
     return {
         "verdict": certificate.verdict,
         "confirmed": certificate.confirmed,
         "agrees": certificate.agrees,
         "interrupted": bool(log.about.setting.get("interrupted")),
-        "log_sha256": log_sha256,
+        "log_sha256": log.sha256,
         "scenario": log.about.scenario,
         "robot": log.about.robot,
         "versions": log.about.versions,

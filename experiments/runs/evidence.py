@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import asdict, replace
 from pathlib import Path
 
 from experiments.cli.files import write_bytes, write_json
 from experiments.cli.output import plan_json
-from experiments.runs.certificates import certificate_json
+from experiments.runs.certificates import Proof, certificate_json
 from experiments.runs.outcome import Outcome
 from prefplan.claims import Claims
 from prefplan.scenario.decode import Scenario
-from sim.evidence.certificate import Certificate, certify
+from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode, log_of, read_log
-from sim.world.scene import Scene
 
 
-def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path) -> Outcome:
+def prove(outcome: Outcome, path: Path) -> Outcome:
     """Write the log of an outcome and the certificate of the written file; return the outcome with both.
 
     The log is `NAME.npz`; the certificate, `NAME.certificate.json`, lies beside it and names the log's SHA-256. Ctrl-C
@@ -26,38 +24,32 @@ def prove(scenario: Scenario, scene: Scene, outcome: Outcome, path: Path) -> Out
     Raises:
         PrefplanError: a file cannot be written.
     """
-    record = path.with_suffix(".certificate.json")
-    record.unlink(missing_ok=True)
-    write_bytes(path, encode(evidence(scenario, scene, outcome)))
-    outcome = replace(outcome, log=path)
-    try:
-        return replace(outcome, certificate=certified(scenario, path))
-    except KeyboardInterrupt:
-        write_json(record, {"verdict": None, "interrupted": True, "log_sha256": digest_of(path)})
-        return replace(outcome, interrupted=True)
+    path.with_suffix(".certificate.json").unlink(missing_ok=True)
+    write_bytes(path, encode(evidence(outcome)))
+    proof = proof_of(outcome.scenario, path)
+    return replace(outcome, proof=proof, interrupted=outcome.interrupted or proof.certificate is None)
 
 
-def certified(scenario: Scenario, path: Path) -> Certificate:
-    """Check a log's file in a scenario, and write its certificate beside it.
+def proof_of(scenario: Scenario, path: Path) -> Proof:
+    """Check a log's file in a scenario until the user ends it, and write its certificate beside it.
 
     Raises:
         PrefplanError: the log cannot be read, or the certificate not be written.
     """
-    log = read_log(path)
-    certificate = certify(log, scenario=scenario)
-    write_json(path.with_suffix(".certificate.json"), certificate_json(log, certificate, log_sha256=digest_of(path)))
-    return certificate
+    proof = Proof(path, read_log(path), None)
+    try:
+        proof = replace(proof, certificate=certify(proof.log, scenario=scenario))
+    except KeyboardInterrupt:
+        pass
+    write_json(path.with_suffix(".certificate.json"), certificate_json(proof))
+    return proof
 
 
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def evidence(scenario: Scenario, scene: Scene, outcome: Outcome) -> Log:
+def evidence(outcome: Outcome) -> Log:
     """Return the log of an outcome, from which `sim.evidence.certificate` can check every claim about the run."""
-    claims, setting = claims_of(outcome), outcome.setting | ({"interrupted": True} if outcome.interrupted else {})
-    return log_of(scene, outcome.run, claims, scenario=scenario.name, text=scenario.text, setting=setting)
+    scenario, setting = outcome.scenario, outcome.setting | ({"interrupted": True} if outcome.interrupted else {})
+    claims = claims_of(outcome)
+    return log_of(outcome.scene, outcome.run, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 
 
 def claims_of(outcome: Outcome) -> Claims:

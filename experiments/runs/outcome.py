@@ -10,10 +10,10 @@ from typing import Any
 from rich.console import Console
 
 from experiments.cli.output import plan_json
-from experiments.runs.certificates import in_a_line
+from experiments.runs.certificates import Proof, in_a_line
 from prefplan.exact_costs import Number
 from prefplan.ledger import Ledger
-from prefplan.models.manipulation.action_costs import QUANTITIES
+from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import condense, number
@@ -21,6 +21,7 @@ from prefplan.text.names import DisplayNames
 from sim.evidence.certificate import Certificate
 from sim.execution.faults.fault import Fault
 from sim.simulation.run import Event, Run
+from sim.world.scene import Scene
 
 NEWS = {
     "fault": "fault {fault}",
@@ -39,35 +40,49 @@ NEWS = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a run.
+    """The outcome of a run: JSON, log, captions, report and certificate are made from it.
 
     Attributes:
+        scenario: that was carried out.
+        scene: in which it was.
         plan: the last plan that was followed.
         run: what was recorded.
         ledger: costs and satisfied tasks, from the observations after each action.
-        seed: of the random numbers, or None.
         setting: the run's seed, perturbation and faults, JSON-ready.
         faults: the faults, and the simulated time at which each happened, s; None if it did not.
         video: its file, or None.
         no_video: why there is none although one was requested, in one sentence.
         interrupted: whether the user ended the run early.
-        log: the file of the run's log, or None.
-        certificate: of that log, or None.
-        quantity: the measured quantity that is the cost, one of `QUANTITIES`; None if costs were given as numbers.
+        proof: the run's log and its certificate, or None.
     """
 
+    scenario: Scenario
+    scene: Scene
     plan: Plan
     run: Run
     ledger: Ledger
-    seed: int | None = None
     setting: dict[str, Any] = field(default_factory=dict)
     faults: tuple[tuple[Fault, float | None], ...] = ()
     video: Path | None = None
     no_video: str | None = None
     interrupted: bool = False
-    log: Path | None = None
-    certificate: Certificate | None = None
-    quantity: str | None = None
+    proof: Proof | None = None
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The certificate of the run's log, or None."""
+        return self.proof.certificate if self.proof else None
+
+    @property
+    def seed(self) -> int | None:
+        """The seed of the random numbers, or None."""
+        return self.setting.get("seed")
+
+    @property
+    def quantity(self) -> str | None:
+        """The measured quantity that is the cost, one of `QUANTITIES`; None if costs were given as numbers."""
+        costs = self.scene.model.costs
+        return costs.quantity if isinstance(costs, MeasuredCosts) else None
 
     @property
     def completed(self) -> bool:
@@ -105,7 +120,7 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "sim_seconds": round(run.sim_seconds, 3),
         "max_placement_error_mm": round(run.placement_error * 1000, 3),
         "video": None if outcome.video is None else str(outcome.video),
-        "log": None if outcome.log is None else str(outcome.log),
+        "log": None if outcome.proof is None else str(outcome.proof.path),
         "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
         "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in run.events],
     }
@@ -134,24 +149,24 @@ def _executed(outcome: Outcome, quantity: str) -> float:
     return float(sum(getattr(step.effort, quantity) for step in outcome.run.steps))
 
 
-def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None:
+def show_outcome(console: Console, outcome: Outcome) -> None:
     """Print an outcome."""
-    plan, run = outcome.plan, outcome.run
+    plan, run, name = outcome.plan, outcome.run, outcome.scenario.name
     done = f"{len(outcome.executed)} of {len(plan.actions)} actions"
     if outcome.completed:
-        console.print(f"{scenario.name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
+        console.print(f"{name}: carried out, {done}, cost {number(outcome.ledger.final.cost)}", style="bold")
     else:
         verdict = "wrongly called completed" if run.completed else "stopped"
-        console.print(f"{scenario.name}: {verdict} after {done}", style="bold")
+        console.print(f"{name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
     for line in _surprises(outcome):
         console.print(f"  {line}", markup=False)
-    for name, cost in outcome.task_costs.items():
-        shown = plan.display.task(name)
-        if name in outcome.ledger.final.satisfied:
+    for task, cost in outcome.task_costs.items():
+        shown = plan.display.task(task)
+        if task in outcome.ledger.final.satisfied:
             console.print(f"  {shown} satisfied at cost {number(cost)}", markup=False)
         else:
-            lost = ", and no longer possible" if name in run.violated else ""
+            lost = ", and no longer possible" if task in run.violated else ""
             console.print(f"  {shown} not satisfied{lost}", markup=False)
     console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.quantity is not None:
@@ -164,8 +179,8 @@ def show_outcome(console: Console, scenario: Scenario, outcome: Outcome) -> None
     console.print(f"  {run.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
         console.print(f"  video: {outcome.video}")
-    if outcome.log:
-        console.print(f"  log: {outcome.log}", markup=False)
+    if outcome.proof:
+        console.print(f"  log: {outcome.proof.path}", markup=False)
     if outcome.certificate:
         console.print(f"  {in_a_line(outcome.certificate)}")
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from experiments.cli.choice import continuation
 from experiments.runs.carry_out import carry_out
+from experiments.runs.certificates import Proof
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.sweep.faults import MAX_FAULTS, random_faults
@@ -147,7 +148,7 @@ def roll_out(sweep: Sweep, number: int) -> Record:
             choice=continuation(sweep.which, sweep.max_preference),
         )
         times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        found = judged(scenario, scene, outcome)
+        found = judged(outcome)
     except Exception as error:  # one error must not end a thousand rollouts
         return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
     times = {name: round(seconds, 3) for name, seconds in times.items()}
@@ -176,17 +177,18 @@ def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
     }
 
 
-def judged(scenario: Scenario, scene: Scene, outcome: Outcome) -> Record:
+def judged(outcome: Outcome) -> Record:
     """Return the entries of a record about a run and its certificate.
 
     `longest_action` is the action that took most simulated time.
     """
-    certificate = certify(evidence(scenario, scene, outcome), scenario=scenario)
-    outcome, run = replace(outcome, certificate=certificate), outcome.run
+    log, run = evidence(outcome), outcome.run
+    certificate = certify(log, scenario=outcome.scenario)
+    outcome = replace(outcome, proof=Proof(Path(), log, certificate))
     longest = max(run.steps, key=lambda step: step.end - step.start, default=None)
     return {
         "completed": outcome.completed,
-        "class": None if outcome.reason is None else failure_class(outcome.reason, scene.model),
+        "class": None if outcome.reason is None else failure_class(outcome.reason, outcome.scene.model),
         "reason": outcome.reason,
         "wrongly_completed": run.completed and not outcome.completed,
         "actions": len(run.steps),

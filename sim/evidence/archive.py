@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import zipfile
 import zlib
 from collections.abc import Collection
@@ -22,17 +23,19 @@ MAX_NAME = 40
 ENDING = ".npy"
 
 
-def read_arrays(path: str | Path, names: Collection[str]) -> dict[str, np.ndarray]:
-    """Return the arrays of a log that are in its file, by name.
+def read_arrays(path: str | Path, names: Collection[str]) -> tuple[dict[str, np.ndarray], str]:
+    """Return the arrays of a log that are in its file, by name, and the file's SHA-256.
 
     Raises:
         LogError: the file is missing or broken, or has parts that no log has or that are larger than a log's; the
             message names the file.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
+        with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
             _check_members(path, archive, names)
-            return {part.filename.removesuffix(ENDING): _read(archive, part) for part in archive.infolist()}
+            arrays = {part.filename.removesuffix(ENDING): _read(archive, part) for part in archive.infolist()}
+            file.seek(0)
+            return arrays, hashlib.file_digest(file, "sha256").hexdigest()
     except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
         raise LogError(f"{path}: {str(error.strerror).lower()}") from None
     except MemoryError:

@@ -6,7 +6,6 @@ rows, column by column), and everything else as JSON under `about`.
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import platform
@@ -87,8 +86,6 @@ class About:
         versions: of prefplan, MuJoCo, NumPy and Python, and the kind of machine that wrote it.
         scenario: the scenario's name.
         text: the scenario file.
-        scenario_sha256: hash of its text.
-        model_sha256: hash of the compiled MuJoCo model that was simulated.
         measured: cost of each (kind, hand before, hand after) if the scenario has measured costs.
         robot: name of the simulated robot.
         meshes: whether it had collision meshes rather than primitive shapes.
@@ -103,8 +100,6 @@ class About:
     versions: dict[str, str]
     scenario: str
     text: str
-    scenario_sha256: str
-    model_sha256: str
     measured: tuple[tuple[str, str, str, int | float], ...]
     robot: str
     meshes: bool
@@ -122,9 +117,11 @@ class Log(Frames):
 
     Attributes:
         about: everything but the arrays.
+        sha256: hash of the file that it was read from; empty for none.
     """
 
     about: About
+    sha256: str = ""
 
 
 def log_of(
@@ -138,8 +135,6 @@ def log_of(
         versions=versions(),
         scenario=scenario,
         text=text,
-        scenario_sha256=text_hash(text),
-        model_sha256=run.model_sha256,
         measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
         meshes=scene.dressed,
@@ -164,11 +159,6 @@ def versions() -> dict[str, str]:
     """Return the versions and the kind of machine that a simulation depends on."""
     names = {name: version(name) for name in ("prefplan", "mujoco", "numpy")}
     return names | {"python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
-
-
-def text_hash(text: str) -> str:
-    """Return the SHA-256 of a text."""
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _logged(step: Step) -> LoggedAction:
@@ -200,7 +190,7 @@ def read_log(path: str | Path) -> Log:
     Raises:
         LogError: the file is missing, broken, no log or of another format; the message names the file.
     """
-    found = read_arrays(path, ("about", *ARRAYS, *MORE_ARRAYS))
+    found, sha256 = read_arrays(path, ("about", *ARRAYS, *MORE_ARRAYS))
     if "about" not in found:
         raise LogError(f"{path}: broken, or not a log of `prefplan run`")
     about = _about(path, found["about"])
@@ -219,7 +209,7 @@ def read_log(path: str | Path) -> Log:
             raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
-    return Log(about=about, **arrays)
+    return Log(about=about, sha256=sha256, **arrays)
 
 
 def _about(path: str | Path, data: np.ndarray) -> About:

@@ -203,7 +203,6 @@ class Execution:
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
-            model_sha256=self._built.sha256,
         )
         found = run.objection if run.completed else None
         return replace(run, completed=False, reason=found) if found else run

@@ -138,7 +138,6 @@ class Run(Frames):
         replans: number of new plans after mismatches.
         retries: number of times that an action was tried again and the rest of the plan kept.
         violated: tasks that can no longer be satisfied.
-        model_sha256: hash of the compiled MuJoCo model.
     """
 
     completed: bool
@@ -149,7 +148,6 @@ class Run(Frames):
     wall_seconds: float
     placement_error: float
     robot: Robot
-    model_sha256: str = ""
     replans: int = 0
     retries: int = 0
     violated: tuple[str, ...] = ()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +26,10 @@ from sim.simulation.recorder import STATE
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
     return write_bench(tmp_path_factory.mktemp("verifier"))
+
+
+def digest_of(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def elsewhere(log: Log, part: str = "mujoco", value: str = "3.0.0") -> Log:
@@ -114,22 +120,19 @@ def test_a_certificate_names_its_log_and_a_page_vouches_for_what_holds_now(
 ) -> None:
     path = tmp_path / "plan_0"
     path.with_suffix(".npz").write_bytes(encode(bench_log))
-    evidence.certified(scenario, path.with_suffix(".npz"))
-    path.with_suffix(".json").write_text('{"video": null}')
-    found = recordings.read(path)
-    assert found is not None and found.certificate["log_sha256"] == evidence.digest_of(found.log_path)
-    assert recordings._is_still_so(scenario, found)
+    path.with_suffix(".json").write_text('{"made_from": "all of this"}')
+    found = recordings._earlier(scenario, path, "all of this", None)
+    assert found is not None and found.certificate["log_sha256"] == digest_of(path.with_suffix(".npz"))
+    assert json.loads(path.with_suffix(".certificate.json").read_text()) == found.certificate
+    assert recordings._earlier(scenario, path, "something else", None) is None
     path.with_suffix(".npz").write_bytes(encode(crept(bench_log, "can", 0.012)))
-    assert not recordings._is_still_so(scenario, found)
-    now = recordings.read(path)
-    assert now is not None and now.certificate["verdict"] == "refuted"
+    assert recordings._earlier(scenario, path, "all of this", None) is None
+    assert json.loads(path.with_suffix(".certificate.json").read_text())["verdict"] == "refuted"
 
 
 def test_ctrl_c_keeps_the_log_the_json_and_a_certificate_that_are_marked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import json
-
     from experiments.commands.command_line import main
     from sim.evidence.log import read_log
     from sim.execution.executor import Execution
@@ -150,7 +153,7 @@ def test_ctrl_c_keeps_the_log_the_json_and_a_certificate_that_are_marked(
         assert main([*command, str(tmp_path / "checked")]) == 130
     outcome, certificate, log = files("checked")
     assert outcome["complete"] is False and certificate["interrupted"] is True and certificate["verdict"] is None
-    assert certificate["log_sha256"] == evidence.digest_of(log)
+    assert certificate["log_sha256"] == digest_of(log)
     # While the arm moves, in the third action.
     honest = Execution.step
 

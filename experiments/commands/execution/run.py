@@ -92,7 +92,7 @@ def run(
             if noise:
                 outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(noise)})
             bars("checking", 0, 0, "the log")
-            outcome = prove(loaded, scene, outcome, path.with_suffix(".npz"))
+            outcome = prove(outcome, path.with_suffix(".npz"))
             write_json(path.with_suffix(".json"), outcome_json(outcome))
     except pp.NoPlanError as error:
         return show_no_plan(loaded, planner, error, as_json=as_json)
@@ -100,17 +100,17 @@ def run(
         if as_json:
             output.print_json(no_outcome_json())
         raise
-    return _ended(loaded, outcome, as_json=as_json)
+    return _ended(outcome, as_json=as_json)
 
 
-def _ended(scenario: pp.Scenario, outcome: Outcome, *, as_json: bool) -> int:
+def _ended(outcome: Outcome, *, as_json: bool) -> int:
     """Print an outcome and return the exit status; stderr has faults that did not happen, and why it is not 0."""
     from experiments.runs.outcome import NEWS, outcome_json, show_outcome
 
     if as_json:
         output.print_json(outcome_json(outcome))
     else:
-        show_outcome(Console(highlight=False), scenario, outcome)
+        show_outcome(Console(highlight=False), outcome)
     for event in outcome.run.events:
         if event.kind == "not injected":
             tell(NEWS[event.kind].format(**event.detail))

@@ -48,8 +48,7 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
     refuted (status 4): a claim is contradicted; the lines marked NO say where.
     """
     with loading():
-        from experiments.runs.certificates import certificate_json, show_certificate
-        from experiments.runs.evidence import digest_of
+        from experiments.runs.certificates import Proof, certificate_json, show_certificate
         from sim.evidence.certificate import VERDICTS, certify
         from sim.evidence.log import read_log
 
@@ -58,7 +57,7 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
     run = read_log(path)
     certificate = certify(run, scenario=loaded)
     if as_json:
-        output.print_json(certificate_json(run, certificate, log_sha256=digest_of(path)))
+        output.print_json(certificate_json(Proof(path, run, certificate)))
     else:
         show_certificate(Console(highlight=False), run, certificate, given=loaded is not None)
     if require is None:

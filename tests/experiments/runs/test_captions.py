@@ -18,6 +18,7 @@ from prefplan.scenario.decode import load, loads
 from sim.evidence.log import ARRAYS, MORE_ARRAYS
 from sim.robots.arms.panda import PANDA
 from sim.simulation.run import Event, Run, Step, ledger_of
+from sim.world.scene import Scene
 
 
 def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationState] | None = None) -> Outcome:
@@ -39,7 +40,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         placement_error=0.0,
         robot=PANDA,
     )
-    return Outcome(plan, rollout, ledger_of(scenario.problem(), plan, steps))
+    return Outcome(scenario, cast(Scene, None), plan, rollout, ledger_of(scenario.problem(), plan, steps))
 
 
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
@@ -74,7 +75,7 @@ def test_a_task_counts_only_when_it_is_observed_to_be_done(arch: Scenario, arch_
 def test_captions_show_the_costs_before_each_action_and_at_the_end(arch: Scenario, arch_front: Front) -> None:
     plan = arch_front[1]
     outcome = outcome_of(arch, plan)
-    texts = captions(outcome, arch.model)
+    texts = captions(outcome)
     assert [text.action for text in texts] == [*map(plan.display.action, plan.actions), "done"]
     assert texts[6].action == "transport blue sanitizer"
     assert [text.start for text in texts] == list(range(18))
@@ -91,7 +92,7 @@ def test_a_caption_tells_that_the_hand_moves_to_the_start(arch: Scenario, arch_f
     outcome = outcome_of(arch, arch_front[0])
     late = tuple(replace(step, start=step.start + 1, end=step.end + 1) for step in outcome.run.steps)
     rollout = replace(outcome.run, steps=late, sim_seconds=outcome.run.sim_seconds + 1)
-    first, second, *_ = captions(replace(outcome, run=rollout), arch.model)
+    first, second, *_ = captions(replace(outcome, run=rollout))
     assert (first.start, first.end, first.action, first.cost) == (0, 1, "to the start", 0)
     assert (second.start, second.action, second.tasks) == (1, arch_front[0].actions[0], first.tasks)
 
@@ -115,9 +116,9 @@ def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, arch_front: Fro
     outcome = outcome_of(arch, plan)
     events = (Event(2.0, "replan", {}), Event(4.5, "retry", {}), Event(4.6, "placed", {}))
     surprised = replace(outcome, run=replace(outcome.run, events=events))
-    told = [text.action for text in captions(surprised, arch.model)]
+    told = [text.action for text in captions(surprised)]
     actions = [*map(plan.display.action, plan.actions)]
     assert told[2] == f"planned again: {actions[2]}" and told[5] == f"once more: {actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*actions[:2], *actions[3:5], *actions[6:], "done"]
     stopped = replace(outcome, run=replace(outcome.run, completed=False, reason="a surprise"))
-    assert captions(stopped, arch.model)[-1].action == "stopped"
+    assert captions(stopped)[-1].action == "stopped"

@@ -146,7 +146,7 @@ def recover(tmp_path: Path) -> Recover:
         built = scene_of(scenario)
         read = [read_fault(text, built.model) for text in faults]
         outcome = carry_out(scenario, built, pareto_front(scenario.problem())[0], seed=seed, faults=read)
-        certificate = certify(evidence(scenario, built, outcome))
+        certificate = certify(evidence(outcome))
         assert certificate.confirmed, certificate.refuted
         return outcome
 

@@ -167,7 +167,7 @@ def test_what_lies_beside_another_at_a_place_for_one_has_it_once_the_other_is_go
     assert outcome.executed == ("transit desk", "grasp cup", "transport cup tray", "release cup tray")
     assert "expected jug on spot1, but it rests on desk" in str(told(outcome, "replan")[-1]["reason"])
     assert outcome.task_costs == {"tidy": 10, "other": 4}
-    certificate = certify(evidence(scenario, scene_of(scenario), outcome))
+    certificate = certify(evidence(outcome))
     assert [check.name for check in certificate.refuted] == ["start"]
 
 
@@ -263,7 +263,7 @@ def test_what_can_still_be_done_is_when_a_task_cannot(
     )
     assert outcome.ledger.final.satisfied == {"other"} and outcome.run.violated == ()
     assert (outcome.plan.task_costs, outcome.plan.preference) == (outcome.task_costs, outcome.ledger.final.preference)
-    certificate = certify(evidence(scenario, scene_of(scenario), outcome))
+    certificate = certify(evidence(outcome))
     assert [check.name for check in certificate.refuted] == ["start"]
 
 

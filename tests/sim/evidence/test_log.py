@@ -13,7 +13,7 @@ import pytest
 from prefplan.claims import Claims
 from prefplan.plan import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log, text_hash
+from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log
 from sim.robots.arms.panda import PANDA
 from sim.simulation.run import Event
 
@@ -24,8 +24,6 @@ def log() -> Log:
         versions={"prefplan": "0.1.0"},
         scenario="cup",
         text="[model]\n",
-        scenario_sha256=text_hash("[model]\n"),
-        model_sha256="",
         measured=(("transit", "home", "desk", 1.5),),
         robot="panda",
         meshes=True,
