@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from forged_logs import claiming, telling
 from hostile_bench import BENCH, logged_bench, write_bench
+from scipy.spatial.transform import Rotation
 
 from experiments.report import recordings
 from experiments.runs import evidence
@@ -58,6 +59,20 @@ def crept(log: Log, obj: str, far: float) -> Log:
     qpos, first = log.qpos.copy(), log.about.joints[obj]
     qpos[:, first] += far * np.linspace(0, 1, len(qpos))
     return replace(log, qpos=qpos)
+
+
+def turned(log: Log, obj: str, degrees: float) -> Log:
+    """Return a log in which an object turns evenly about the vertical, for the whole run."""
+    qpos, first = log.qpos.copy(), log.about.joints[obj]
+    turns = Rotation.from_euler("z", np.linspace(0, degrees, len(qpos))[:, None], degrees=True)
+    rotations = Rotation.from_quat(qpos[:, first + 3 : first + 7], scalar_first=True)
+    qpos[:, first + 3 : first + 7] = (turns * rotations).as_quat(scalar_first=True)
+    return replace(log, qpos=qpos)
+
+
+def test_a_bystander_that_turns_slowly_is_refuted_also_in_a_log_of_another_version(bench_log: Log) -> None:
+    for log in (turned(bench_log, "can", 10), elsewhere(turned(bench_log, "can", 10))):
+        assert not certify(log).check("simulated again").holds
 
 
 def test_a_bystander_that_creeps_is_refuted_also_in_a_log_of_another_version(
