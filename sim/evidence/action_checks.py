@@ -169,7 +169,7 @@ def _objection_to_details(
 
 def _objection_to_grip(log: Log, world: RecordedWorld, action: Action, event: Event) -> str | None:
     during = (log.times >= event.time - GRIP_WINDOW_S) & (log.times <= event.time)
-    felt = log.pad_forces[during & (log.pad_forces.min(axis=1) > HOLD_FORCE_N)]
+    felt = world.pad_forces[during & (world.pad_forces.min(axis=1) > HOLD_FORCE_N)]
     recorded = np.array(event.detail["force"], dtype=float)
     if event.detail.get("object") != action.obj:
         return "its grasp is recorded of another object"

@@ -135,10 +135,11 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
             raise
         world = RecordedWorld(log)
     about, own = log.about, world.scenario
+    recording = check_recording(log)
+    motions, equal = _physics(log, world) if recording.holds else ((), False)
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
-    recording = check_recording(log)
     claims = (
         recording,
         *given,
@@ -150,8 +151,6 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
         check_action_costs(log, world, trace),
         *verdict.checks,
     )
-    physics, equal = _physics(log, world) if recording.holds else ((), False)
-    motions = (*check_limits(log, world), *physics)
     if verdict.completed and not about.claims.completed and not _is_explained(log, (*claims, *motions)):
         told = "every task is satisfied, and nothing in the log says why the run is called not completed"
         claims += (Check("not completed", False, told),)
@@ -160,11 +159,18 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
 
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
-    """Simulate frames without a gap again; return checks of them, and whether every digit is equal."""
+    """Simulate frames without a gap again, after which the world has the forces on the pads.
+
+    Returns:
+        Checks of what the simulation shows, and whether every digit is equal.
+    """
     touches = Touches(log, world)
     again = resimulate(log, world, touches)
+    forces = again.arrays["pad_forces"]
+    world.pad_forces[: len(forces)] = forces
     faults, moved = check_faults(log, world, again.changes)
-    return (again.check, faults, check_contacts(log, touches, moved, world.arm_shapes)), again.equal
+    contacts = check_contacts(log, touches, moved, world.arm_shapes)
+    return (*check_limits(log, world, again.arrays), again.check, faults, contacts), again.equal
 
 
 def _is_explained(log: Log, checks: Sequence[Check]) -> bool:

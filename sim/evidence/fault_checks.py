@@ -125,7 +125,7 @@ def _objection_to_change(
 
 def _objection_to_slip(event: Event, log: Log, world: RecordedWorld) -> str | None:
     frame, gripper = world.frame_at(event.time), world.robot.gripper
-    if log.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1).max() <= HOLD_FORCE_N:
+    if world.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1).max() <= HOLD_FORCE_N:
         return "nothing was in the hand"
     fingers = [int(world.mujoco.joint(name).qposadr[0]) for name in gripper.joints]
     # The hand is told to open at once, and opens later by the latency.

@@ -27,35 +27,23 @@ from sim.external.bundle import packed
 from sim.simulation.run import FRAME_RATE_HZ, Event, Frames, Run, Step
 from sim.world.scene import Scene
 
-FORMAT = 2
+FORMAT = 3
 """Version of the file format; raised when older files can no longer be read."""
 
 ORDER = 2
 """Order of the differences between neighbouring rows: motion at constant velocity becomes zeros."""
 
-RATES = ("accelerations", "jerks", "torque_rates")
-"""Names of the arrays of rates of the joints."""
-
-ARRAYS: dict[str, tuple[int | None, ...]] = {
-    "times": (),
-    "qpos": (None,),
-    "qvel": (None,),
-    "glow": (),
-    "speeds": (None,),
-    "torques": (None,),
-    **dict.fromkeys(RATES, (None,)),
-    "pad_forces": (None,),
-}
-"""Names of the arrays with a row for each frame, and the shape of each row."""
+ARRAYS: dict[str, tuple[int | None, ...]] = {"times": (), "qpos": (None,), "qvel": (None,), "glow": ()}
+"""Names of the arrays with a row for each frame, and the shape of each row. The arm's loads are not among them: the
+commands lead to them, too."""
 
 MORE_ARRAYS = {"controls": (None,), "interventions": (None,)}
 """Names of the arrays with other rows, and the shape of each row."""
 
-DECIMALS, RATE_DECIMALS = 7, 3
-"""Decimals that are kept: a tenth of a micrometre. Further ones are noise, and would be a third of the file."""
+DECIMALS = 7
+"""Decimals of states that are kept: a tenth of a micrometre. Further ones are noise, and a third of the file."""
 
-PACKED = dict.fromkeys(("qpos", "qvel", "speeds", "torques", "pad_forces"), 10**DECIMALS)
-PACKED |= dict.fromkeys(RATES, 10**RATE_DECIMALS) | {"controls": 1}
+PACKED = {"qpos": 10**DECIMALS, "qvel": 10**DECIMALS, "controls": 1}
 """Scales of the arrays that are packed."""
 
 
@@ -145,14 +133,13 @@ def log_of(
         claims=claims,
         files=packed(scene.model),
     )
-    decimals = dict.fromkeys(PACKED, DECIMALS) | dict.fromkeys(RATES, RATE_DECIMALS)
     kept = {name: getattr(run, name)[run.times <= end] for name in ARRAYS}
     whole = len(kept["times"]) == len(run.times)
     steps = len(run.controls) if whole else round(kept["times"][-1] / model.opt.timestep)
     kept["controls"] = run.controls[:steps]
     kept["interventions"] = run.interventions[run.interventions[:, 0] < max(steps, 1)]
-    rounded = {name: rows.round(decimals[name]) if name in PACKED else rows for name, rows in kept.items()}
-    return Log(about=about, **rounded)
+    kept |= {name: kept[name].round(DECIMALS) for name in ("qpos", "qvel")}
+    return Log(about=about, **kept)
 
 
 def versions() -> dict[str, str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from prefplan.claims import Check
@@ -37,25 +39,24 @@ def check_recording(log: Log) -> Check:
     return Check(name, True, f"{len(times)} frames, {end:.1f} s, {len(log.about.actions)} actions")
 
 
-def check_limits(log: Log, world: RecordedWorld) -> list[Check]:
-    """Check the arm's joint positions and loads against their limits.
+def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]) -> list[Check]:
+    """Check the arm's joint positions, and its loads when it was simulated again, against their limits.
 
     Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
     and torque rates are differences between two steps of the simulation. Jerks are those of the commanded trajectory,
     to which a manufacturer's limit applies: measured jerks show every contact.
+
+    Args:
+        log: of the run.
+        world: rebuilt from it.
+        loads: (frames, n) by their names in `sim.simulation.run.Run`.
     """
     robot = world.robot
-    angles = log.qpos[:, robot.qpos(world.mujoco)]
     low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
-    checks = [_within("joint positions", np.abs(angles - middle) / half, log, robot)]
-    # Greatest values between two frames are no less than what the frames show.
-    rates = log.qvel[:, robot.dofs(world.mujoco)]
-    means = np.diff(rates, axis=0, prepend=rates[:1]) / np.diff(log.times, prepend=-1.0)[:, None]
-    least = {"speeds": np.abs(rates), "accelerations": np.abs(means)}
+    checks = [_within("joint positions", np.abs(log.qpos[:, robot.qpos(world.mujoco)] - middle) / half, log, robot)]
     for load, limits in robot.load_limits.items():
-        loads = np.maximum(getattr(log, load), least.get(load, 0.0))
-        checks.append(_within(f"joint {load.replace('_', ' ')}", loads / limits, log, robot))
+        checks.append(_within(f"joint {load.replace('_', ' ')}", loads[load] / limits, log, robot))
     return checks
 
 

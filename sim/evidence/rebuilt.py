@@ -134,13 +134,12 @@ def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, fl
 
 def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:
     """Raise LogError unless the arrays of a log are those of a scene, and every frame has an orientation of objects."""
-    model, robot = scene.mujoco, scene.robot
+    model = scene.mujoco
     joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
     if log.about.joints != joints:
         raise LogError("the log is broken: its joints are not those of its scenario")
-    states = {"qpos": model.nq, "qvel": model.nv, "controls": model.nu}
-    states |= {"interventions": 1 + mujoco.mj_stateSize(model, STATE), "pad_forces": len(robot.gripper.pads)}
-    for name, width in (states | dict.fromkeys(robot.load_limits, len(robot.joints))).items():
+    widths = {"qpos": model.nq, "qvel": model.nv, "controls": model.nu}
+    for name, width in (widths | {"interventions": 1 + mujoco.mj_stateSize(model, STATE)}).items():
         if getattr(log, name).shape[1] != width:
             raise LogError(f"the log is broken: {name} has {getattr(log, name).shape[1]} columns, its scenario {width}")
     for obj in objects:

@@ -60,6 +60,7 @@ class RecordedWorld:
         bias: (3,) constant error of every observed position, by the seed, m.
         objects: of the scenario, and those that faults added.
         grips: (T,) commands of the gripper.
+        pad_forces: (T, pads) contact force on each of the gripper's pads, N, as far as it was simulated again.
         arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
@@ -89,6 +90,7 @@ class RecordedWorld:
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
         steps = np.rint(log.times / self.mujoco.opt.timestep).astype(int) - 1
         sent = np.append(log.controls[:, self.mujoco.actuator(self.robot.gripper.actuator).id], 0)
+        self.pad_forces = np.zeros((len(log.times), len(self._pads)))
         self.grips = sent[steps.clip(0, max(0, len(sent) - 2))] / COMMANDS_PER_UNIT
 
     def path(self, obj: str) -> np.ndarray:
@@ -124,7 +126,7 @@ class RecordedWorld:
         Only frames count in which the gripper was commanded to hold.
         """
         recent = slice(max(0, self._frame - PRESS_MEMORY_FRAMES), self._frame + 1)
-        pressed = self._log.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
+        pressed = self.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
         if not any(pressed & [self.robot.gripper.holds(command) for command in self.grips[recent]]):
             return None
         return next(

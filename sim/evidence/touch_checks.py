@@ -21,20 +21,14 @@ REST_TIMEOUT_S = 2.0
 
 
 class Touches:
-    """The unwanted contacts in a simulation: one of the robot or its load, and another.
-
-    The fingers may touch the object of the current action. While both pads press it, the object may touch what it
-    touches when they first or last press it in the action: its supports and neighbours. While it is carried, it may
-    touch nothing.
+    """The contacts in a simulation of one of the robot, or of the object of the current action, with another body.
 
     Attributes:
-        found: time, s, and the names of the bodies of each unwanted contact; the first one moves.
         checked: number of states.
     """
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
         """Begin without contacts."""
-        self.found: list[tuple[float, str, str]] = []
         self.checked = 0
         self._log, self._world = log, world
         model = self._model = copy.copy(world.mujoco)
@@ -45,11 +39,12 @@ class Touches:
         world.robot.let_links_collide(model)
         self._owner = np.array([_name(model, int(body)) for body in model.geom_bodyid], dtype=object)
         self._starts = [action.start for action in log.about.actions]
-        self._known: dict[tuple[bytes, int, bool], list[tuple[str, str]]] = {}
-        self._neighbours: dict[int, set[str]] = {}
+        self._known: dict[tuple[bytes, int], tuple[list[tuple[str, str]], list[tuple[str, str]]]] = {}
+        self._of_robot: list[tuple[float, str, str]] = []
+        self._of_load: list[tuple[float, str, str, int, int]] = []
 
     def look(self, data: mujoco.MjData, frame: int, *, recorded: bool) -> None:
-        """Add the unwanted contacts in a state.
+        """Add the contacts in a state.
 
         Args:
             data: a simulated state, after a step.
@@ -64,40 +59,50 @@ class Touches:
             mujoco.mj_collision(self._model, data)
         pairs = np.asarray(data.contact.geom[data.contact.dist < 0])
         action = bisect_right(self._starts, float(self._log.times[frame])) - 1
-        pressed = bool(self._log.pad_forces[frame : frame + (1 if recorded else 2)].min() > HOLD_FORCE_N)
-        key = pairs.tobytes(), action, pressed
+        key = pairs.tobytes(), action
         if key not in self._known:
-            self._known[key] = self._unwanted(pairs, action, pressed)
-        self.found += [(time, *names) for names in self._known[key]]
+            self._known[key] = self._sorted(pairs, self._world.actions[action].obj if action >= 0 else "")
+        of_robot, of_load = self._known[key]
+        self._of_robot += [(time, *names) for names in of_robot]
+        self._of_load += [(time, *names, action, frame) for names in of_load]
 
-    def _unwanted(self, pairs: np.ndarray, action: int, pressed: bool) -> list[tuple[str, str]]:
-        """Return the names of bodies in unwanted contact in an action, of (K, 2) pairs of geoms in contact."""
-        symbolic = self._world.actions[action] if action >= 0 else None
-        obj = symbolic.obj if symbolic else ""
+    def unwanted(self) -> list[tuple[float, str, str]]:
+        """Return time, s, and the names of the bodies of each unwanted contact, the one that moves first.
+
+        The fingers may touch the object of the current action. While both pads press it, the object may touch what it
+        touches when they first or last press it in the action: its supports and neighbours. While it is carried, it may
+        touch nothing.
+        """
+        pressed = self._world.pad_forces.min(axis=1) > HOLD_FORCE_N
+        neighbours = {action: self._neighbours_in(action, pressed) for *_, action, _ in self._of_load}
+        knocks = [
+            (time, obj, other)
+            for time, obj, other, action, frame in self._of_load
+            if pressed[frame : frame + 2].all() and other not in neighbours[action]
+        ]
+        return sorted(self._of_robot + knocks)
+
+    def _sorted(self, pairs: np.ndarray, obj: str) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+        """Return the names of the bodies of (K, 2) geoms: contacts of the robot that are unwanted, and of the load."""
         is_robot, is_load = self._is_robot[pairs], (self._owner[pairs] == obj) & (obj != "")
         wanted = (self._is_finger[pairs] | is_load).all(axis=1)
-        found = self._named(pairs[is_robot.any(axis=1) & ~wanted], self._is_robot)
-        knocks = is_load.any(axis=1) & ~is_robot.any(axis=1)
-        if symbolic and pressed and knocks.any():
-            carried = self._world.model.operator(symbolic.kind).travels
-            allowed = set() if carried else self._neighbours_in(action)
-            found += [pair for pair in self._named(pairs[knocks], self._owner == obj) if pair[1] not in allowed]
-        return found
+        of_robot = self._named(pairs[is_robot.any(axis=1) & ~wanted], self._is_robot)
+        return of_robot, self._named(pairs[is_load.any(axis=1) & ~is_robot.any(axis=1)], self._owner == obj)
 
-    def _neighbours_in(self, action: int) -> set[str]:
-        """Return the names of what the object of an action touches when the pads first and last press it there."""
-        if action not in self._neighbours:
-            data, found, log = mujoco.MjData(self._model), set[str](), self._log
-            own = np.flatnonzero(self._owner == self._world.actions[action].obj).tolist()
-            others = np.flatnonzero(~self._is_robot & ~np.isin(np.arange(self._model.ngeom), own)).tolist()
-            during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
-            pressed = np.flatnonzero(during & (log.pad_forces.min(axis=1) > HOLD_FORCE_N))
-            for frame in pressed[[0, -1]] if len(pressed) else ():
-                data.qpos[:] = log.qpos[frame]
-                mujoco.mj_kinematics(self._model, data)
-                found |= {self._owner[other] for other in others for geom in own if touching(data, geom, other)}
-            self._neighbours[action] = found
-        return self._neighbours[action]
+    def _neighbours_in(self, action: int, pressed: np.ndarray) -> set[str]:
+        """Return what the object of an action may touch there; `pressed` says in which frames all pads press."""
+        symbolic, log = self._world.actions[action], self._log
+        found = set[str]()
+        if self._world.model.operator(symbolic.kind).travels:
+            return found
+        own = np.flatnonzero(self._owner == symbolic.obj).tolist()
+        others = np.flatnonzero(~self._is_robot & ~np.isin(np.arange(self._model.ngeom), own)).tolist()
+        during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
+        for frame in np.flatnonzero(during & pressed)[[0, -1]] if np.any(during & pressed) else ():
+            self._data.qpos[:] = log.qpos[frame]
+            mujoco.mj_kinematics(self._model, self._data)
+            found |= {self._owner[other] for other in others for geom in own if touching(self._data, geom, other)}
+        return found
 
     def _named(self, pairs: np.ndarray, moves: np.ndarray) -> list[tuple[str, str]]:
         """Return the names of the bodies of (K, 2) geoms, with the one that moves in front."""
@@ -116,7 +121,7 @@ def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]
     """
     events = (event for event in log.about.events if event.kind == "contact")
     told = [(event.time, str(event.detail.get("moving")), str(event.detail.get("other"))) for event in events]
-    for contacts, verb, source in ((told, "touched", ", according to the log"), (touches.found, "touches", "")):
+    for contacts, verb, source in ((told, "touched", ", according to the log"), (touches.unwanted(), "touches", "")):
         for time, moving, other in contacts:
             if not any(0 <= time - start <= REST_TIMEOUT_S and obj in (moving, other) for start, obj in moved):
                 return log.about.claims.against("contacts", f"{moving} {verb} {other} at {time:.2f} s{source}")

@@ -100,7 +100,7 @@ class Robot(ArmConstants):
 
     @property
     def load_limits(self) -> dict[str, np.ndarray | float]:
-        """The (n,) limits of every joint's loads, by the names of their arrays in `sim.simulation.run.Frames`."""
+        """The (n,) limits of every joint's loads, by the names of their arrays in `sim.simulation.run.Run`."""
         peak = self.peak_acceleration_limits
         return {
             "speeds": self.velocity_limits,

@@ -126,7 +126,7 @@ class Recorder:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """The recorded arrays by their names in `Frames`; the last frame has the loads up to now as well."""
+        """The recorded arrays by their names in `Run`; the last frame has the loads up to now as well."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
         speeds, torques = self._of_arm(self._speeds), self._of_arm(self._torques)
         samples = {

@@ -96,12 +96,6 @@ class Frames:
         qpos: (T, nq) positions of the scene's MuJoCo model.
         qvel: (T, nv) velocities.
         glow: (T,) index of the location that marks an object at that time, -1 for none.
-        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
-        accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
-        jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
-        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
-        torque_rates: (T, n) greatest rate of that torque, low-pass filtered as by the arm's controller, N m/s.
-        pad_forces: (T, pads) contact force on each of the gripper's pads, N.
         controls: (S, nu) int64, the actuators' commands at each step, in `COMMANDS_PER_UNIT` of their units.
         interventions: (K, 1 + m) number of a step and the state in which it began (`STATE` of the recorder), for every
             step that did not begin in the state in which the previous one ended; the first row is the start.
@@ -111,12 +105,6 @@ class Frames:
     qpos: np.ndarray
     qvel: np.ndarray
     glow: np.ndarray
-    speeds: np.ndarray
-    accelerations: np.ndarray
-    jerks: np.ndarray
-    torques: np.ndarray
-    torque_rates: np.ndarray
-    pad_forces: np.ndarray
     controls: np.ndarray
     interventions: np.ndarray
 
@@ -126,6 +114,12 @@ class Run(Frames):
     """One execution of a plan.
 
     Attributes:
+        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
+        accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
+        jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
+        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
+        torque_rates: (T, n) greatest rate of that torque, low-pass filtered as by the arm's controller, N m/s.
+        pad_forces: (T, pads) contact force on each of the gripper's pads, N.
         completed: whether every action was carried out and observed as predicted, within the arm's limits and without
             unwanted contact.
         reason: why not, in one sentence; None when completed.
@@ -140,6 +134,12 @@ class Run(Frames):
         violated: tasks that can no longer be satisfied.
     """
 
+    speeds: np.ndarray
+    accelerations: np.ndarray
+    jerks: np.ndarray
+    torques: np.ndarray
+    torque_rates: np.ndarray
+    pad_forces: np.ndarray
     completed: bool
     reason: str | None
     steps: tuple[Step, ...]
@@ -159,7 +159,7 @@ class Run(Frames):
 
     @property
     def load_shares(self) -> dict[str, np.ndarray]:
-        """(n,) greatest load of each arm joint as a share of its limit, by the names of the loads in `Frames`."""
+        """(n,) greatest load of each arm joint as a share of its limit, by the loads' names."""
         limits = self.robot.load_limits.items()
         return {name: getattr(self, name).max(axis=0) / limit for name, limit in limits}
 

@@ -55,7 +55,7 @@ def without(path: Path, name: str) -> None:
             archive.writestr(part, contents)
 
 
-@pytest.mark.parametrize("name", ["more.npy", "times", "../times.npy", "about.npy"])
+@pytest.mark.parametrize("name", ["more.npy", "torques.npy", "times", "../times.npy", "about.npy"])
 @pytest.mark.filterwarnings("ignore:Duplicate name")
 def test_a_member_that_no_log_has_or_that_is_there_twice_is_refused(bench_log: Log, tmp_path: Path, name: str) -> None:
     path = written(bench_log, tmp_path)

@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from forged_logs import log_of_run
 from scenario_texts import RELAXED_CUP, shipped
 
+from prefplan.claims import Check
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import loads
 from sim.evidence import certificate
 from sim.evidence.log import Log
+from sim.evidence.replay import RecordedWorld
+from sim.evidence.resimulation import resimulate
+from sim.evidence.touch_checks import Touches
 from sim.world.scene import Scene, build_scene
 
 
@@ -28,7 +33,22 @@ def relaxed_log() -> Log:
     return log_of_run(loads(RELAXED_CUP, name="relaxed"))
 
 
+@pytest.fixture(scope="session")
+def pressed(arch_log: Log, relaxed_log: Log) -> dict[int, np.ndarray]:
+    """The forces on the pads in these logs, by their number of frames."""
+    forces = {}
+    for log in (arch_log, relaxed_log):
+        world = RecordedWorld(log)
+        forces[len(log.times)] = resimulate(log, world, Touches(log, world)).arrays["pad_forces"]
+    return forces
+
+
 @pytest.fixture
-def claims_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def claims_alone(monkeypatch: pytest.MonkeyPatch, pressed: dict[int, np.ndarray]) -> None:
     """Leave out the simulation and the checks of contacts, most of the work, where only claims are tested."""
-    monkeypatch.setattr(certificate, "_physics", lambda log, world: ((), False))
+
+    def physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
+        world.pad_forces[:] = pressed[len(log.times)]
+        return (), False
+
+    monkeypatch.setattr(certificate, "_physics", physics)

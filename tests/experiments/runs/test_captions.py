@@ -30,7 +30,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
     rollout = Run(
-        **dict.fromkeys(ARRAYS | MORE_ARRAYS, np.zeros(0)),
+        **dict.fromkeys([*ARRAYS, *MORE_ARRAYS, *PANDA.load_limits, "pad_forces"], np.zeros(0)),
         completed=True,
         reason=None,
         steps=steps,

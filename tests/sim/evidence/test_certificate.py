@@ -54,12 +54,12 @@ def test_a_true_log_is_confirmed(arch_log: Log) -> None:
 
 
 def test_nothing_finer_than_a_tenth_of_a_micrometre_is_kept(arch_log: Log) -> None:
-    for rows in (arch_log.qpos, arch_log.speeds, arch_log.torques, arch_log.pad_forces):
+    for rows in (arch_log.qpos, arch_log.qvel):
         assert np.array_equal(rows, rows.round(7)) and not np.array_equal(rows, rows.round(6))
 
 
 def test_the_robot_is_needed(arch_log: Log) -> None:
-    """Without it the torques of its motors are unknown, and a log with forged torques would be confirmed."""
+    """Without it its motors and their torques are unknown."""
     with pytest.raises(LogError, match="the log cannot be checked: unknown robot 'zeus'"):
         certify(telling(arch_log, robot="zeus"))
 
@@ -104,11 +104,11 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
         ({"setting": {"noise_mm": 1000.0}}, "the setting in the log cannot be used: a noise of 1000 mm"),
         ({"joints": {}}, "its joints are not those of its scenario"),
         ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "its joints are not those of its scenario"),
-        ({"speeds": np.zeros((3, 6))}, "speeds has 6 columns, its scenario 7"),
+        ({"controls": np.zeros((3, 6), int)}, "controls has 6 columns, its scenario 8"),
     ],
 )
 def test_a_log_that_cannot_be_checked_is_refused(arch_log: Log, change: dict[str, Any], words: str) -> None:
-    log = replace(arch_log, **change) if "speeds" in change else telling(arch_log, **change)
+    log = replace(arch_log, **change) if "controls" in change else telling(arch_log, **change)
     with pytest.raises(LogError, match=words):
         certify(log)
 

@@ -14,9 +14,12 @@ from scenario_texts import PAST_A_TOWER
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
+from sim.evidence.motion_checks import check_limits
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import Touches, check_contacts
 from sim.robots.arms.panda import PANDA
+from sim.robots.robot import Robot
+from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import Event
 from sim.skills import transfer, transport
 
@@ -31,40 +34,38 @@ def test_what_no_location_was_seen_to_mark_was_not_marked(arch_log: Log) -> None
     assert found["completed"] == "not satisfied: phi1, phi2"
 
 
-@pytest.mark.usefixtures("claims_alone")
 @pytest.mark.parametrize(
     ("name", "joint"),
     [("speeds", 0), ("accelerations", 1), ("jerks", 2), ("torques", 3), ("torques", 6), ("torque_rates", 5)],
 )
 def test_a_limit_that_was_passed_is_told(arch_log: Log, name: str, joint: int) -> None:
-    beyond = getattr(arch_log, name).copy()
-    beyond[100, joint] = 1.01 * np.asarray(PANDA.load_limits[name])[joint]
-    words = refutations(replace(arch_log, **{name: beyond}))[f"joint {name.replace('_', ' ')}"]
-    assert words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
+    loads = {load: np.zeros((len(arch_log.times), 7)) for load in PANDA.load_limits}
+    loads[name][100, joint] = 1.01 * np.asarray(PANDA.load_limits[name])[joint]
+    (check,) = (one for one in check_limits(arch_log, RecordedWorld(arch_log), loads) if not one.holds)
+    assert check.name == f"joint {name.replace('_', ' ')}"
+    assert check.words == f"exceeded: 101.0% of the limit, {PANDA.joints[joint]} at {arch_log.times[100]:.2f} s"
 
 
-def test_what_a_failed_run_did_is_a_finding_and_no_lie(arch_log: Log) -> None:
+def test_limits_are_those_of_what_the_commands_lead_to(arch_log: Log) -> None:
+    """A jerk in the commands shows although nothing is recorded of it."""
+    controls = arch_log.controls.copy()
+    controls[1000:, 0] += COMMANDS_PER_UNIT // 100
+    found = refutations(replace(arch_log, controls=controls))
+    assert "joint1 at" in found["joint jerks"] and "simulated again" in found
+
+
+def test_what_a_failed_run_did_is_a_finding_and_no_lie(arch_log: Log, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same limit and the same touch refute a run that claims to be completed."""
-    beyond = arch_log.torque_rates.copy()
-    beyond[100, 1] = 1.4 * np.asarray(PANDA.load_limits["torque_rates"])[1]
+    limits = dict(PANDA.load_limits)
+    limits["torque_rates"] = np.asarray(limits["torque_rates"]) / 100
+    monkeypatch.setattr(Robot, "load_limits", property(lambda self: limits))
     touch = Event(3.9, "contact", {"moving": "hand", "other": "green"})
     told = sorted((*arch_log.about.events, touch), key=lambda event: event.time)
-    log = telling(replace(arch_log, torque_rates=beyond), events=tuple(told))
-    wrong, again = {"joint torque rates", "contacts"}, {"simulated again"}
-    assert refutations(log).keys() == wrong | again and certify(log).findings == ()
+    log = telling(arch_log, events=tuple(told))
+    wrong = {"joint torque rates", "contacts"}
+    assert refutations(log).keys() == wrong and certify(log).findings == ()
     certificate = certify(claiming(log, completed=False, preference=None))
-    assert {check.name for check in certificate.findings} == wrong
-    assert {check.name for check in certificate.refuted} == again, "it is no log of a simulation"
-    hidden = replace(log, speeds=np.zeros_like(log.speeds))
-    assert "simulated again" in refutations(claiming(hidden, completed=False, preference=None))
-
-
-def test_a_limit_that_the_frames_show_to_be_passed_is_told_whatever_is_recorded(arch_log: Log) -> None:
-    qvel = arch_log.qvel.copy()
-    qvel[100, 2] = 1.06 * PANDA.velocity_limits[2]
-    forged = telling(replace(arch_log, qvel=qvel), versions=arch_log.about.versions | {"mujoco": "3.0.0"})
-    words = refutations(forged)["joint speeds"]
-    assert words == f"exceeded: 106.0% of the limit, {PANDA.joints[2]} at {arch_log.times[100]:.2f} s"
+    assert {check.name for check in certificate.findings} == wrong and certificate.refuted == ()
 
 
 def touched_by(log: Log, frame: int, qpos: np.ndarray) -> str:

@@ -13,8 +13,7 @@ import pytest
 from prefplan.claims import Claims
 from prefplan.plan import Purchase
 from sim.errors import LogError
-from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, RATES, About, Log, LoggedAction, encode, read_log
-from sim.robots.arms.panda import PANDA
+from sim.evidence.log import ARRAYS, FORMAT, MORE_ARRAYS, About, Log, LoggedAction, encode, read_log
 from sim.simulation.run import Event
 
 
@@ -40,10 +39,6 @@ def log() -> Log:
         qpos=rows,
         qvel=rows - 1,
         glow=np.array([-1, 0]),
-        speeds=rows + 1,
-        torques=rows + 2,
-        **{name: rows + k for k, name in enumerate(RATES, 3)},
-        pad_forces=np.zeros((2, 2)),
         controls=np.array([[3, -4], [2**40, 1]]),
         interventions=np.array([[0, np.pi]]),
     )
@@ -70,8 +65,12 @@ def npy(array: np.ndarray) -> bytes:
 
 Rewrite = Callable[..., None]
 
-NO_FRAMES = {"times": np.zeros(0), "glow": np.zeros(0, int), "pad_forces": np.zeros((2, 0), int)}
-NO_FRAMES |= {name: np.zeros((7, 0), int) for name in ("qpos", "qvel", *PANDA.load_limits)}
+NO_FRAMES = {
+    "times": np.zeros(0),
+    "glow": np.zeros(0, int),
+    "qpos": np.zeros((7, 0), int),
+    "qvel": np.zeros((7, 0), int),
+}
 
 
 @pytest.fixture
@@ -158,12 +157,12 @@ def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
         ({"about": {"text": 3}}, "about.text: input should be a valid string"),
         ({"about": {"claims": {"completed": "perhaps"}}}, "about.claims.completed"),
         ({"about": {"actions": [{"action": "grasp cup"}]}}, "about.actions.0.start: field required"),
-        ({"speeds": None}, "speeds is missing"),
+        ({"qvel": None}, "qvel is missing"),
         ({"qpos": np.zeros(2, int)}, "qpos has the shape"),
-        ({"pad_forces": np.zeros(3, int)}, "pad_forces has the shape"),
+        ({"qvel": np.zeros(3, int)}, "qvel has the shape"),
         ({"controls": np.zeros(3, int)}, "controls has the shape"),
         ({"times": np.zeros(3)}, "qpos has the shape"),
-        ({"pad_forces": np.zeros((2, 2))}, "pad_forces holds what is not a number"),
+        ({"qvel": np.zeros((2, 2))}, "qvel holds what is not a number"),
         ({"interventions": np.full((2, 2), np.nan)}, "interventions holds what is not a number"),
         ({"times": np.array(["a", "b"])}, "times holds what is not a number"),
         (NO_FRAMES, "not a single frame"),

@@ -96,6 +96,7 @@ def test_they_agree_on_what_is_held_whenever_it_begins_to_slip(before: float) ->
         assert "expected cup in the hand" in str(run.reason)
     claims = Claims(completed=False, cost=4, task_costs={"tidy": 4}, violation_costs={}, preference=None)
     world = RecordedWorld(log_of(scene, run.record(), claims, scenario="cup", text=CUP))
+    world.pad_forces[:] = run.record().pad_forces
     step = run.steps[-1]
     world.show(world.frame_at(step.end))
     assert world.held() == step.observed.held == ("cup" if before < 0 else None)
