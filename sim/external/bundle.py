@@ -6,7 +6,6 @@ import base64
 import binascii
 import functools
 import os
-import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -15,13 +14,11 @@ from xml.etree import ElementTree
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import LogError, SimulationError
+from sim.external.sizes import is_relative, paths
 from sim.external.user_scene import scene_files
 
 MAX_ABOVE = 20
 """Greatest number of `..` in the paths of a log's files."""
-
-PATHS = re.compile("file.*|.*dir")
-"""Names of the attributes of MJCF that hold paths."""
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
@@ -95,16 +92,12 @@ def _unpacked(files: tuple[tuple[str, str], ...]) -> tuple[tempfile.TemporaryDir
 
 
 def _decoded(name: str, text: str) -> bytes:
-    if not _is_normal(name) or name != os.path.normpath(name):
+    if not is_relative(name) or name != os.path.normpath(name):
         raise LogError(f"the log is broken: {name!r} is no valid path of a file")
     try:
         return base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
         raise LogError(f"the log is broken: the file {name!r} cannot be unpacked") from None
-
-
-def _is_normal(path: str) -> bool:
-    return not (os.path.isabs(path) or "\0" in path or "\\" in path or ":" in path)
 
 
 def _paths(name: str, contents: bytes) -> Iterator[str]:
@@ -120,7 +113,7 @@ def _paths(name: str, contents: bytes) -> Iterator[str]:
     except (ElementTree.ParseError, ValueError):
         raise LogError(f"the log is broken: the file {name!r} is no valid XML") from None
     for element in root.iter():
-        for path in (value for key, value in element.attrib.items() if PATHS.fullmatch(key)):
-            if not _is_normal(path):
+        for path in paths(element):
+            if not is_relative(path):
                 raise LogError(f"the log is broken: {path!r} in {name!r} is no relative path")
             yield path

@@ -1,13 +1,21 @@
-"""What a user's MJCF asks for, counted before MuJoCo builds it: a few characters may ask for gigabytes."""
+"""What a user's MJCF asks for, checked before MuJoCo builds it: a few characters may ask for gigabytes.
+
+A log holds the files of its scene, so that anyone can check it: their paths are relative.
+"""
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterator
 from math import prod
 from pathlib import Path
 from xml.etree import ElementTree
 
 from sim.errors import SimulationError
+
+PATHS = re.compile("file.*|.*dir")
+"""Names of the attributes of MJCF that hold paths."""
 
 MAX_COPIES = 10_000
 """Most copies that the elements `replicate`, one inside another, make in a file."""
@@ -19,10 +27,10 @@ PIXELS = ("width", "height")
 CELLS = ("nrow", "ncol")
 
 
-def check_sizes(path: Path, *, within: frozenset[Path] = frozenset()) -> None:
-    """Raise SimulationError if a file, or one that it includes, asks for more than a scene has.
+def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -> None:
+    """Raise SimulationError if a file, or one that it includes, asks for more than a scene has, or for files elsewhere.
 
-    What is no XML, or has other values, MuJoCo refuses itself.
+    What is no XML, or has other values, MuJoCo refuses itself. Messages start with the scenario's `key`.
     """
     try:
         root = ElementTree.fromstring(path.read_text(encoding="utf-8-sig"))
@@ -30,12 +38,25 @@ def check_sizes(path: Path, *, within: frozenset[Path] = frozenset()) -> None:
         return
     for copies, element in _counted(root, 1):
         if copies > MAX_COPIES:
-            raise SimulationError(f"scene: {path}: replicate makes more than {MAX_COPIES} copies")
+            raise SimulationError(f"{key}: {path}: replicate makes more than {MAX_COPIES} copies")
+        for path_in_it in paths(element):
+            if not is_relative(path_in_it):
+                raise SimulationError(f"{key}: {path}: {path_in_it!r} is no path relative to the file")
         for kind, sides in (("hfield", CELLS), ("texture", PIXELS)):
             if element.tag == kind and prod(_number(element, side) for side in sides) > MAX_CELLS:
-                raise SimulationError(f"scene: {path}: {kind}: {' x '.join(sides)} is more than {MAX_CELLS}")
+                raise SimulationError(f"{key}: {path}: {kind}: {' x '.join(sides)} is more than {MAX_CELLS}")
         if element.tag == "include" and (other := path.parent / element.get("file", "")) not in within:
-            check_sizes(other, within=within | {path})
+            check_file(other, key, within=within | {path})
+
+
+def paths(element: ElementTree.Element) -> list[str]:
+    """Return the paths that an element of MJCF names."""
+    return [value for key, value in element.attrib.items() if PATHS.fullmatch(key)]
+
+
+def is_relative(path: str) -> bool:
+    """Return whether a path is relative on every kind of machine."""
+    return not (os.path.isabs(path) or "\0" in path or "\\" in path or ":" in path)
 
 
 def _counted(element: ElementTree.Element, copies: int) -> Iterator[tuple[int, ElementTree.Element]]:

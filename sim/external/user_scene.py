@@ -14,7 +14,7 @@ from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
-from sim.external.sizes import check_sizes
+from sim.external.sizes import check_file
 from sim.geometry.mjcf import as_utf8, box_corners, first_met, is_solid, opaque
 
 SEARCH_DEPTH_M = 0.02
@@ -94,7 +94,7 @@ def read_file(path: Path) -> UserScene:
     Raises:
         SimulationError: MuJoCo refuses it.
     """
-    check_sizes(path)
+    check_file(path, "scene")
     try:
         compiled = mujoco.MjModel.from_xml_path(as_utf8(path))
     except (ValueError, mujoco.FatalError) as error:

@@ -12,6 +12,7 @@ import numpy as np
 from prefplan.errors import check_known, choices, prefixed
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup, check_point, with_height
 from sim.errors import RobotError, SimulationError
+from sim.external.sizes import check_file
 from sim.geometry.mjcf import as_utf8
 from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import Robot
@@ -70,6 +71,7 @@ def _robot(setup: RobotSetup, changed: int) -> Robot:
 
 def _check_names(setup: RobotSetup, path: Path) -> None:
     """Raise SimulationError unless the MJCF can be read and has all parts that the table names."""
+    check_file(path, "robot.mjcf")
     try:
         spec = mujoco.MjSpec.from_file(as_utf8(path))
         spec.compile()

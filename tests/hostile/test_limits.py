@@ -12,6 +12,10 @@ from pathlib import Path
 import pytest
 from hostile_bench import BENCH, write_bench
 
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.errors import SimulationError
+from sim.world.scene import build_scene
+
 PROGRAM = [sys.executable, "-c", "import sys; from experiments.commands.command_line import main; sys.exit(main())"]
 
 GRID = """
@@ -107,6 +111,16 @@ def test_a_scene_that_asks_for_gigabytes_is_refused_before_it_is_built(
     status, told, taken, used = call("check", str(tmp_path / "bench.toml"))
     assert status == 2 and words in told and "more.xml" in told
     assert used < 1500
+
+
+@pytest.mark.parametrize("element", ['<include file="{0}/light.xml"/>', '<compiler meshdir="{0}"/>'])
+def test_a_scene_that_names_files_by_absolute_paths_is_refused_before_it_is_built(element: str, tmp_path: Path) -> None:
+    """A log holds the files of its scene, and nobody could check one that lie elsewhere."""
+    scene = BENCH.replace('<include file="light.xml"/>', element.format(tmp_path))
+    model = write_bench(tmp_path, scene=scene).model
+    assert isinstance(model, ManipulationModel)
+    with pytest.raises(SimulationError, match="scene: .*bench.xml: '/.*' is no path relative to the file"):
+        build_scene(model)
 
 
 def test_little_virtual_memory_ends_with_a_sentence() -> None:

@@ -71,6 +71,23 @@ def test_it_carries_out_a_plan(file: Path) -> None:
     assert rollout.placement_error < 0.003
 
 
+@pytest.mark.parametrize(
+    ("element", "words"),
+    [
+        ('<compiler meshdir="/tmp"/>', "'/tmp' is no path relative to the file"),
+        ('<worldbody><replicate count="1000000"><geom size="1"/></replicate></worldbody>', "more than 10000 copies"),
+    ],
+)
+def test_its_mjcf_passes_the_door_of_scenes(file: Path, tmp_path: Path, element: str, words: str) -> None:
+    text = (file.parent / "crane.xml").read_text()
+    (tmp_path / "crane.xml").write_text(text.replace("</mujoco>", f"{element}</mujoco>"))
+    (tmp_path / "crane.toml").write_text(file.read_text())
+    model = load(tmp_path / "crane.toml").model
+    assert isinstance(model, ManipulationModel)
+    with pytest.raises(SimulationError, match=f"robot.mjcf: .*crane.xml: .*{words}"):
+        robot_for(model.robot_setup)
+
+
 def test_the_width_between_the_fingers_follows_the_gear(setup: RobotSetup) -> None:
     gripper = robot_for(setup).gripper
     assert gripper.command(0.038) == pytest.approx(0.038 * 100 / 0.03, rel=0.01)
