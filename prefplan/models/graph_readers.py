@@ -154,7 +154,8 @@ def _node_link(file: BinaryIO, key: str) -> Listing:
     try:
         top = {"nodes": [], **json.load(file, object_hook=_clocked), "multigraph": True}
         edges = next((key for key in EDGE_LISTS if key in top), EDGE_LISTS[0])
-        graph = nx.node_link_graph(top, directed=True, edges=edges)
+        clocked = {key: map(_clocked, top[key]) for key in ("nodes", edges)}
+        graph = nx.node_link_graph(top | clocked, directed=True, edges=edges)
         unlisted = list(graph)[len(top["nodes"]) :]
         if unlisted and top["nodes"]:
             raise ModelError(f"{unlisted[0]!r} is the end of an edge, but not listed as a node")
@@ -169,7 +170,8 @@ def _node_link(file: BinaryIO, key: str) -> Listing:
 def _of_graph(graph: nx.MultiGraph) -> Listing:
     """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
-    sources, targets, edges = zip(*directed.edges(data=True), strict=True) if directed.size() else ((), (), ())
+    listed = map(_clocked, directed.edges(data=True))
+    sources, targets, edges = zip(*listed, strict=True) if directed.size() else ((), (), ())
     nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))
     nodes["node"] = list(map(str, graph))
     columns = _columns(edges, graph.graph.get("edge_default", {}))

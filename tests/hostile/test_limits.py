@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 import resource
 import subprocess
 import sys
@@ -86,6 +87,18 @@ def test_a_file_that_unpacks_to_gigabytes_stays_within_its_memory(tmp_path: Path
     status, told, _, used = call("front", str(tmp_path / "roads.toml"), "--max-memory", "100")
     assert (tmp_path / "roads.csv.gz").stat().st_size < 6e6
     assert status == 4 and used < 1.1 * (idle + 100) and "memory" in told and "Traceback" not in told
+
+
+def test_a_file_of_a_million_nodes_and_links_stays_within_its_time(tmp_path: Path) -> None:
+    count = 10**6
+    links = ({"source": f"s{i}", "target": f"s{i + 1}", "cost": 1} for i in range(count))
+    nodes = ({"id": f"s{i}"} for i in range(count + 1))
+    (tmp_path / "roads.json").write_text(json.dumps({"nodes": [*nodes], "links": [*links]}))
+    (tmp_path / "roads.toml").write_text(ROADS.replace("roads.csv.gz", "roads.json"))
+    without = call("front", "example")[2]
+    for seconds in (0.5, 2.5):  # while it is parsed, and while the graph is made
+        status, told, taken, _ = call("front", str(tmp_path / "roads.toml"), "--max-seconds", str(seconds))
+        assert status == 4 and taken < without + seconds + 1 and "time limit" in told
 
 
 @pytest.mark.parametrize(
