@@ -12,7 +12,7 @@ import click
 
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Run, SearchMethod, carry_out, search, warm_up
+from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Search, SearchMethod, carry_out, search, warm_up
 from experiments.benchmark.summary import cells, table
 from experiments.cli.command import call, command
 from experiments.cli.status import DONE
@@ -50,14 +50,16 @@ DEVICES = {
 }
 """The planner without one of its components."""
 
-Group = Callable[[Path, range], Iterator[Run]]
+Group = Callable[[Path, range], Iterator[Search]]
 """Yields runs, given a folder for files and the seeds of instances."""
 
 
-def _runs(problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, SearchMethod]) -> list[Run]:
+def _runs(
+    problem: str, instances: Iterable[Callable[[], Problem]], searches: Mapping[str, SearchMethod]
+) -> list[Search]:
     """Return all searches of all instances of a problem, instance by instance."""
     return [
-        Run({"problem": problem, "method": name, "seed": seed}, made, searched)
+        Search({"problem": problem, "method": name, "seed": seed}, made, searched)
         for seed, made in enumerate(instances)
         for name, searched in searches.items()
     ]
@@ -67,21 +69,21 @@ def _of_size(tasks: int, seeds: range) -> list[Callable[[], Problem]]:
     return [partial(instance, RANDOM, tasks, seed) for seed in seeds]
 
 
-def many_tasks(folder: Path, seeds: range) -> Iterator[Run]:
+def many_tasks(folder: Path, seeds: range) -> Iterator[Search]:
     """Yield searches without a time limit."""
     for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
         for tasks in sizes:
             yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), {"whole": partial(search, kind)})
 
 
-def stopped(folder: Path, seeds: range) -> Iterator[Run]:
+def stopped(folder: Path, seeds: range) -> Iterator[Search]:
     """Yield searches with a time limit."""
     for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
         searches = {f"{limit} s": partial(search, kind, max_seconds=limit) for limit in limits}
         yield from _runs(f"{kind}, {tasks} tasks", _of_size(tasks, seeds), searches)
 
 
-def ablation(folder: Path, seeds: range) -> Iterator[Run]:
+def ablation(folder: Path, seeds: range) -> Iterator[Search]:
     """Yield searches without one component of the planner."""
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
     for name, (n, preference) in PREFERRED.items():
@@ -101,7 +103,7 @@ def _shipped(name: str) -> Problem:
     return load(name).problem()
 
 
-def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Run]:
+def large(sizes: Mapping[str, Size], folder: Path, seeds: range) -> Iterator[Search]:
     """Yield searches for the cheapest plan and the front in models too large to enumerate."""
     for name, size in sizes.items():
         made = partial(large_problem, size, folder / "large.toml")
@@ -117,7 +119,7 @@ GROUPS: dict[str, Group] = {
 }
 
 
-def told(run: Run) -> Record:
+def told(run: Search) -> Record:
     """Announce a run on stderr, carry it out and return its record."""
     print(", ".join(map(str, run.what.values())), file=sys.stderr)
     return carry_out(run)

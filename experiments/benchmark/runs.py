@@ -37,7 +37,7 @@ MAX_BYTES = 8e9
 """Memory limit of every search: what a laptop with 16 GB has to spare."""
 
 Record = dict[str, Any]
-"""Result of a run, JSON-ready: `Run.what`, and
+"""Result of a run, JSON-ready: `Search.what`, and
 
 - `seconds`: CPU time of product, heuristics and search; a lower bound if the run was ended.
 - `expanded`: labels expanded until the end.
@@ -49,11 +49,11 @@ Record = dict[str, Any]
 """
 
 SearchMethod = Callable[[Problem], Record]
-"""Searches an instance and returns the `Record` without `Run.what` and memory; can be pickled (`functools.partial`)."""
+"""Searches an instance and returns the `Record` without `Search.what` and memory; can be pickled."""
 
 
 @dataclass(frozen=True)
-class Run:
+class Search:
     """One search of one instance.
 
     Attributes:
@@ -134,7 +134,7 @@ def wrong_fronts() -> list[str]:
     ]
 
 
-def carry_out(run: Run) -> Record:
+def carry_out(run: Search) -> Record:
     """Carry a run out in a fork of this process, where everything is loaded and compiled."""
     began = time.perf_counter()
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:
@@ -146,7 +146,7 @@ def carry_out(run: Run) -> Record:
     return {**run.what, **found}
 
 
-def _measure(run: Run) -> Record:
+def _measure(run: Search) -> Record:
     # A fork copies each page of memory when it is first written to, which should not count.
     run.search(instance(RANDOM, 3, 0))
     problem = run.instance()

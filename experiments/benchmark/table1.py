@@ -31,7 +31,7 @@ from experiments.benchmark.runs import (
     SINGLE,
     YARDSTICKS,
     Record,
-    Run,
+    Search,
     carry_out,
     method,
     warm_up,
@@ -132,7 +132,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return call(benchmark, "python -m experiments.benchmark.table1", arguments)
 
 
-def plan_runs(sizes: Sequence[int], seeds: int) -> list[Run]:
+def plan_runs(sizes: Sequence[int], seeds: int) -> list[Search]:
     """Return all runs, those with few tasks first, and for each instance our method first."""
     runs = []
     for tasks, kind, family in product(sizes, KINDS, FAMILIES):
@@ -145,11 +145,11 @@ def plan_runs(sizes: Sequence[int], seeds: int) -> list[Run]:
         for name, count in counts.items():
             what = {"family": family, "kind": kind, "tasks": tasks, "method": name}
             searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
-            runs += [Run(what | {"seed": i}, partial(instance, family, tasks, i), searched) for i in range(count)]
+            runs += [Search(what | {"seed": i}, partial(instance, family, tasks, i), searched) for i in range(count)]
     return runs
 
 
-def carry_out_all(runs: Sequence[Run], path: Path) -> list[Record]:
+def carry_out_all(runs: Sequence[Search], path: Path) -> list[Record]:
     """Carry runs out one after the other, except those that are in the journal, and return all records.
 
     Raises:

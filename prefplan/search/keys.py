@@ -42,7 +42,7 @@ def ordered_number(value: float) -> int:
 
 
 @dataclass(frozen=True)
-class Entry:
+class KeyEntry:
     """An entry of a key.
 
     Attributes:
@@ -73,16 +73,16 @@ class KeyMap:
     """
 
     problem: Problem
-    entries: tuple[Entry, ...]
+    entries: tuple[KeyEntry, ...]
     compared: tuple[int, ...]
 
     @classmethod
     def of(cls, product: Product) -> KeyMap:
         """Return the entries that the objectives of a product's problem need."""
         problem, costs = product.problem, len(product.problem.cost_names)
-        entries = [Entry(COST, d) for d in range(costs)]
+        entries = [KeyEntry(COST, d) for d in range(costs)]
         # Those of preferences come next, and are replaced where other entries are needed.
-        entries += [_entries(o)[0] if o.measure.bi_objective else Entry(VALUE) for o in problem.objectives]
+        entries += [_entries(o)[0] if o.measure.bi_objective else KeyEntry(VALUE) for o in problem.objectives]
         compared = list(range(costs))
         for place, o in enumerate(problem.objectives, costs):
             if o.measure.bi_objective:
@@ -91,18 +91,18 @@ class KeyMap:
             parts = range(len(entries), len(entries) + len(_entries(o)))
             entries += _entries(o)
             compared += parts
-            entries[place] = Entry(VALUE, o.cost, 0, o, o.measure.formulas, tuple(parts))
+            entries[place] = KeyEntry(VALUE, o.cost, 0, o, o.measure.formulas, tuple(parts))
             for formula in o.measure.formulas:
                 if formula.contract in ("additive", "convex"):
                     is_whole_value = not parts and len(o.measure.formulas) == 1
                     compared.append(place if is_whole_value else len(entries))
-                    entries += [] if is_whole_value else [Entry(VALUE, o.cost, 0, o, (formula,))]
+                    entries += [] if is_whole_value else [KeyEntry(VALUE, o.cost, 0, o, (formula,))]
         mentioned, same, payers = _mentioned(problem, ("additive", "convex", "componentwise", "general"))
         ordered, _, weighed = _mentioned(problem, ("componentwise", "general"))
         paying = product.pays or any(any(start.violations) for start in product.starts)
         first = len(entries)
-        entries += [Entry(TASK, d, i) for d, i in sorted(mentioned)]
-        entries += [Entry(VIOLATION, 0, i) for i in sorted(payers)] if paying else []
+        entries += [KeyEntry(TASK, d, i) for d, i in sorted(mentioned)]
+        entries += [KeyEntry(VIOLATION, 0, i) for i in sorted(payers)] if paying else []
         places = {(e.how, e.cost, e.number): place for place, e in enumerate(entries[first:], first)}
         compared += [place for (how, d, i), place in places.items() if how == TASK and (d, i) in ordered]
         compared += [place for (how, _, i), place in places.items() if how == VIOLATION and i in weighed]
@@ -124,7 +124,7 @@ class KeyMap:
         """Return the key of a start's label, 0 for values; the first cost has `shift` more low bits."""
         return [self._begin(each, start) << (shift if e == 0 else 0) for e, each in enumerate(self.entries)]
 
-    def _begin(self, each: Entry, start: Start) -> int:
+    def _begin(self, each: KeyEntry, start: Start) -> int:
         # The past has the first cost only.
         spent = 0 if each.cost else start.spent
         if each.how == COST:
@@ -232,11 +232,11 @@ class KeyMap:
         return rates
 
 
-def _entries(o: PreferenceObjective) -> list[Entry]:
+def _entries(o: PreferenceObjective) -> list[KeyEntry]:
     """Return the sum and the maxima of a preference, a sum of nothing if it has neither and no formulas."""
-    maxima = [Entry(MAXIMUM, o.cost, k, o) for k in range(len(o.measure.maxima))]
+    maxima = [KeyEntry(MAXIMUM, o.cost, k, o) for k in range(len(o.measure.maxima))]
     empty = o.measure.bi_objective and not maxima
-    return [*([Entry(SUM, o.cost, 0, o)] if o.measure.one_entry or empty else []), *maxima]
+    return [*([KeyEntry(SUM, o.cost, 0, o)] if o.measure.one_entry or empty else []), *maxima]
 
 
 def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[int, int]], set[int], set[int]]:

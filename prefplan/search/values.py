@@ -22,7 +22,7 @@ from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OpaqueTerm
 from prefplan.search.growth import TASK, VALUE, VIOLATION
-from prefplan.search.keys import FALL, Entry, KeyMap, ordered_number
+from prefplan.search.keys import FALL, KeyEntry, KeyMap, ordered_number
 from prefplan.search.labels import END
 
 ValueOf = Callable[[Sequence[int]], Any]
@@ -84,7 +84,7 @@ class Values(types.WrapperAddressProtocol):
                 key[e] = known[e] = entry
         return END.ENTERED
 
-    def _value(self, entry: Entry, o: PreferenceObjective) -> ValueOf:
+    def _value(self, entry: KeyEntry, o: PreferenceObjective) -> ValueOf:
         """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
         unit = "1" if o.measure.is_whole else repr(float(o.units.mu))
         functions = {f"f{k}": self._function(o, f) for k, f in enumerate(entry.formulas) if f.tree is None}

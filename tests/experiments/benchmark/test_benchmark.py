@@ -13,7 +13,7 @@ import pytest
 from experiments.benchmark import cases, table1
 from experiments.benchmark.instances import FAMILIES, PAPER, RANDOM, instance
 from experiments.benchmark.large_models import Size
-from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS, Record, Run, carry_out, search
+from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS, Record, Search, carry_out, search
 from experiments.benchmark.summary import cells, disagreements
 
 
@@ -45,10 +45,10 @@ def test_the_json_has_a_cell_for_each_family_kind_and_method_beside_table_and_pi
 def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs = table1.plan_runs(range(2, 3), 1)
     assert len(runs) > 3
-    carried_out: list[Run] = []
+    carried_out: list[Search] = []
 
-    def interrupted_at(count: int) -> Callable[[Run], Record]:
-        def carry_out(run: Run) -> Record:
+    def interrupted_at(count: int) -> Callable[[Search], Record]:
+        def carry_out(run: Search) -> Record:
             if len(carried_out) == count:
                 raise KeyboardInterrupt
             carried_out.append(run)
@@ -67,7 +67,7 @@ def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeyp
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_ends_at_its_time_limit(kind: str) -> None:
-    ended = carry_out(Run({"seed": 0}, partial(instance, RANDOM, 12, 0), partial(search, kind, max_seconds=0.3)))
+    ended = carry_out(Search({"seed": 0}, partial(instance, RANDOM, 12, 0), partial(search, kind, max_seconds=0.3)))
     assert ended["ended"] == "time" and ended["points"] is None
 
 
