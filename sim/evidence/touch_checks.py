@@ -74,13 +74,9 @@ class Touches:
         touch nothing.
         """
         pressed = self._world.pad_forces.min(axis=1) > HOLD_FORCE_N
-        neighbours = {action: self._neighbours_in(action, pressed) for *_, action, _ in self._of_load}
-        knocks = [
-            (time, obj, other)
-            for time, obj, other, action, frame in self._of_load
-            if pressed[frame : frame + 2].all() and other not in neighbours[action]
-        ]
-        return sorted(self._of_robot + knocks)
+        knocks = [knock for knock in self._of_load if pressed[knock[-1] : knock[-1] + 2].all()]
+        allowed = {action: self._neighbours_in(action, pressed) for action in {action for *_, action, _ in knocks}}
+        return sorted(self._of_robot + [knock[:3] for knock in knocks if knock[2] not in allowed[knock[3]]])
 
     def _sorted(self, pairs: np.ndarray, obj: str) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
         """Return the names of the bodies of (K, 2) geoms: contacts of the robot that are unwanted, and of the load."""
