@@ -26,7 +26,7 @@ from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Senso
 from sim.rendering.quality import DRAFT, Quality
 from sim.simulation.run import ledger_of
 from sim.world.randomization import Perturbation, camera_bias, perturbed
-from sim.world.scene import Scene, build_scene, initial_state
+from sim.world.scene import Scene, initial_state, shared_scene
 
 if TYPE_CHECKING:
     from sim.rendering.overlay import Caption
@@ -78,7 +78,7 @@ def scene_of(
             "`prefplan plan` with this scenario"
         )
     try:
-        scene = build_scene(scenario.model, robot=robot, spares=spares_for(faults))
+        scene = shared_scene(scenario.model, robot=robot, spares=spares_for(faults))
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
     for warning in scene.warnings:

@@ -6,6 +6,7 @@ rows, column by column), and everything else as JSON under `about`.
 
 from __future__ import annotations
 
+import functools
 import io
 import json
 import platform
@@ -142,6 +143,7 @@ def log_of(
     return Log(about=about, **kept)
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """Return the versions and the kind of machine that a simulation depends on."""
     names = {name: version(name) for name in ("prefplan", "mujoco", "numpy")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -13,15 +13,14 @@ from prefplan.errors import ModelError, PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.symbolic import Action
 from prefplan.scenario.decode import Scenario, loads
-from sim.errors import LogError, RobotError
+from sim.errors import LogError, RobotError, SimulationError
 from sim.evidence.log import About, Log
 from sim.external.bundle import unpacked
 from sim.geometry.mjcf import columns
-from sim.robots.catalogue import DEFAULT, ROBOTS, robot_for, robot_named
-from sim.robots.robot import Robot
+from sim.robots.catalogue import DEFAULT, robot_for
 from sim.simulation.recorder import STATE
 from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
-from sim.world.scene import Scene, build_scene, initial_state
+from sim.world.scene import Scene, initial_state, shared_scene
 
 MIN_QUATERNION = 1e-3
 """Least norm of a quaternion that gives an orientation."""
@@ -61,13 +60,14 @@ def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
     if not isinstance(model, ManipulationModel):
         raise LogError("nothing can be carried out in the given scenario: it has no manipulation model")
     try:
-        moving = _robot(model, about.robot)
-        others = len(about.joints) - len(moving.joints + moving.gripper.joints) - len(model.objects)
-        spares = min(max(0, others), MAX_UNKNOWN_OBJECTS)
-        # The scene is built even if no robot could work in it: what it did there, the frames show.
-        scene = _scene(_ById(model), moving, spares, None)
+        robot = robot_for(model.robot_setup)
+        other = None if robot.name == about.robot else about.robot
+        robot = robot_for(model.robot_setup, other)
+        objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
+        spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
+        scene = _scene(model, other, spares, meshes=None)
         if scene.dressed and not about.meshes:
-            return _scene(_ById(model), moving, spares, False), True
+            return _scene(model, other, spares, meshes=False), True
         return scene, scene.dressed
     except RobotError as error:
         raise LogError(f"the log cannot be checked: {error}") from None
@@ -75,22 +75,12 @@ def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
         raise LogError(f"the scenario in the log cannot be used: {error}") from None
 
 
-@dataclass(frozen=True, eq=False)
-class _ById:
-    """A model, whose scene is built once: a model with dictionaries cannot be hashed."""
-
-    model: ManipulationModel
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ById) and self.model is other.model
-
-    def __hash__(self) -> int:
-        return id(self.model)
-
-
-@functools.lru_cache(maxsize=4)
-def _scene(known: _ById, robot: Robot, spares: int, meshes: bool | None) -> Scene:
-    return build_scene(known.model, robot=robot, spares=spares, meshes=meshes, judged=False)
+def _scene(model: ManipulationModel, robot: str | None, spares: int, *, meshes: bool | None) -> Scene:
+    """Return the scene of a model, even if no robot could work in it: what it did there, the frames show."""
+    try:
+        return shared_scene(model, robot=robot, spares=spares, meshes=meshes)
+    except SimulationError:
+        return shared_scene(model, robot=robot, spares=spares, meshes=meshes, judged=False)
 
 
 def words_for(scene: Scene) -> str:
@@ -98,19 +88,6 @@ def words_for(scene: Scene) -> str:
     if scene.robot.name != DEFAULT:
         return f"the shapes of the robot `{scene.robot.name}`"
     return "the arm's meshes" if scene.dressed else "plain shapes of the arm"
-
-
-def _robot(model: ManipulationModel, name: str) -> Robot:
-    """Return the robot of a log: the scenario's own, or one of the catalogue.
-
-    Raises:
-        RobotError: it is unknown, or cannot be loaded here.
-    """
-    if model.robot_setup.mjcf is not None and name not in ROBOTS:
-        own = robot_for(model.robot_setup)
-        if own.name == name:
-            return own
-    return robot_named(name)
 
 
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
