@@ -18,8 +18,8 @@ from experiments.paper.arm import ABOUT, TITLE, compare_plans
 from experiments.paper.study import Study
 from experiments.report.page import write_page
 from experiments.report.recordings import Recording, keep
-from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome, show_outcome
+from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Plan, Scenario, load, pareto_front
 from prefplan.text.layout import number
 from sim.rendering.clips import compose
@@ -73,7 +73,7 @@ def perform(
     scenario: Scenario, scene: Scene, plan: Plan, path: Path, *, tell: Tell
 ) -> tuple[Outcome, Recording | None]:
     """Carry a plan out and write its video and recording to `path` plus an ending; if interrupted, write neither."""
-    outcome = carry_out(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
+    outcome = run_plan(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
     if outcome.interrupted:
         return outcome, None
     tell("checking", 0, 0, "the log")

@@ -137,11 +137,11 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
             return
 
         # MuJoCo takes a second to load.
-        from experiments.runs.carry_out import carry_out, scene_of
+        from experiments.runs.run_plan import run_plan, scene_of
         from sim.errors import RenderingError
 
         scene = scene_of(scenario)
-        outcomes = {name: carry_out(scenario, scene, front[index]) for name, index in FIGURE_5.items()}
+        outcomes = {name: run_plan(scenario, scene, front[index]) for name, index in FIGURE_5.items()}
         for name, outcome in outcomes.items():
             rollout = outcome.run
             done = "carried out in simulation" if rollout.completed else f"stopped {rollout.reason}"

@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image
 
 from experiments.runs.captions import captions
-from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.outcome import Outcome
+from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Scenario, pareto_front
 from prefplan.scenario.decode import load
 from sim.rendering.clips import compose
@@ -47,7 +47,7 @@ def main() -> None:
     videos, headings = [], []
     with tempfile.TemporaryDirectory() as folder:
         for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
-            outcome = carry_out(scenario, scene, plan)
+            outcome = run_plan(scenario, scene, plan)
             texts = captions(outcome, scenario.model)
             taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")

@@ -14,7 +14,7 @@ from sphinx.application import Sphinx
 
 from experiments import scenarios
 from experiments.figures import maps, plans
-from experiments.runs.carry_out import carry_out, scene_of
+from experiments.runs.run_plan import run_plan, scene_of
 from experiments.scenarios import introduction
 from prefplan import Front, Scenario, pareto_front
 from prefplan.plan import PAIR
@@ -51,7 +51,7 @@ def main() -> None:
         front = front_of(scenario)
         if scenario.model.kind == "manipulation":
             scene = scene_of(scenario)
-            picture = taken(scenario, scene, carry_out(scenario, scene, front[-1]))
+            picture = taken(scenario, scene, run_plan(scenario, scene, front[-1]))
         elif scenario.model.kind == "graph":
             picture = _preferred(scenario, front)
         else:

@@ -12,7 +12,7 @@ import click
 
 from experiments.benchmark.instances import RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Search, SearchMethod, carry_out, search, warm_up
+from experiments.benchmark.runs import FRONT, KINDS, SINGLE, Record, Search, SearchMethod, run_search, search, warm_up
 from experiments.benchmark.summary import cells, table
 from experiments.cli.command import call, command
 from experiments.cli.status import DONE
@@ -122,7 +122,7 @@ GROUPS: dict[str, Group] = {
 def told(run: Search) -> Record:
     """Announce a run on stderr, carry it out and return its record."""
     print(", ".join(map(str, run.what.values())), file=sys.stderr)
-    return carry_out(run)
+    return run_search(run)
 
 
 @command

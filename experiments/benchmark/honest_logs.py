@@ -13,8 +13,8 @@ import numpy as np
 from experiments.cli.command import call, command
 from experiments.cli.status import tell
 from experiments.cli.values import positive
-from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import evidence
+from experiments.runs.run_plan import run_plan, scene_of
 from experiments.sweep.faults import ANY, random_faults
 from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.model import ManipulationModel
@@ -72,7 +72,7 @@ def _logs(name: str, rollouts: int) -> Iterator[tuple[Log, bool, bool]]:
         faults = random_faults(scenario.model, len(plan.actions), seed=seed, kind=ANY) if seed % 2 else ()
         scene = scene_of(scenario, faults=faults)
         try:
-            outcome = carry_out(
+            outcome = run_plan(
                 scenario,
                 scene,
                 plan,

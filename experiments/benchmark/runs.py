@@ -134,7 +134,7 @@ def wrong_fronts() -> list[str]:
     ]
 
 
-def carry_out(run: Search) -> Record:
+def run_search(run: Search) -> Record:
     """Carry a run out in a fork of this process, where everything is loaded and compiled."""
     began = time.perf_counter()
     with ProcessPoolExecutor(1, mp_context=get_context("fork")) as pool:

@@ -32,8 +32,8 @@ from experiments.benchmark.runs import (
     YARDSTICKS,
     Record,
     Search,
-    carry_out,
     method,
+    run_search,
     warm_up,
     wrong_fronts,
 )
@@ -115,7 +115,7 @@ def benchmark(sizes: Sequence[int], seeds: int | None, quick: bool, out: Path) -
     warm_up()
     if wrong := wrong_fronts():
         return _refuse("fronts differ from the known ones, so that times would mean nothing", wrong)
-    results = carry_out_all(runs, out / "table1.runs.jsonl")
+    results = run_searches(runs, out / "table1.runs.jsonl")
     if wrong := disagreements(results):
         return _refuse("two methods disagree, so that times would mean nothing", wrong)
     few = min(seeds, FEW_SEEDS)
@@ -149,7 +149,7 @@ def plan_runs(sizes: Sequence[int], seeds: int) -> list[Search]:
     return runs
 
 
-def carry_out_all(runs: Sequence[Search], path: Path) -> list[Record]:
+def run_searches(runs: Sequence[Search], path: Path) -> list[Record]:
     """Carry runs out one after the other, except those that are in the journal, and return all records.
 
     Raises:
@@ -164,7 +164,7 @@ def carry_out_all(runs: Sequence[Search], path: Path) -> list[Record]:
         for number, run in enumerate(runs):
             if number not in journal.done:
                 print(f"run {number} of {len(runs)}: {', '.join(map(str, run.what.values()))}", file=sys.stderr)
-                journal.add({"run": number, **carry_out(run)})
+                journal.add({"run": number, **run_search(run)})
         return [{name: value for name, value in journal.done[i].items() if name != "run"} for i in range(len(runs))]
 
 

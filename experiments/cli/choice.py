@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
-    """Return which plan a run follows after a mismatch, see `experiments.runs.carry_out.Conditions.choice`."""
+    """Return which plan a run follows after a mismatch, see `experiments.runs.run_plan.Conditions.choice`."""
     return "bounded" if wanted == "cost" and max_preference is not None else wanted
 
 

@@ -21,9 +21,9 @@ import numpy as np
 from experiments.checks.checkup import check
 from experiments.cli.files import write_bytes
 from experiments.random_scenes.drawing import scene_text
-from experiments.runs.carry_out import carry_out
 from experiments.runs.geometry import asking_in
 from experiments.runs.outcome import Outcome
+from experiments.runs.run_plan import run_plan
 from experiments.sweep.job import failure_class, judged
 from experiments.sweep.workers import Record
 from prefplan.errors import PrefplanError
@@ -166,7 +166,7 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
     began = time.process_time()
     plan = Planner(scenario.problem()).cheapest()
     with Limits(bytes=MAX_BYTES):
-        outcome = carry_out(scenario, scene, plan, seed=seed, perturbation=USUAL)
+        outcome = run_plan(scenario, scene, plan, seed=seed, perturbation=USUAL)
     found = judged(outcome)
     result = REFUTED if found["refuted"] or found["contacts"] else COMPLETED if found["completed"] else FAILED
     return found | {

@@ -106,15 +106,15 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     """
     __tracebackhide__ = True
     # MuJoCo takes a second to load, and tests of fronts do not need it.
-    from experiments.runs.carry_out import carry_out, scene_of
     from experiments.runs.certificates import in_a_line
     from experiments.runs.evidence import evidence
+    from experiments.runs.run_plan import run_plan, scene_of
     from sim.evidence.certificate import certify
 
     given = scenario if isinstance(scenario, Scenario) else load(str(scenario))
     scene = scene_of(given)
     wanted = choose(Planner(given.problem()), plan)
-    outcome = carry_out(given, scene, wanted, seed=seed, choice=plan)
+    outcome = run_plan(given, scene, wanted, seed=seed, choice=plan)
     certificate = certify(evidence(outcome), scenario=given)
     if not (outcome.run.completed and certificate.confirmed):
         why = in_a_line(certificate) if outcome.run.completed else f"stopped {outcome.run.reason}"

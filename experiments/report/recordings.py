@@ -12,10 +12,10 @@ from typing import Any, Unpack
 
 from experiments.cli.files import write_json
 from experiments.cli.progress import Tell
-from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.certificates import Proof, certificate_json
 from experiments.runs.evidence import proof_of, prove
 from experiments.runs.outcome import Outcome, outcome_json
+from experiments.runs.run_plan import run_plan, scene_of
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
@@ -65,7 +65,7 @@ def record_all(
     """Carry plans out and render their videos, until the user interrupts.
 
     The plans are given by their numbers on the front. Results are written to an existing folder, as `plan_I` with
-    various suffixes. The other arguments are those of `carry_out`.
+    various suffixes. The other arguments are those of `run_plan`.
 
     Returns:
         See `Recorded`.
@@ -118,7 +118,7 @@ def _record(
     path.with_suffix(".json").unlink(missing_ok=True)
     file = path.with_suffix(".mp4") if video else None
     # The page itself shows what captions would.
-    outcome = carry_out(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
+    outcome = run_plan(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
     if outcome.interrupted:
         raise KeyboardInterrupt
     tell("checking", 0, 0, "the log")

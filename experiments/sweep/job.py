@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from experiments.cli.choice import continuation
-from experiments.runs.carry_out import carry_out
 from experiments.runs.certificates import Proof
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
+from experiments.runs.run_plan import run_plan
 from experiments.sweep.faults import MAX_FAULTS, random_faults
 from experiments.sweep.workers import Record
 from prefplan.exact_costs import Number
@@ -138,7 +138,7 @@ def roll_out(sweep: Sweep, number: int) -> Record:
         faults = sweep.rollout_faults(number, model)
         scene = _scene(sweep.packed, sweep.robot, spares_for(faults))
         began, cpu = time.perf_counter(), time.thread_time()
-        outcome = carry_out(
+        outcome = run_plan(
             scenario,
             scene,
             sweep.plan,

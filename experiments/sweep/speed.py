@@ -18,7 +18,7 @@ import numpy as np
 from experiments.cli.command import call, command
 from experiments.cli.status import DONE
 from experiments.cli.values import positive
-from experiments.runs.carry_out import begin, scene_of
+from experiments.runs.run_plan import begin, scene_of
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load
 from sim.motion.kinematics import Arm

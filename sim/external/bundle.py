@@ -14,8 +14,8 @@ from xml.etree import ElementTree
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import LogError, SimulationError
-from sim.external.sizes import is_relative, paths
 from sim.external.user_scene import scene_files
+from sim.geometry.mjcf_limits import is_relative, paths
 
 MAX_ABOVE = 20
 """Greatest number of `..` in the paths of a log's files."""

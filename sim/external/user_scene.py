@@ -14,8 +14,8 @@ from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
-from sim.external.sizes import check_file
 from sim.geometry.mjcf import as_utf8, box_corners, first_met, is_solid, opaque
+from sim.geometry.mjcf_limits import check_file
 
 SEARCH_DEPTH_M = 0.02
 """Greatest distance of a location from the surface below or above it that carries it, m."""

@@ -12,8 +12,8 @@ import numpy as np
 from prefplan.errors import check_known, choices, prefixed
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup, check_point, with_height
 from sim.errors import RobotError, SimulationError
-from sim.external.sizes import check_file
 from sim.geometry.mjcf import as_utf8
+from sim.geometry.mjcf_limits import check_file
 from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import Robot
 

@@ -72,7 +72,7 @@ def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bo
     folder = out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=force)
     with loading():
-        from experiments.runs.carry_out import scene_of
+        from experiments.runs.run_plan import scene_of
         from sim.export.mjcf import encode_mjcf
 
     files = encode_mjcf(scene_of(scenario, robot=robot))

@@ -45,7 +45,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     with loading():
         from joblib import cpu_count
 
-        from experiments.runs.carry_out import scene_of
+        from experiments.runs.run_plan import scene_of
         from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
         from sim.capability.sources import digest_of_sources
         from sim.execution.cost_measurement import measure_all, trials

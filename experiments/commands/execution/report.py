@@ -107,8 +107,8 @@ def _with_recorder(
     with loading():
         from experiments.cli.simulation_options import look_of
         from experiments.report.recordings import record_all
-        from experiments.runs.carry_out import scene_of
         from experiments.runs.geometry import asking_in
+        from experiments.runs.run_plan import scene_of
 
     asked = asking_in(scenario, None, robot=robot)
     view = look_of(partial(scene_of, asked, robot=robot), **look)

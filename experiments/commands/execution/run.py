@@ -25,8 +25,8 @@ from experiments.cli.values import number
 from experiments.runs.geometry import asking_in
 
 if TYPE_CHECKING:
-    from experiments.runs.carry_out import Conditions
     from experiments.runs.outcome import Outcome
+    from experiments.runs.run_plan import Conditions
 
 
 @command
@@ -64,9 +64,9 @@ def run(
     """
     with loading():
         from experiments.cli import simulation_options as simulation
-        from experiments.runs.carry_out import carry_out, scene_of
         from experiments.runs.evidence import prove
         from experiments.runs.outcome import no_outcome_json, outcome_json
+        from experiments.runs.run_plan import run_plan, scene_of
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
@@ -88,7 +88,7 @@ def run(
             bars("planning", 1, 1, "")
             conditions["sensor"] = simulation.sensor_of(noise, seed=seed)
             video = None if no_video else path.with_suffix(".mp4")
-            outcome = carry_out(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
+            outcome = run_plan(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
             if noise:
                 outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(noise)})
             bars("checking", 0, 0, "the log")

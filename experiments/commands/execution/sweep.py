@@ -72,8 +72,8 @@ def sweep(
     """
     with loading():
         from experiments.cli.simulation_options import checked, perturbation_of
-        from experiments.runs.carry_out import scene_of
         from experiments.runs.geometry import asking_in
+        from experiments.runs.run_plan import scene_of
         from experiments.sweep.job import Sweep, pack
         from sim.world.randomization import KEYS
 

@@ -21,7 +21,7 @@ from experiments.cli.values import port as port_number
 from prefplan.errors import PreferenceError, PrefplanError
 
 if TYPE_CHECKING:
-    from experiments.runs.carry_out import Conditions
+    from experiments.runs.run_plan import Conditions
     from experiments.viewer.live_run import Begin
     from prefplan.exact_costs import Number
 
@@ -69,8 +69,8 @@ def view(
     with loading():
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of
-        from experiments.runs.carry_out import begin, scene_of
         from experiments.runs.geometry import asking_in
+        from experiments.runs.run_plan import begin, scene_of
         from experiments.viewer.session import Show, watch
 
     load_planner(quiet=is_quiet())

@@ -13,7 +13,7 @@ import pytest
 from experiments.benchmark import cases, table1
 from experiments.benchmark.instances import FAMILIES, PAPER, RANDOM, instance
 from experiments.benchmark.large_models import Size
-from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS, Record, Search, carry_out, search
+from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS, Record, Search, run_search, search
 from experiments.benchmark.summary import cells, disagreements
 
 
@@ -48,26 +48,26 @@ def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeyp
     carried_out: list[Search] = []
 
     def interrupted_at(count: int) -> Callable[[Search], Record]:
-        def carry_out(run: Search) -> Record:
+        def run_search(run: Search) -> Record:
             if len(carried_out) == count:
                 raise KeyboardInterrupt
             carried_out.append(run)
             return record(OURS, 0, 1) | run.what
 
-        return carry_out
+        return run_search
 
-    monkeypatch.setattr(table1, "carry_out", interrupted_at(3))
+    monkeypatch.setattr(table1, "run_search", interrupted_at(3))
     with pytest.raises(KeyboardInterrupt):
-        table1.carry_out_all(runs, tmp_path / "runs.jsonl")
-    monkeypatch.setattr(table1, "carry_out", interrupted_at(-1))
-    results = table1.carry_out_all(runs, tmp_path / "runs.jsonl")
+        table1.run_searches(runs, tmp_path / "runs.jsonl")
+    monkeypatch.setattr(table1, "run_search", interrupted_at(-1))
+    results = table1.run_searches(runs, tmp_path / "runs.jsonl")
     assert carried_out == runs
     assert [{**run.what} for run in runs] == [{name: found[name] for name in runs[0].what} for found in results]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_ends_at_its_time_limit(kind: str) -> None:
-    ended = carry_out(Search({"seed": 0}, partial(instance, RANDOM, 12, 0), partial(search, kind, max_seconds=0.3)))
+    ended = run_search(Search({"seed": 0}, partial(instance, RANDOM, 12, 0), partial(search, kind, max_seconds=0.3)))
     assert ended["ended"] == "time" and ended["points"] is None
 
 

@@ -13,7 +13,7 @@ from scenario_texts import cup_scenario, shipped_front
 from skill_runs import contacts
 
 from experiments import scenarios
-from experiments.runs import carry_out
+from experiments.runs import run_plan
 from experiments.runs.outcome import outcome_json
 from prefplan import load, pareto_front
 from prefplan.models.manipulation.measured_costs import measurements_file
@@ -158,7 +158,7 @@ def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> N
 @pytest.mark.parametrize(("name", "index"), EXECUTED.items())
 def test_plans_still_take_what_was_measured(name: str, index: int) -> None:
     scenario = load(name)
-    outcome = carry_out.carry_out(scenario, carry_out.scene_of(scenario), shipped_front(name)[index], seed=1)
+    outcome = run_plan.run_plan(scenario, run_plan.scene_of(scenario), shipped_front(name)[index], seed=1)
     assert outcome.run.completed, outcome.run.reason
     assert [step.action for step in outcome.run.steps] == list(outcome.plan.actions)
     assert contacts(outcome.run.events) == [] and outcome.run.placement_error < 0.002

@@ -12,7 +12,7 @@ import pytest
 from experiments import case_study_1, case_study_2, reproduce_paper
 from experiments.cli.console import Console
 from experiments.paper.study import AGREES, DIFFERS, ERRATUM, Report, Study
-from experiments.runs import carry_out
+from experiments.runs import run_plan
 from prefplan import PrefplanError, pareto_front
 from prefplan.scenario.decode import load
 
@@ -106,10 +106,10 @@ def test_plans_of_case_study_3_are_carried_out_and_drawn(
     report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the preferred plan up to the first release; `prefplan demo` carries both out in whole."""
-    whole = carry_out.carry_out
+    whole = run_plan.run_plan
     monkeypatch.setattr(
-        carry_out,
-        "carry_out",
+        run_plan,
+        "run_plan",
         lambda scenario, scene, plan: whole(scenario, scene, replace(plan, actions=plan.actions[:4])),
     )
     monkeypatch.setattr(reproduce_paper, "FIGURE_5", {"preference-optimal": -1})

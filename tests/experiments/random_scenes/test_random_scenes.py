@@ -28,7 +28,7 @@ from experiments.random_scenes.trial import (
     answer,
     penetration,
 )
-from experiments.runs.carry_out import carry_out
+from experiments.runs.run_plan import run_plan
 from experiments.sweep import workers
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.planner import Planner
@@ -150,7 +150,7 @@ def test_penetration_is_the_greatest_depth_of_an_object() -> None:
     scenario = loads(TWO_BEAMS.format(x=0.65), name="beams")
     assert isinstance(scenario.model, ManipulationModel)
     scene = build_scene(scenario.model)
-    outcome = carry_out(scenario, scene, Planner(scenario.problem()).cheapest())
+    outcome = run_plan(scenario, scene, Planner(scenario.problem()).cheapest())
     sunk = outcome.run.qpos.copy()
     sunk[len(sunk) // 2, scene.mujoco.joint("elm").qposadr[0] + 2] -= 0.005
     deeper = replace(outcome, run=replace(outcome.run, qpos=sunk))
@@ -206,7 +206,7 @@ def test_a_scene_whose_time_is_up_keeps_what_is_known(tmp_path: Path, monkeypatc
     def hangs(*arguments: Any, **options: Any) -> None:
         time.sleep(600)
 
-    monkeypatch.setattr(trial, "carry_out", hangs)
+    monkeypatch.setattr(trial, "run_plan", hangs)
     monkeypatch.setattr(trial, "answer", lambda scenario, model: (None, ["task oak cannot be satisfied"]))
     monkeypatch.setattr(trial, "scene_text", lambda seed, number: TWO_BEAMS.format(x=0.65))
     done = Scenes(1, tmp_path, 3).record(3)

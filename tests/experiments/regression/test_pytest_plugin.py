@@ -15,7 +15,7 @@ import pytest
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.regression.assertions import assert_front, assert_plan
-from experiments.runs import carry_out, evidence  # noqa: F401  # the same
+from experiments.runs import evidence, run_plan  # noqa: F401  # the same
 from prefplan import (
     Expression,
     GraphModel,
@@ -132,7 +132,7 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
         """
         from functools import partial
 
-        import experiments.runs.carry_out
+        import experiments.runs.run_plan
         from sim.execution.faults.miss import Miss
 
         def test_it_works(assert_completed):
@@ -140,8 +140,8 @@ def test_an_execution_is_asserted_from_what_was_simulated(reader: pytest.Pyteste
             assert outcome.run.placement_error < 0.005
 
         def test_every_grasp_misses(assert_completed, monkeypatch):
-            spoilt = partial(experiments.runs.carry_out.carry_out, faults=[Miss(1, "99")])
-            monkeypatch.setattr(experiments.runs.carry_out, "carry_out", spoilt)
+            spoilt = partial(experiments.runs.run_plan.run_plan, faults=[Miss(1, "99")])
+            monkeypatch.setattr(experiments.runs.run_plan, "run_plan", spoilt)
             assert_completed("cup.toml", plan="preference", seed=2)
         """
     )

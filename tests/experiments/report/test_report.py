@@ -15,7 +15,7 @@ from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
 from experiments.report import recordings
-from experiments.runs import carry_out
+from experiments.runs import run_plan
 from prefplan.planner import Planner
 from sim.errors import RenderingError
 from sim.execution import executor
@@ -132,12 +132,12 @@ def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monk
     report("shelf.toml", "--size", "64x36")
     before = data("out/shelf")
     with monkeypatch.context() as patch:
-        patch.delattr(recordings, "carry_out")
+        patch.delattr(recordings, "run_plan")
         report("shelf.toml", "--size", "64x36")
         report("shelf.toml", "--no-video")
     assert data("out/shelf") == before
     with monkeypatch.context() as patch:
-        patch.setattr(recordings, "carry_out", interrupted)
+        patch.setattr(recordings, "run_plan", interrupted)
         for change in (["--seed", "1"], ["--size", "32x32"], ["--camera", "orbit"]):
             assert report("shelf.toml", "--size", "64x36", *change).status == 130, "it is done again"
     Path("out/shelf/plan_0.npz").write_bytes(b"torn")
@@ -177,7 +177,7 @@ def test_without_opengl_all_but_the_videos_is_there(report: Run, monkeypatch: py
 
 
 def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(3.0, 0.0)))
+    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(3.0, 0.0)))
     result = report("shelf.toml", "--no-video")
     run = data("out/shelf")["plans"][0]["run"]
     assert result.status == 4 and "execution of plan 0 failed" in result.err

@@ -10,9 +10,9 @@ import pytest
 from scenario_texts import task_tables
 
 from experiments import scenarios
-from experiments.runs.carry_out import carry_out, scene_of
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
+from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Scenario, load, pareto_front
 from sim.evidence.certificate import certify
 from sim.execution.faults import move
@@ -145,7 +145,7 @@ def recover(tmp_path: Path) -> Recover:
             scenario = load(tmp_path / "scene.toml")
         built = scene_of(scenario)
         read = [read_fault(text, built.model) for text in faults]
-        outcome = carry_out(scenario, built, pareto_front(scenario.problem())[0], seed=seed, faults=read)
+        outcome = run_plan(scenario, built, pareto_front(scenario.problem())[0], seed=seed, faults=read)
         certificate = certify(evidence(outcome))
         assert certificate.confirmed, certificate.refuted
         return outcome

@@ -18,7 +18,7 @@ from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
 from experiments import case_study_3
-from experiments.runs import carry_out
+from experiments.runs import run_plan
 from experiments.runs.outcome import outcome_json
 from prefplan import ManipulationModel, load, pareto_front
 from sim.errors import RenderingError
@@ -109,7 +109,7 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
 
 
 def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(0.60, 0.10)))
+    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(0.60, 0.10)))
     result = run("run", "cup.toml", "--no-video")
     assert "expected cup on desk, but it rests on shelf: planned again, cost 10, penalty 0: transit" in result.out
     printed = json.loads(Path("out/cup/cost.json").read_text())
@@ -143,7 +143,7 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
 
 
 def test_what_fell_from_the_table_ends_the_run(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carry_out, "initial_state", displaced(cup=(3.0, 0.0)))
+    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(3.0, 0.0)))
     result = run("run", "cup.toml", "--no-video", "--json")
     assert result.status == 4
     printed = json.loads(result.out)
@@ -213,7 +213,7 @@ def test_a_video_of_a_run(cup: Path) -> None:
     plan = pareto_front(scenario.problem())[0]
     told: list[tuple[str, int, int, str]] = []
     video = cup / "cup.mp4"
-    outcome = carry_out.carry_out(
+    outcome = run_plan.run_plan(
         scenario,
         scene,
         replace(plan, actions=plan.actions[:1]),

@@ -11,10 +11,10 @@ import pytest
 from scenario_texts import task_tables
 from skill_runs import displaced
 
-from experiments.runs import carry_out as programs
-from experiments.runs.carry_out import carry_out, scene_of
+from experiments.runs import run_plan as programs
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
+from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
 from sim.evidence.certificate import certify
@@ -50,7 +50,7 @@ def pursue(arch: Scenario, arch_front: Front, stocked: Scene) -> Callable[..., O
         plan = arch_front[-1 if choice == "preference" else 0 if choice == "cost" else int(choice)]
         read = [read_fault(text, stocked.model) for text in faults]
         sensor = NoisySensor(noise, seed=seed) if noise else None
-        return carry_out(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor, tell=tell)
+        return run_plan(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor, tell=tell)
 
     return run
 
@@ -137,7 +137,7 @@ def small(tmp_path: Path) -> Callable[..., Scenario]:
 
 def pursue_from(scenario: Scenario, start: Callable[..., mujoco.MjData], monkeypatch: pytest.MonkeyPatch) -> Outcome:
     monkeypatch.setattr(programs, "initial_state", start)
-    return carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    return run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
 
 
 def test_a_block_off_every_location_is_fetched_from_there(
@@ -199,7 +199,7 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
 
     monkeypatch.setattr(transfer, "check_path", check_path)
     monkeypatch.setattr(transfer, "planned_path", planned_path)
-    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    outcome = run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
     assert outcome.run.completed, outcome.run.reason
     assert f"the way is blocked by {blocker}" in str(told(outcome, "replan")[0]["reason"])
     assert [action for action in outcome.executed if action == "transit desk"] == ["transit desk"] * 2
@@ -233,7 +233,7 @@ def test_what_has_been_satisfied_is_not_said_to_be_possible_still(
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", never)
-    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[-1])
+    outcome = run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[-1])
     assert not outcome.completed and outcome.ledger.final.satisfied == {"other"}
     assert "could still be" not in str(outcome.reason)
 
@@ -314,7 +314,7 @@ def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", from_desk)
-    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    outcome = run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
     assert outcome.completed, outcome.reason
     cup = [action for action in outcome.executed if "cup" in action]
     tray = ["transport cup tray", "release cup tray"]
@@ -334,7 +334,7 @@ def test_where_there_is_no_way_round_a_fixture_the_other_tasks_are_done(
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", never)
-    outcome = carry_out(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
+    outcome = run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
     assert not outcome.completed and str(outcome.reason).endswith("tidy left out")
     assert outcome.executed.count("transport cup tray") == 2 and "transport cup rack" in outcome.executed
     assert outcome.ledger.final.satisfied == {"other"} and outcome.executed == outcome.plan.actions
@@ -347,7 +347,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     scenario = small("skip = 9")
     front = pareto_front(scenario.problem())
     monkeypatch.setattr(programs, "initial_state", displaced(jug=(0.38, 0.30), cup=(0.60, 0.20)))
-    outcome = carry_out(scenario, scene_of(scenario), front[-1], choice="preference")
+    outcome = run_plan(scenario, scene_of(scenario), front[-1], choice="preference")
     assert outcome.run.completed, outcome.run.reason
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]

@@ -214,7 +214,7 @@ def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkey
     def broken(*arguments: Any, **options: Any) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("experiments.sweep.job.carry_out", broken)
+    monkeypatch.setattr("experiments.sweep.job.run_plan", broken)
     record = roll_out(job, 5)
     assert (record["completed"], record["class"]) == (False, "error: ZeroDivisionError")
     assert record["reason"] == "ZeroDivisionError: division by zero"

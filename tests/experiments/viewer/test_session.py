@@ -15,7 +15,7 @@ import pytest
 import viser
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
-from experiments.runs.carry_out import begin
+from experiments.runs.run_plan import begin
 from experiments.viewer.panel import announced
 from experiments.viewer.session import Session, Show
 from experiments.viewer.viewpoint import Viewpoint

@@ -10,7 +10,7 @@ import pytest
 import viser
 from scenario_texts import cup_scenario, task_tables
 
-from experiments.runs.carry_out import begin, scene_of
+from experiments.runs.run_plan import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status, news_of
 from experiments.viewer.panel import front_html, status_html
 from experiments.viewer.playback import Playback

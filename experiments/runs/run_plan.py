@@ -94,7 +94,7 @@ def _require_reach(scenario: Scenario, scene: Scene, plan: Plan) -> None:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(faults))
 
 
-def carry_out(
+def run_plan(
     scenario: Scenario,
     scene: Scene,
     plan: Plan,
@@ -189,7 +189,7 @@ def begin(
         scene: from `scene_of`.
         plan: one of the problem's plans.
         tell: called before each action with the number of actions done, that of all actions, and its name.
-        **conditions: as in `carry_out`.
+        **conditions: as in `run_plan`.
     """
     seed, sensor = conditions.get("seed"), conditions.get("sensor")
     perturbation = conditions.get("perturbation") or Perturbation()
