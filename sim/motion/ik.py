@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 
+import daqp
 import mink
 import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv
 
 from sim.errors import SimulationError
+from sim.motion.reach import Reach
 from sim.motion.trajectory import ToolPose, wrap
 from sim.robots.robot import Robot
 
@@ -32,6 +34,9 @@ MAX_GOAL_STEPS = 60
 MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
 """Greatest turn of a joint in an IK step if the hand points down, when the seed is near; and in the last step, after
 which the remaining error is a thousandth of that."""
+
+STALLED_STEPS, LEAST_PROGRESS = 12, 0.01
+"""A search has failed after so many steps of which none reduced the least error by this share."""
 
 TILTED_MARGIN_RAD = 0.06
 """Distance of the goals of a tilted hand from the joints' position limits, rad: commands lead the joints."""
@@ -80,6 +85,7 @@ class InverseKinematics:
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
         self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
+        self._reach = Reach.of(self.model, robot.home, robot.tool)
         self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
 
     def tool(self, q: np.ndarray) -> ToolPose:
@@ -157,18 +163,41 @@ class InverseKinematics:
 
     def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
         """Search for a solution, see `nearby`."""
+        if self._reach.excludes(goal):
+            return None
         self._configuration.update(seed)
         self._aim(goal.position, goal.rotation, seed)
         longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
+        least, stalled = np.inf, 0
         for _ in range(MAX_GOAL_STEPS):
-            velocity = self._solve(1.0, longest=longest)
-            self._configuration.integrate_inplace(velocity, 1.0)
-            if np.abs(velocity).max() < CONVERGED_RAD:
+            step, error = self._search_step(longest)
+            least, stalled = (error, 0) if error < (1 - LEAST_PROGRESS) * least else (least, stalled + 1)
+            if stalled == STALLED_STEPS:
+                return None
+            self._configuration.update(self._configuration.data.qpos + step)
+            if np.abs(step).max() < CONVERGED_RAD:
                 break
         q = self._configuration.q
         low, high = self.model.jnt_range.T
         margin = 0.0 if goal.points_down else margin
         return q if self._arrived() and (q > low + margin).all() and (q < high - margin).all() else None
+
+    def _search_step(self, longest: float) -> tuple[np.ndarray, float]:
+        """Return a step (n,) of a search, rad, and the weighted error of the tool before it.
+
+        It is the least-squares step, of at most `longest`, unless that leaves the joints' ranges: then the best one
+        within them, of at most what their velocity limits allow in a second.
+        """
+        normal, pull, error = self._normal_equations()
+        _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
+        if (farthest := np.abs(step).max()) > longest:
+            step *= longest / farthest
+        q = self._configuration.data.qpos
+        if not self._within_ranges(q + step):
+            most = self.robot.velocity_limits
+            low, high = np.clip(self._low - q, -most, most), np.clip(self._high - q, -most, most)
+            step = daqp.solve(normal, -pull, np.empty((0, len(q))), high, low, np.zeros(len(q), dtype=np.intc))[0]
+        return step, float(np.linalg.norm(error * np.sqrt(FRAME_WEIGHTS[:, 0])))
 
     def missing_turns(self, goal: ToolPose) -> dict[str, float]:
         """Return by how much joints would have to exceed their ranges for the tool to reach a pose, rad or m, by name.
@@ -214,15 +243,13 @@ class InverseKinematics:
         shift, turn = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
         return bool(shift < POSITION_TOLERANCE_M and turn < ANGLE_TOLERANCE_RAD)
 
-    def _solve(self, period: float, *, longest: float = np.inf) -> np.ndarray:
+    def _solve(self, period: float) -> np.ndarray:
         """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.
 
-        No joint turns by more than `longest`, rad, which keeps most searches from distant seeds within the ranges. The
-        limits are rarely active, so the least-squares problem without them, at a third of the time, is solved first.
+        The limits are rarely active, so the least-squares problem without them, at a third of the time, is solved
+        first.
         """
         step = self._step()
-        if (farthest := np.abs(step).max()) > longest:
-            step *= longest / farthest
         slow = np.abs(step) <= period * self.robot.velocity_limits
         if slow.all() and self._within_ranges(self._configuration.data.qpos + step):
             return step / period
@@ -236,12 +263,17 @@ class InverseKinematics:
 
     def _step(self) -> np.ndarray:
         """Return the (n,) step of the joints towards the targets, without limits, rad."""
+        normal, pull, _ = self._normal_equations()
+        _, step, _ = dposv(normal, pull)
+        return np.asarray(step)
+
+    def _normal_equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the (n, n) matrix and (n,) vector of the least-squares step, and the (6,) error of the tool."""
         jacobian, error = self._frame_residual()
         weighted = (jacobian * FRAME_WEIGHTS).T
         normal = weighted @ jacobian + self._posture_normal
         pull = weighted @ error + POSTURE_COST**2 * (self._rest - self._configuration.data.qpos)
-        _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
-        return np.asarray(step)
+        return normal, pull, error
 
     def _within_ranges(self, q: np.ndarray) -> bool:
         return bool(((q > self._low) & (q < self._high)).all())

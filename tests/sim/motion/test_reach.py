@@ -1,0 +1,36 @@
+"""No pose that an arm reaches is excluded, and poses just beyond what it reaches are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sim.motion.ik import InverseKinematics
+from sim.motion.reach import Reach
+from sim.motion.trajectory import ToolPose
+from sim.robots.catalogue import ROBOTS, robot_named
+
+ARMS = [name for name in ROBOTS if not name.startswith(("menagerie", "ur", "gen3", "xarm"))]
+"""Robots whose models are at hand."""
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_no_pose_that_a_configuration_has_is_excluded(name: str) -> None:
+    robot = robot_named(name)
+    kinematics = InverseKinematics(robot)
+    reach = Reach.of(robot.kinematics, robot.home, robot.tool)
+    low, high = robot.kinematics.jnt_range.T
+    draw = np.random.default_rng(1)
+    poses = [kinematics.tool(low + draw.random(len(low)) * (high - low)) for _ in range(2000)]
+    assert not any(reach.excludes(pose) for pose in poses)
+    distances = [np.linalg.norm(pose.position + pose.rotation @ reach.flange - reach.centre) for pose in poses]
+    assert max(distances) > 0.8 * reach.greatest
+
+
+def test_a_pose_is_excluded_where_the_wrist_would_be_too_far_and_not_by_the_tools_distance() -> None:
+    robot = robot_named("panda")
+    reach = Reach.of(robot.kinematics, robot.home, robot.tool)
+    assert reach.excludes(ToolPose.down(np.array([0.95, 0.0, 0.1]), 0.0))
+    outwards = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert not reach.excludes(ToolPose(np.array([0.95, 0.0, 0.4]), outwards))
+    assert reach.excludes(ToolPose(np.array([0.95, 0.0, 0.4]), outwards * [-1.0, 1.0, -1.0]))
