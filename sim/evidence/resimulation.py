@@ -178,6 +178,7 @@ def _references(log: Log, world: RecordedWorld) -> np.ndarray:
     """Return the (S, n) references of the arm's joints, of which the commands of a log were made, rad.
 
     A command is the reference r plus the actuator's lag times its rate: u = r + lag r'. The trapezoidal rule gives r.
+    Like the commands, they come later than in the run by its latency.
     """
     model = world.mujoco
     motors, period = [model.actuator(name).id for name in world.robot.joints], float(model.opt.timestep)
@@ -191,9 +192,7 @@ def _references(log: Log, world: RecordedWorld) -> np.ndarray:
             diagonals = np.tile([[1 + share], [share - 1]], len(offsets))
             driven = share * (offsets + np.append(0.0, offsets[:-1]))
             references[:, joint] += solve_banded((1, 0), diagonals, driven, check_finite=False) - offsets
-    # A command is logged when the actuator gets it, later than its reference by the latency.
-    late = min(len(commands), round(world.scene.latency / period))
-    return np.vstack([references[late:], np.repeat(references[-1:], late, axis=0)])
+    return references
 
 
 def _objection_to_drift(log: Log, world: RecordedWorld, found: dict[str, np.ndarray]) -> str | None:

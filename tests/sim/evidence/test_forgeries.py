@@ -64,6 +64,12 @@ def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str, monkeypatc
     assert fell == fault.startswith("move")
 
 
+def test_late_commands_are_no_jerks(scenario: Scenario) -> None:
+    """With a latency of 90 ms, the last commands of a movement are still under way when the log ends."""
+    log = log_of_run(scenario, seed=3, perturbation="latency=150")
+    assert certify(log, scenario=scenario).verdict == "proved" and certify(elsewhere(log)).verdict == "consistent"
+
+
 def test_what_moves_is_placed_somewhere_between_two_frames(cup_log: Log) -> None:
     (placed,) = (event for event in cup_log.about.events if event.kind == "placed")
     x, after = cup_log.about.joints["cup"], int(np.searchsorted(cup_log.times, placed.time + 1e-9))
