@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from prefplan.models.manipulation.model import ManipulationModel
+from sim.cache import cache_folder, keep
 from sim.capability.arrangement import arranged
 from sim.capability.feasibility import Feasibility, PlaceCheck
 from sim.capability.sources import digest_of_sources
-from sim.external.cache import cache_folder, keep
 from sim.robots.arms.panda_meshes import mesh_folder
 from sim.world.scene import Scene, build_scene
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import io
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from prefplan.errors import prefixed
 from prefplan.models.manipulation.model import Object
+from sim.cache import cache_folder, kept_arrays
 from sim.errors import SimulationError
-from sim.external.cache import cache_folder, keep
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
 
@@ -128,14 +128,7 @@ def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
     """Return the convex parts of a mesh, cached on disk: to compute them takes seconds to minutes."""
     digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
     path = cache_folder("convex_parts") / f"{digest}-{PARTS_VERSION}.npz"
-    try:
-        with np.load(path, allow_pickle=False) as kept:
-            arrays = [kept[name] for name in kept.files]
-    except (OSError, ValueError, EOFError):
-        arrays = _decompose(mesh)
-        archive = io.BytesIO()
-        np.savez_compressed(archive, *arrays)
-        keep(path, archive.getvalue())
+    arrays = kept_arrays(path, partial(_decompose, mesh))
     return tuple(trimesh.Trimesh(points).convex_hull for points in arrays)
 
 

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import importlib.util
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import trimesh
 
 from prefplan.limits import check_limits
+from sim.cache import cache_folder, kept_arrays
 from sim.geometry.solids import smoothed
 
 FINISHES = {
@@ -25,6 +31,9 @@ FINISHES = {
 """Finishes of each link's connected parts, largest first; the rest are `trim`. Links have the files' names."""
 
 LINKS = tuple(FINISHES)
+
+LIBRARIES = ("trimesh", "fast-simplification")
+"""Libraries on which the surfaces depend."""
 
 FACES_KEPT = {"link7": 0.15, "hand": 0.4, "finger": 1.0}
 """Share of a link's faces that is kept, 0.08 for the others: 134,000 become 20,000. The wrist has fine curves."""
@@ -71,8 +80,23 @@ def mesh_folder() -> Path | None:
 
 @functools.cache
 def surfaces(folder: Path) -> tuple[Surface, ...]:
-    """Return the surfaces of every link; takes about a second, once per process."""
-    return tuple(surface for link in LINKS for surface in _surfaces(folder / "visual" / f"{link}.stl"))
+    """Return the surfaces of every link; they are kept on disk, since to make them takes more than a second."""
+    paths = [folder / "visual" / f"{link}.stl" for link in LINKS]
+    sources = (path.read_bytes() for path in (Path(__file__), *paths))
+    digest = hashlib.sha256(b"".join([*sources, *(version(name).encode() for name in LIBRARIES)])).hexdigest()
+    arrays = kept_arrays(cache_folder("panda_meshes") / f"{digest}.npz", partial(_arrays, paths))
+    names, solids = arrays[0].tolist(), zip(arrays[1::3], arrays[2::3], arrays[3::3], strict=True)
+    return tuple(
+        Surface(link, finish, trimesh.Trimesh(vertices, faces, vertex_normals=normals, process=False))
+        for (link, finish), (vertices, faces, normals) in zip(names, solids, strict=True)
+    )
+
+
+def _arrays(paths: Sequence[Path]) -> list[np.ndarray]:
+    """Return the links and finishes of the surfaces in some files, and the vertices, faces and normals of each."""
+    made = [surface for path in paths for surface in _surfaces(path)]
+    solids = [array for one in made for array in (one.solid.vertices, one.solid.faces, one.solid.vertex_normals)]
+    return [np.array([(one.link, one.finish) for one in made]), *solids]
 
 
 def _surfaces(path: Path) -> list[Surface]:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import os
 import tempfile
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
 
 
 def cache_folder(name: str) -> Path:
@@ -20,3 +25,15 @@ def keep(path: Path, contents: bytes) -> None:
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
             file.write(contents)
         os.replace(file.name, path)
+
+
+def kept_arrays(path: Path, make: Callable[[], Sequence[np.ndarray]]) -> list[np.ndarray]:
+    """Return the arrays in a file of the cache; where it is missing or damaged, make and keep them."""
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            return [kept[name] for name in kept.files]
+    except (OSError, ValueError, EOFError, BadZipFile):
+        made, archive = list(make()), io.BytesIO()
+        np.savez_compressed(archive, *made)
+        keep(path, archive.getvalue())
+        return made
