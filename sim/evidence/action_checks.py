@@ -11,6 +11,7 @@ from prefplan.claims import Check
 from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.symbolic import Action, at
 from sim.evidence.log import Log, LoggedAction
+from sim.evidence.motion_checks import ROUNDING_S
 from sim.evidence.replay import AT_LOCATION_M, HOLD_FORCE_N, NOISE_FACTOR, RecordedWorld
 from sim.geometry.mjcf import columns
 from sim.simulation.run import FRAME_RATE_HZ, Event
@@ -38,9 +39,6 @@ GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
 
 PLACEMENT_TOLERANCE_M = 0.001
 """Greatest difference of a recorded placement error from the frames', where observations have no noise."""
-
-ROUNDING_S = 1e-6
-"""Greatest rounding error of a time, s."""
 
 LAST_EVENT_S = 1.0
 """An event is recorded at most this long after the last frame."""

@@ -135,13 +135,12 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
             raise
         world = RecordedWorld(log)
     about, own = log.about, world.scenario
-    recording = check_recording(log)
-    motions, equal = _physics(log, world) if recording.holds else ((), False)
+    motions, equal = _physics(log, world)
     trace, effects = _trace(log, world)
     costs = [exact(action.cost) for action in about.actions]
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
     claims = (
-        recording,
+        check_recording(log),
         *given,
         check_start(log, world, trace[0]),
         *effects,
@@ -159,7 +158,7 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
 
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
-    """Simulate frames without a gap again, after which the world has the forces on the pads.
+    """Simulate the commands again, after which the world has the forces on the pads.
 
     Returns:
         Checks of what the simulation shows, and whether every digit is equal.

@@ -79,7 +79,7 @@ class Resimulation:
 
 
 def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation:
-    """Compare a log, whose frames have no gap, with a simulation of its commands, see above.
+    """Compare a log with a simulation of its commands, see above.
 
     Args:
         log: of the run.
