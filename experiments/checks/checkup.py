@@ -32,7 +32,7 @@ from prefplan.scenario.decode import Scenario
 from prefplan.text.names import NAME
 
 if TYPE_CHECKING:
-    from sim.capability.feasibility import PlaceCheck
+    from sim.capability.place_check import PlaceCheck
     from sim.capability.scene_check import SceneCheck
 
 SEARCHES = {

@@ -138,7 +138,8 @@ def ffmpeg() -> Diagnosis:
 
 def meshes() -> Diagnosis:
     """Whether the meshes of the arm are installed."""
-    from sim.robots.arms.panda_meshes import LINKS, mesh_folder
+    from sim.robots.arms.panda_meshes import LINKS
+    from sim.robots.assets import mesh_folder
 
     mend = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
     folder = mesh_folder()

@@ -12,7 +12,7 @@ from experiments.cli.status import tell
 
 if TYPE_CHECKING:
     from sim.capability.answers import Capability
-    from sim.capability.feasibility import PlaceCheck
+    from sim.capability.place_check import PlaceCheck
     from sim.world.scene import Scene
 
 NOT_CHECKED = "geometry not checked:"
@@ -32,7 +32,7 @@ class AskedArm:
 
     def check(self, obj: str, location: str) -> PlaceCheck:
         """See `prefplan.models.feasibility.Feasible`."""
-        from sim.capability.feasibility import PlaceCheck
+        from sim.capability.place_check import PlaceCheck
         from sim.errors import RobotError, SimulationError
 
         if not self.failed:

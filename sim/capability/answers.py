@@ -14,15 +14,17 @@ from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.cache import cache_folder, keep
-from sim.capability.arrangement import arranged
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.place_check import PlaceCheck
 from sim.capability.sources import digest_of_sources
-from sim.robots.arms.panda_meshes import mesh_folder
-from sim.world.scene import Scene, build_scene
+from sim.robots.assets import mesh_folder
+
+if TYPE_CHECKING:
+    from sim.capability.feasibility import Feasibility
+    from sim.world.scene import Scene
 
 LIBRARIES = ("mujoco", "mink", "numpy")
 """Libraries on which the answers depend."""
@@ -31,7 +33,7 @@ LIBRARIES = ("mujoco", "mink", "numpy")
 class Capability:
     """What a robot can do in the scene of a model; implements `prefplan.models.feasibility.Feasible`.
 
-    The scene is built when the first answer is needed that is not known.
+    The scene is built, and what that takes is imported, when the first answer is needed that is not known.
     """
 
     def __init__(
@@ -69,6 +71,8 @@ class Capability:
         """
         name = f"{obj} at {location}"
         if name not in self._answers:
+            from sim.capability.arrangement import arranged
+
             names = [one.name for one in self._model.objects], [place.name for place in self._model.locations]
             known = obj in names[0] and location in names[1] and arranged(self._model, obj, location) is not None
             self._answers[name] = self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
@@ -77,10 +81,14 @@ class Capability:
 
     @cached_property
     def _scene(self) -> Scene:
+        from sim.world.scene import build_scene
+
         return build_scene(self._model, robot=self._robot)
 
     @cached_property
     def _feasibility(self) -> Feasibility:
+        from sim.capability.feasibility import Feasibility
+
         return Feasibility(self._scene)
 
     @cached_property

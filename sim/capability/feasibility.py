@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from prefplan.errors import ModelError
-from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from sim.capability.arrangement import arranged
 from sim.capability.diagnosis import FailureDiagnosis
+from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import Rehearsal, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
@@ -26,47 +26,6 @@ from sim.world.scene import Scene, initial_state
 
 TAKEN, BROUGHT = 2, 4
 """Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
-
-
-Neighbours = tuple[tuple[str, str], ...]
-"""Objects, each with its location."""
-
-
-@dataclass(frozen=True)
-class PlaceCheck:
-    """Whether an object can be grasped and put down at a location.
-
-    Attributes:
-        obj: name of the object.
-        location: name of the location.
-        reason: why it cannot be grasped or put down there, or not be brought there from its start; None if it can.
-        take: whether it can be grasped there, perhaps after other objects were moved away.
-        put: whether it can be put down there, likewise.
-        take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
-        put_unless: the same, while they stand there it cannot be put down.
-    """
-
-    obj: str
-    location: str
-    reason: str | None = None
-    take: bool = True
-    put: bool = True
-    take_unless: Neighbours = ()
-    put_unless: Neighbours = ()
-
-    @property
-    def barred(self) -> Barred:
-        """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
-        here = frozenset({at(self.obj, self.location)})
-        entries = (
-            (self.take, self.take_unless, here, f"grasp {self.obj}"),
-            (self.put, self.put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
-        )
-        return [
-            (conditions | ({at(*one) for one in unless} if possible else set()), action)
-            for possible, unless, conditions, action in entries
-            if unless or not possible
-        ]
 
 
 class Feasibility:

@@ -13,7 +13,7 @@ from prefplan.models.system import System
 from prefplan.problem import Problem, Task
 from sim.capability.answers import Capability
 from sim.capability.arrangement import allowed_places
-from sim.capability.feasibility import PlaceCheck
+from sim.capability.place_check import PlaceCheck
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
 

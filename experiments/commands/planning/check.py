@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from experiments.checks.checkup import Checkup, TaskCheck
     from prefplan.limits import Limits
     from prefplan.text.names import DisplayNames
-    from sim.capability.feasibility import PlaceCheck
+    from sim.capability.place_check import PlaceCheck
 
 
 @command

@@ -12,7 +12,7 @@ from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid, yaw_quat
 from sim.geometry.solids import smoothed
-from sim.robots.arms.panda_meshes import asset_folder
+from sim.robots.assets import asset_folder
 from sim.robots.import_mjcf import ImportedArm, add_servo
 
 FETCH_PREFIX = "robot0:"

@@ -10,7 +10,8 @@ import numpy as np
 import trimesh
 
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
-from sim.robots.arms.panda_meshes import mesh_folder, surfaces
+from sim.robots.arms.panda_meshes import surfaces
+from sim.robots.assets import mesh_folder
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 

@@ -19,7 +19,8 @@ from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load, loads
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.feasibility import Feasibility
+from sim.capability.place_check import PlaceCheck
 from sim.capability.scene_check import tasks_out_of_reach
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.

@@ -83,7 +83,7 @@ def test_ffmpeg_is_really_tried(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_missing_meshes_are_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.arms.panda_meshes.mesh_folder", lambda: None)
+    monkeypatch.setattr("sim.robots.assets.mesh_folder", lambda: None)
     found = diagnosis.meshes()
     assert found.status == WARNING and found.mend is not None and found.mend.endswith("gymnasium-robotics")
 

@@ -14,7 +14,8 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Obje
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.scenario.decode import loads
 from sim.capability.arrangement import allowed_places, arranged
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.feasibility import Feasibility
+from sim.capability.place_check import PlaceCheck
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.motion.kinematics import Arm

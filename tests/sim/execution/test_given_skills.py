@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.operators import Outcomes
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.feasibility import Feasibility
+from sim.capability.place_check import PlaceCheck
 from sim.execution.cost_measurement import Trial, simulate
 from sim.execution.executor import Execution
 from sim.simulation.workcell import Workcell

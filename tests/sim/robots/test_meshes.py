@@ -6,7 +6,8 @@ import pytest
 
 from sim.geometry.mjcf import VISIBLE
 from sim.robots.arms.panda import PANDA, panda_spec
-from sim.robots.arms.panda_meshes import SEAMS_M, mesh_folder
+from sim.robots.arms.panda_meshes import SEAMS_M
+from sim.robots.assets import mesh_folder
 
 RADIUS_M = 0.055
 """Of the links where they meet."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sim.robots.arms.panda import PANDA, panda_spec
-from sim.robots.arms.panda_meshes import mesh_folder
+from sim.robots.assets import mesh_folder
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)

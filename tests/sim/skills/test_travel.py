@@ -8,7 +8,8 @@ import pytest
 from skill_runs import assert_clean, assert_good, assert_placed, contacts, perform_all
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
-from sim.capability.feasibility import Feasibility, PlaceCheck
+from sim.capability.feasibility import Feasibility
+from sim.capability.place_check import PlaceCheck
 from sim.errors import BlockedError
 from sim.execution.executor import execute
 from sim.motion.trajectory import ToolPose
