@@ -217,7 +217,8 @@ def _observed(world: RecordedWorld, said: Label | None = None) -> Label:
     """
     held = world.held()
     names = set() if held is None else {holding(held)}
-    shown = [{at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in (0, -1, 1)]
+    doubts = (0, -1, 1) if world.noise else (0,)
+    shown = [{at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in doubts]
     surely, maybe = set.intersection(*shown), set.union(*shown)
     return frozenset(names | (shown[0] if said is None else surely | (maybe & said)))
 
