@@ -34,12 +34,12 @@ FORMAT = 3
 ORDER = 2
 """Order of the differences between neighbouring rows: motion at constant velocity becomes zeros."""
 
-ARRAYS: dict[str, tuple[int | None, ...]] = {"times": (), "qpos": (None,), "qvel": (None,), "glow": ()}
-"""Names of the arrays with a row for each frame, and the shape of each row. The arm's loads are not among them: the
-commands lead to them, too."""
+ARRAYS = {"times": 1, "qpos": 2, "qvel": 2, "glow": 1}
+"""Names of the arrays with a row for each frame, and their numbers of dimensions. The arm's loads are not among them:
+the commands lead to them, too."""
 
-MORE_ARRAYS = {"controls": (None,), "interventions": (None,)}
-"""Names of the arrays with other rows, and the shape of each row."""
+MORE_ARRAYS = {"controls": 2, "interventions": 2}
+"""Names of the arrays with other rows, and their numbers of dimensions."""
 
 DECIMALS = 7
 """Decimals of states that are kept: a tenth of a micrometre. Further ones are noise, and a third of the file."""
@@ -184,18 +184,16 @@ def read_log(path: str | Path) -> Log:
         raise LogError(f"{path}: broken, or not a log of `prefplan run`")
     about = _about(path, found["about"])
     arrays = {}
-    for name, row in (ARRAYS | MORE_ARRAYS).items():
+    for name, dimensions in (ARRAYS | MORE_ARRAYS).items():
         if name not in found:
             raise LogError(f"{path}: broken: {name} is missing")
         array = found[name]
         if array.dtype.kind not in ("i" if name in PACKED else "fi") or not np.isfinite(array).all():
             raise LogError(f"{path}: broken: {name} holds what is not a number")
-        if array.ndim != 1 + len(row):
+        frames = array.shape[-1] if array.ndim else 0  # packed arrays are transposed
+        if array.ndim != dimensions or (name in ARRAYS and frames != len(found["times"])):
             raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
-        arrays[name] = array = unpack(array, scale=PACKED[name]) if name in PACKED else array
-        wanted = (len(found["times"]) if name in ARRAYS else len(array), *row)
-        if any(n not in (m, None) for m, n in zip(array.shape, wanted, strict=True)):
-            raise LogError(f"{path}: broken: {name} has the shape {array.shape}")
+        arrays[name] = unpack(array, scale=PACKED[name]) if name in PACKED else array
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
     return Log(about=about, sha256=sha256, **arrays)
