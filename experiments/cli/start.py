@@ -23,6 +23,9 @@ UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
 """What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
 
 
+CLEARED_LINE = "\033[K"
+"""Clears a terminal's line from the cursor on."""
+
 LEAST_ADDRESS_SPACE = 3 * 2**29
 """Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
 
@@ -70,13 +73,21 @@ def _hidden(names: Iterable[str]) -> Iterator[None]:
 
 
 @contextmanager
-def loading() -> Iterator[None]:
-    """End the process at once on Ctrl-C: while libraries load, they drop a KeyboardInterrupt or print a traceback."""
+def loading(what: str | None = None) -> Iterator[None]:
+    """End the process at once on Ctrl-C: while libraries load, they drop a KeyboardInterrupt or print a traceback.
+
+    On a terminal `what` is named meanwhile, in a line that goes away.
+    """
+    shown = what is not None and sys.stderr.isatty()
+    if shown:
+        print(f"loading {what} ...", end="\r", file=sys.stderr, flush=True)
     before = signal.signal(signal.SIGINT, _end)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+        if shown:
+            print(CLEARED_LINE, end="", file=sys.stderr, flush=True)
 
 
 def _end(number: int, frame: FrameType | None) -> None:

@@ -42,7 +42,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
     Earlier measurements of the same model and robot by the same sources are kept.
     """
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from joblib import cpu_count
 
         from experiments.runs.run_plan import scene_of

@@ -61,7 +61,7 @@ def report(
     Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with the same
     options in the same folder are reused, so that an interrupted report continues.
     """
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from experiments.report.page import write_page
 
     load_planner(quiet=is_quiet())
@@ -104,7 +104,7 @@ def _with_recorder(
     """
     if not isinstance(scenario.model, pp.ManipulationModel):
         return scenario, None
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from experiments.cli.simulation_options import look_of
         from experiments.report.recordings import record_all
         from experiments.runs.geometry import asking_in

@@ -62,7 +62,7 @@ def run(
       prefplan run case_study_3 --plan preference
       prefplan run case_study_3 --plan 0 --seed 7 --no-video --json
     """
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from experiments.cli import simulation_options as simulation
         from experiments.runs.evidence import prove
         from experiments.runs.outcome import no_outcome_json, outcome_json

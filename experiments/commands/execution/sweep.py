@@ -70,7 +70,7 @@ def sweep(
       prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
       prefplan sweep case_study_3 --find-boundary bias --rollouts 40
     """
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from experiments.cli.simulation_options import checked, perturbation_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import scene_of

@@ -66,7 +66,7 @@ def view(
     """
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
-    with loading():
+    with loading(None if is_quiet() else "the simulation"):
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of
         from experiments.runs.geometry import asking_in
