@@ -21,6 +21,7 @@ from sim.evidence.touch_checks import Touches
 from sim.geometry.mjcf import columns, joint_at
 from sim.motion.trajectory import STEPS
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder
+from sim.simulation.run import FRAME_RATE_HZ
 
 NAME = "simulated again"
 
@@ -33,6 +34,14 @@ of a quaternion: pies and jars that stand on their rims tremble."""
 
 MAX_DRIFT, MAX_TURN = 0.005, 0.03
 """Greatest sum of these differences over any part of a run from its start; those of honest runs reach 0.007."""
+
+IMPACT_M_S, LEVER_M = 0.5, 0.1
+"""An object whose velocity changes by more than this in a frame was hit: its weight does not do that. What is beyond it
+turns the object, at this lever."""
+
+IMPACT_SHARE, SPIN_SHARE = 0.1, 0.5
+"""Shares of these changes by which it may move and turn otherwise: how an object bounces off depends on digits that are
+not recorded."""
 
 SPEED_TOLERANCE = 0.05
 """Greatest change of a velocity that counts as none where a frame is not reproduced exactly, m/s or rad/s."""
@@ -95,6 +104,9 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     again = _Again(log, world, touches, frame_by_frame=bool(other))
     again.run()
     arrays = {name: rows[: len(log.times)] for name, rows in again.recorder.arrays.items()}
+    if other and len(arrays["times"]) == len(log.times):
+        off, allowed = log.qpos - arrays["qpos"], _allowed_by_impacts(log, world.mujoco)
+        arrays["qpos"] = log.qpos - np.sign(off) * (np.abs(off) - allowed).clip(min=0.0)
     slack = _slack(world.mujoco, FRAME_TOLERANCE, FRAME_TURN)
     objection = _objection(log, world, arrays, {"times": 1e-6, "qpos": slack} if other else EXACT)
     objection = objection or again.objection
@@ -204,6 +216,19 @@ def _objection_to_drift(log: Log, world: RecordedWorld, found: dict[str, np.ndar
     frame, place = map(int, beyond[0])
     words = f"is moved by {1000 * drift[:, place].max():.1f} mm or mrad in all by what no command leads to"
     return f"{joint_at(world.mujoco, place)} {words}, by {log.times[frame + 1]:.2f} s"
+
+
+def _allowed_by_impacts(log: Log, model: mujoco.MjModel) -> np.ndarray:
+    """Return (T, nq) differences that are allowed where an object was hit in a frame."""
+    allowed = np.zeros_like(log.qpos)
+    for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):
+        place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        change = np.diff(log.qvel[:, dof : dof + 6], axis=0)
+        hit = (np.linalg.norm(change[:, :3], axis=1) - IMPACT_M_S).clip(min=0.0)
+        spin = hit / LEVER_M + np.linalg.norm(change[:, 3:], axis=1)
+        allowed[1:, place : place + 3] = IMPACT_SHARE * hit[:, None] / FRAME_RATE_HZ
+        allowed[1:, place + 3 : place + 7] = SPIN_SHARE * spin[:, None] / (2 * FRAME_RATE_HZ)
+    return allowed
 
 
 def _slack(model: mujoco.MjModel, position: float, turn: float) -> np.ndarray:
