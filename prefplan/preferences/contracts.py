@@ -15,6 +15,7 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -36,7 +37,8 @@ TOLERANCE = 1e-9
 LARGEST = 1e200
 """Sums of values beyond this might overflow."""
 
-CostLists = tuple[list[Fraction], list[Fraction]]
+CostLists = tuple[list[Any], list[Any]]
+"""Costs and violation costs: fractions, or floats for a function."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +48,19 @@ class Span:
     smallest: Fraction = Fraction(1)
     largest: Fraction = Fraction(2000)
 
-    def draw(self, rng: random.Random) -> Fraction:
-        """Return a random cost: sometimes zero, often small."""
+    @cached_property
+    def _most(self) -> int:
+        return max(1, int(self.largest / self.smallest))
+
+    def draw(self, rng: random.Random) -> int:
+        """Return a random cost, as a multiple of the smallest: sometimes zero, often small."""
         kind = rng.random()
         if kind < 0.15:
-            return Fraction(0)
-        most = max(1, int(self.largest / self.smallest))
+            return 0
+        most = self._most
         if kind < 0.5:
-            return self.smallest * rng.randint(1, min(20, most))
-        return self.smallest * rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
+            return rng.randint(1, min(20, most))
+        return rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
 
 
 def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str) -> None:
@@ -105,28 +111,29 @@ class _Point:
 
 
 class _Trials:
-    """Random costs of N tasks and rules, at which a formula is evaluated."""
+    """Random costs of N tasks and rules, as multiples of the smallest, at which a formula is evaluated."""
 
     def __init__(self, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
         self._formula, self._tasks, self._where, self._span = formula, tasks, where, span
         self._rng, self._size = random.Random(SEED), len(tasks)
+        self._unit = float(span.smallest) if formula.tree is None else span.smallest
 
-    def draw(self) -> Fraction:
+    def draw(self) -> int:
         return self._span.draw(self._rng)
 
-    def below(self, most: Fraction) -> Fraction:
-        return self.draw() % (most + self._span.smallest)
+    def below(self, most: int) -> int:
+        return self.draw() % (most + 1)
 
     def chance(self, probability: float) -> bool:
         return self._rng.random() < probability
 
-    def at(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> _Point:
-        vector = [*costs], [*violations]
+    def at(self, costs: Sequence[int], violations: Sequence[int]) -> _Point:
+        vector = [self._unit * c for c in costs], [self._unit * v for v in violations]
         return _Point(value_at(vector, self._formula, self._tasks, self._where), vector, self._tasks)
 
     def trajectory(self) -> Iterator[_Point]:
         """Yield mu along a trajectory, from its start on: before and after each payment, and after each step."""
-        costs, violations, unsatisfied = [Fraction(0)] * self._size, [Fraction(0)] * self._size, set(range(self._size))
+        costs, violations, unsatisfied = [0] * self._size, [0] * self._size, set(range(self._size))
         yield self.at(costs, violations)
         for _ in range(self._rng.randint(1, 2 * self._size + 2)):
             step = self.draw()
@@ -159,7 +166,7 @@ class _Trials:
         for spent in sorted((self.draw(), self.draw())):
             costs = [self.below(spent) if i in satisfied else spent for i in tasks]
             later = [c if i in satisfied else c + more for i, (c, more) in enumerate(zip(costs, growth, strict=True))]
-            violations = [self.draw() if self._formula.violations else Fraction(0) for _ in tasks]
+            violations = [self.draw() if self._formula.violations else 0 for _ in tasks]
             points += [self.at(costs, violations), self.at(later, violations)]
         cheap, cheap_end, dear, dear_end = points
         error = TOLERANCE * max(1, abs(cheap_end.value), abs(dear_end.value))
