@@ -8,13 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.util import find_spec
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 from experiments.checks.propositions import size_of, uncarried
 from experiments.cli.progress import Tell
-from experiments.cli.start import loading
+from experiments.cli.start import has_simulation, loading
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
@@ -194,7 +193,7 @@ def _arm_model(scenario: Scenario) -> ManipulationModel | None:
     That is done before any result is known: Ctrl-C during that second ends the process.
     """
     model = scenario.model
-    if not isinstance(model, ManipulationModel) or find_spec("mujoco") is None:
+    if not isinstance(model, ManipulationModel) or not has_simulation():
         return None
     with loading():
         import sim.capability.scene_check  # noqa: F401

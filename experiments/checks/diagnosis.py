@@ -10,11 +10,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
-from importlib.util import find_spec
 from pathlib import Path
 
 from packaging.requirements import Requirement
 
+from experiments.cli.start import has_simulation
 from prefplan.limits import available_memory
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
@@ -96,7 +96,7 @@ def memory() -> Diagnosis:
 
 def simulation() -> Diagnosis:
     """Whether the simulation is installed and can be loaded."""
-    if find_spec("mujoco") is None:
+    if not has_simulation():
         mend = "pip install '.[sim]'"
         return Diagnosis("simulation", WARNING, "optional: not installed; in a clone of prefplan", mend)
     try:

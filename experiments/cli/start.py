@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
+from importlib.util import find_spec
 from threading import current_thread, main_thread
 from types import FrameType
 
@@ -28,6 +29,11 @@ CLEARED_LINE = "\033[K"
 
 LEAST_ADDRESS_SPACE = 3 * 2**29
 """Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
+
+
+def has_simulation() -> bool:
+    """Return whether the libraries that move the arm are installed; a damaged one may still fail to load."""
+    return all(map(find_spec, ("mujoco", "mink")))
 
 
 def check_address_space() -> None:

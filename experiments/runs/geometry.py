@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import prefplan as pp
-from experiments.cli.start import loading
+from experiments.cli.start import has_simulation, loading
 from experiments.cli.status import tell
 
 if TYPE_CHECKING:
@@ -59,7 +58,7 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False
         return scenario
     if abstract:
         return replace(scenario, model=replace(scenario.model, abstract=True))
-    if not all(map(find_spec, ("mujoco", "mink"))):
+    if not has_simulation():
         if not quiet:
             tell(f"{NOT_CHECKED} the simulation is not installed; see `prefplan doctor`")
         return scenario

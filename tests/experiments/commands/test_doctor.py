@@ -52,7 +52,7 @@ def test_people_read_a_line_for_each_check_and_what_mends_it(
 
 
 def test_a_machine_for_planning_alone_is_well(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnosis, "find_spec", lambda name: None)
+    monkeypatch.setattr(diagnosis, "has_simulation", lambda: False)
     result = run("doctor", "--json")
     assert (result.status, result.json["well"]) == (0, True)
     last = result.json["findings"][-1]

@@ -368,7 +368,7 @@ def test_that_the_arm_could_not_be_asked_is_said(run: Run, detour: Path, monkeyp
     found = run("front", "near.toml", "--json")
     assert (found.status, found.json["geometry"]) == (0, "not checked")
     assert found.err.startswith("prefplan: geometry not checked: ")
-    monkeypatch.setattr(geometry, "find_spec", lambda name: None)
+    monkeypatch.setattr(geometry, "has_simulation", lambda: False)
     found = run("front", "near.toml", "--json")
     assert (found.status, found.json["geometry"]) == (0, "not checked")
     assert found.err == "prefplan: geometry not checked: the simulation is not installed; see `prefplan doctor`\n"
