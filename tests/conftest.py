@@ -77,7 +77,7 @@ def rendered_here(gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(video, "_in_processes", one_by_one)
     monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
-    monkeypatch.setenv("LP_NUM_THREADS", "1")  # as the renderer does for good
+    monkeypatch.setenv("LP_NUM_THREADS", "0")  # as the renderer does for good
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,9 @@ REACH_PX = 8
 SPECK = 6
 """A pixel darker than all its neighbours but one by more than this is a speck, an artefact of shadow maps."""
 
+MARGIN_PX = REACH_PX + 2
+"""Greatest distance between a pixel and those on which its smoothed colour depends."""
+
 SHARES = (-0.4, 0.0, 0.4)
 """Where along the reach the blended samples lie."""
 

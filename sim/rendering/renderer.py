@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import TracebackType
 
 import mujoco
@@ -11,11 +12,12 @@ import numpy as np
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
-from sim.rendering.antialias import fill_specks, smooth_edges
+from sim.rendering.antialias import MARGIN_PX, fill_specks, smooth_edges
 from sim.rendering.cameras import Camera, label_offsets
+from sim.rendering.dirty_rectangle import DirtyRectangle
 from sim.rendering.framing import label_anchors, label_targets
 from sim.rendering.inset import inset_box, with_inset
-from sim.rendering.labels import draw_labels, label_boxes
+from sim.rendering.labels import PixelBox, draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
 from sim.world.materials import KEY_LIGHT, WRIST, Glow, glow_of
@@ -27,6 +29,21 @@ WRIST_SHADOW_SCALE = 2
 
 GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
 """Angle between successive points of a spiral that covers a disc evenly."""
+
+
+@dataclass
+class _Kept:
+    """What a camera saw last.
+
+    Attributes:
+        look: the view and the lamps that it was seen in.
+        picture: (height, width, 3) uint8, without labels.
+        dirty: what will have changed since.
+    """
+
+    look: tuple[object, ...]
+    picture: np.ndarray
+    dirty: DirtyRectangle
 
 
 class Painter:
@@ -85,6 +102,7 @@ class Painter:
             raise RenderingError(no_gl(f"{type(failure).__name__}: {failure}")) from failure
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
+        self._kept: dict[Camera, _Kept] = {}
 
     def __enter__(self) -> Painter:
         """Return itself."""
@@ -114,12 +132,12 @@ class Painter:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        picture = self._bare(self._camera, share)
+        picture = self._bare(self._camera, share, glow)
         if not self._camera.mounted:
             picture = self._labelled(picture, share)
         if self._inset_box is None:
             return picture
-        return with_inset(picture, self._bare(self._inset, share), self._inset_box)
+        return with_inset(picture, self._bare(self._inset, share, glow), self._inset_box)
 
     def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
         size = bare.shape[1], bare.shape[0]
@@ -129,36 +147,61 @@ class Painter:
         )
         return draw_labels(bare, label_boxes(anchors, self._offsets, size), anchors, targets)
 
-    def _bare(self, camera: Camera, share: float) -> np.ndarray:
-        """Return a picture of the current state with smooth edges, without labels."""
-        view, size = camera.view(share), camera.size
+    def _bare(self, camera: Camera, share: float, glow: Mapping[str, float]) -> np.ndarray:
+        """Return a picture of the current state with smooth edges, without labels.
+
+        What cannot have changed since the camera's last picture is kept from it.
+        """
+        view, (width, height) = camera.view(share), camera.size
+        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
+        kept = self._kept.get(camera)
+        if kept is None or camera.mounted or kept.look != look:
+            table = None if self._scene.model.scene else self._scene.table
+            dirty = DirtyRectangle(self._model, camera, self._key, table)
+            kept = self._kept[camera] = _Kept(look, np.zeros((height, width, 3), dtype=np.uint8), dirty)
+        left, top, right, bottom = kept.dirty.update(self._data, share)
+        if left < right and top < bottom:
+            picture = kept.picture.copy()
+            changed = _grown((left, top, right, bottom), camera.size)
+            seen = _grown(changed, camera.size)
+            fresh = self._smooth(view, camera.size, seen)
+            picture[changed[1] : changed[3], changed[0] : changed[2]] = fresh[
+                changed[1] - seen[1] : changed[3] - seen[1], changed[0] - seen[0] : changed[2] - seen[0]
+            ]
+            kept.picture = picture
+        return kept.picture
+
+    def _smooth(self, view: mujoco.MjvCamera, size: tuple[int, int], box: PixelBox) -> np.ndarray:
+        """Return a box of a picture with smooth edges, its rim aside."""
         samples = self._quality.samples
         if samples == 1:
-            return smooth_edges(np.ascontiguousarray(self._painted(view, size)[::-1]))
-        total = np.full((size[1], size[0], 3), samples // 2, dtype=np.uint16)
+            return smooth_edges(self._painted(view, size, box))
+        total = np.full((box[3] - box[1], box[2] - box[0], 3), samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
             shift = (k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5
-            total += fill_specks(self._painted(view, size, shift=shift))
-        return (total // samples).astype(np.uint8)[::-1]
+            total += fill_specks(self._painted(view, size, box, shift=shift))
+        return (total // samples).astype(np.uint8)
 
     def _painted(
-        self, view: mujoco.MjvCamera, size: tuple[int, int], *, shift: tuple[float, float] = (0.0, 0.0)
+        self, view: mujoco.MjvCamera, size: tuple[int, int], box: PixelBox, *, shift: tuple[float, float] = (0.0, 0.0)
     ) -> np.ndarray:
-        """Return a rendering of the current state, upside down, shifted to the right and up by fractions of a pixel."""
-        pixels, area = np.empty((size[1], size[0], 3), dtype=np.uint8), mujoco.MjrRect(0, 0, *size)
+        """Return a box of a rendering of the current state, shifted to the right and up by fractions of a pixel."""
+        left, top, right, bottom = box
+        area = mujoco.MjrRect(0, 0, right - left, bottom - top)
+        pixels = np.empty((area.height, area.width, 3), dtype=np.uint8)
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mjv_updateScene(
             self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
         )
         for eye in self._drawn.camera:
-            pixel = (eye.frustum_top - eye.frustum_bottom) / area.height
-            eye.frustum_center += shift[0] * pixel
-            eye.frustum_bottom += shift[1] * pixel
-            eye.frustum_top += shift[1] * pixel
+            pixel, highest = (eye.frustum_top - eye.frustum_bottom) / size[1], eye.frustum_top
+            eye.frustum_center += ((left + right - size[0]) / 2 + shift[0]) * pixel
+            eye.frustum_bottom = highest + (shift[1] - bottom) * pixel
+            eye.frustum_top = highest + (shift[1] - top) * pixel
         mujoco.mjr_render(area, self._drawn, self._context)
         mujoco.mjr_readPixels(pixels, None, area, self._context)
-        return pixels
+        return np.ascontiguousarray(pixels[::-1])
 
     def _move_key_light(self, k: int, samples: int) -> None:
         """Move the key light to the k-th of several sample points of a round lamp."""
@@ -179,3 +222,14 @@ class Painter:
         self._model.mat_emission[material] = level
         self._model.light_active[light] = level > 0
         self._model.light_diffuse[light] = level * np.array(glow.light)
+
+
+def _grown(box: PixelBox, size: tuple[int, int]) -> PixelBox:
+    """Return a box with what smoothing mixes into it, within a picture of a size."""
+    left, top, right, bottom = box
+    return (
+        max(0, left - MARGIN_PX),
+        max(0, top - MARGIN_PX),
+        min(size[0], right + MARGIN_PX),
+        min(size[1], bottom + MARGIN_PX),
+    )

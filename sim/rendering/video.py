@@ -203,25 +203,21 @@ def _render_part(
     camera: str,
     opening: float,
 ) -> int:
-    """Render consecutive frames into a video of their own, with one thread, and return their number."""
-    os.environ["LP_NUM_THREADS"] = "1"
+    """Render consecutive frames into a video of their own, in this thread, and return their number."""
+    os.environ["LP_NUM_THREADS"] = "0"
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     import mediapy  # imported late: it loads matplotlib's pyplot, which takes 0.4 s
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     encoding = f"-preset {quality.preset} -threads 1"
-    shown, (width, height) = None, size
+    width, height = size
     above = height - strip_height(height) if captions else height
     with (
         Painter(scene, size=(width, above), quality=quality, camera=camera, opening=opening) as painter,
         mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
-            moving = frame.share < opening or camera.startswith("orbit")
-            state = (frame.qpos.tobytes(), frame.glow, frame.share if moving else None)
-            if state != shown:
-                bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
-                shown = state
+            bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
             video.add_image(with_strip(bare, caption_at(captions, frame.time), height) if captions else bare)
     return len(frames)
 

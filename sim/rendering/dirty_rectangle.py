@@ -1,0 +1,83 @@
+"""The part of a picture that can differ from the one before, its dirty rectangle: only that is rendered again.
+
+What moves changes the picture within the box round it, before and after, and where its shadow falls.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sim.geometry.mjcf import VISIBLE, box_corners
+from sim.geometry.rectangle import Rectangle
+from sim.rendering.cameras import Camera
+from sim.rendering.labels import PixelBox
+
+MOVED_M = 1e-5
+"""Least distance by which a corner of the box round a geom moves that changes a picture: a fiftieth of a pixel."""
+
+SUNK_M = 0.01
+"""A box that is lower than the top of the table by more than this does not rest on it."""
+
+ROUNDING_PX = 2
+"""Number of pixels by which a projected corner may be off."""
+
+
+class DirtyRectangle:
+    """Follows the geoms that a camera sees."""
+
+    def __init__(self, model: mujoco.MjModel, camera: Camera, light: int, table: Rectangle | None) -> None:
+        """Begin with an unknown picture.
+
+        Args:
+            model: of the scene.
+            camera: not mounted on the robot.
+            light: the directional light that casts the shadows.
+            table: outline of the table's top, at height 0, above all that is lower; None if there is none.
+        """
+        self._camera, self._light, self._table = camera, light, table
+        self._geoms = np.flatnonzero(model.geom_group <= VISIBLE)
+        shadows, stands = np.flatnonzero(model.light_castshadow), model.body_weldid[model.light_bodyid] == 0
+        # With mirrors, other shadows or lights that move, a motion may change any pixel.
+        self._is_local = not model.mat_reflectance.any() and set(shadows.tolist()) <= {light} and bool(stands.all())
+        self._shown: np.ndarray | None = None
+
+    def update(self, data: mujoco.MjData, share: float) -> PixelBox:
+        """Return the box of pixels that can have changed since the last call: at first all, none if nothing moved.
+
+        Args:
+            data: after `mj_kinematics`.
+            share: of the video that has passed, for the camera.
+        """
+        corners = box_corners(data, self._geoms)
+        if self._shown is None or not self._is_local:
+            self._shown, self._lowest = corners, corners[..., 2].min()
+            return 0, 0, *self._camera.size
+        moved = (np.abs(corners - self._shown) > MOVED_M).any(axis=(1, 2))
+        if not moved.any():
+            return 0, 0, 0, 0
+        boxes = np.concatenate([self._shown[moved], corners[moved]])
+        self._shown[moved] = corners[moved]
+        ray = data.model.light_dir[self._light]
+        points = np.concatenate([boxes, self._shadows(boxes, ray / -ray[2])]).reshape(-1, 3)
+        pixels = self._camera.pixels(points, share)
+        first, last = np.floor(pixels.min(axis=0)) - ROUNDING_PX, np.ceil(pixels.max(axis=0)) + ROUNDING_PX
+        left, top, right, bottom = np.clip([first, last], 0, self._camera.size).astype(int).ravel().tolist()
+        return left, top, right, bottom
+
+    def _shadows(self, boxes: np.ndarray, ray: np.ndarray) -> np.ndarray:
+        """Return (N, 8, 3) where the shadows of corners end: level with the table, below which there is nothing else.
+
+        Only a shadow that comes from beside the table falls on what is below its top.
+
+        Args:
+            boxes: (N, 8, 3) corners, m.
+            ray: (3,) direction of the light, per metre downwards.
+        """
+        level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, self._lowest))
+        if self._table is None:
+            return below
+        ahead = self._table.axes @ ray[:2]
+        off = (level[..., :2] - self._table.centre) @ self._table.axes.T
+        beside = (off * np.sign(ahead) < -self._table.half) | (boxes[..., 2:] < -SUNK_M)
+        return np.where(beside.any(axis=(1, 2), keepdims=True), below, level)
