@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from experiments.figures import maps
-from experiments.figures.diagrams import automaton, route
+from experiments.figures.diagrams import automaton, node_link, route
 from experiments.figures.diagrams.automaton_text import table_text
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.node_link import GraphvizError, program
-from experiments.figures.diagrams.route import Route
-from experiments.figures.diagrams.system import SystemSizeError
+from experiments.figures.diagrams.route import WIDEST_PT, Route, SystemSizeError
 from prefplan.front import Front
 from prefplan.logic.dfa import Automaton
 from prefplan.plan import Plan
@@ -34,7 +33,11 @@ def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
     if plan_map is not None:
         return {i: maps.svg(plan_map, plan, folder=folder) for i, plan in enumerate(front)}
     routes = {i: _route(scenario, plan) for i, plan in enumerate(front)}
-    return {i: route.svg(found, title=_words(found)) for i, found in routes.items() if found is not None}
+    return {
+        i: node_link.svg(found.diagram, title=_words(found), widest=WIDEST_PT)
+        for i, found in routes.items()
+        if found is not None
+    }
 
 
 def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
@@ -65,6 +68,6 @@ def _route(scenario: Scenario, plan: Plan) -> Route | None:
 
 
 def _words(found: Route) -> str:
-    stops = [found.nodes[i].text[0] for i in dict.fromkeys(found.at)]
+    stops = [found.diagram.nodes[i].text[0] for i in dict.fromkeys(found.at)]
     visited = ", ".join(stops)
-    return f"Graph of {len(found.nodes)} states with the plan on it; it visits {visited}"
+    return f"Graph of {len(found.diagram.nodes)} states with the plan on it; it visits {visited}"

@@ -50,7 +50,7 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
 def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     with loading():
         from experiments.figures import plans
-        from experiments.figures.diagrams import route, system
+        from experiments.figures.diagrams import route
         from experiments.figures.maps import map_of
 
     if scenario.model.kind == "manipulation":
@@ -66,7 +66,7 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     if map_of(scenario) is not None:
         plans.draw(scenario, front, path)
         return DONE
-    with prefixed(f"{scenario.path}: ", system.SystemSizeError):
+    with prefixed(f"{scenario.path}: ", route.SystemSizeError):
         route.draw(planner.problem.system, front, path)
     return DONE
 
@@ -85,9 +85,9 @@ def _automata(scenario: pp.Scenario, path: Path) -> int:
 
 def _system(scenario: pp.Scenario, path: Path) -> int:
     with loading():
-        from experiments.figures.diagrams import node_link, system
+        from experiments.figures.diagrams import node_link, route
 
-    with prefixed(f"{scenario.path}: model: ", system.SystemSizeError):
-        diagram = system.diagram(scenario.problem().system)
+    with prefixed(f"{scenario.path}: model: ", route.SystemSizeError):
+        diagram = route.whole(scenario.problem().system)
     node_link.draw({scenario.name: diagram}, path)
     return DONE

@@ -1,4 +1,4 @@
-"""A plan on the graph of its model: the edges that it takes, numbered in order."""
+"""A transition system as a diagram: a box for each state, an arrow for each action, numbered if a plan takes it."""
 
 from __future__ import annotations
 
@@ -11,18 +11,31 @@ from typing import Any
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
-from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError, reachable, text_of
+from prefplan.errors import PrefplanError
 from prefplan.front import Front
 from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import Plan, objectives_text
 from prefplan.text.layout import number
 
+MOST_STATES = 40
+"""Greatest number of states that are drawn: larger systems are illegible."""
+
 MOST_EDGES = 90
-"""Greatest number of edges of a graph that is drawn whole."""
+"""Greatest number of edges of a graph that is drawn whole with a plan on it."""
+
+MOST_NAMES = 3
+"""Greatest number of propositions shown in a state."""
 
 WIDEST_PT = 600.0
 """Greatest width of a left-to-right graph on a page, points: what half a page of 1280 pixels can show legibly."""
+
+Labels = dict[tuple[int, int], dict[str, list[str]]]
+"""The actions on each edge, given by the indices of its nodes, with the steps of a plan that take them."""
+
+
+class SystemSizeError(PrefplanError):
+    """A transition system, or what a plan visits of it, has more states than a picture can show."""
 
 
 @dataclass(frozen=True)
@@ -30,16 +43,29 @@ class Route:
     """The drawn part of a graph with a plan on it.
 
     Attributes:
-        nodes: the states that are drawn; the first is the start.
-        edges: between them; those of the plan are of the kind `taken`.
+        diagram: states, the first of which is the start, and edges; those of the plan are of the kind `taken`.
         at: for each state of the plan, the index of its node, or of the last node before it if it is not drawn.
         note: which part of the graph is drawn; None if it is drawn whole.
     """
 
-    nodes: tuple[Node, ...]
-    edges: tuple[Edge, ...]
+    diagram: Diagram
     at: tuple[int, ...]
     note: str | None
+
+
+def whole(system: System) -> Diagram:
+    """Return a transition system as a diagram, without unreachable states; the start is node `s0`.
+
+    Raises:
+        SystemSizeError: it has too many states.
+    """
+    states = reachable(system)
+    if states is None:
+        raise SystemSizeError(
+            f"the transition system has {_size(system)} states, and only one of up to {MOST_STATES} can be drawn "
+            "so that it can be read"
+        )
+    return _diagram(system, states, _add_actions(system, states, defaultdict(lambda: defaultdict(list))))
 
 
 def route(system: System, plan: Plan) -> Route:
@@ -55,32 +81,18 @@ def route(system: System, plan: Plan) -> Route:
         costs.append(cost)
     shown, note = _shown(system, visited)
     node_of = {state: i for i, state in enumerate(shown)}
-    labels: dict[tuple[int, int], dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    labels: Labels = defaultdict(lambda: defaultdict(list))
     stops = [k for k, state in enumerate(visited) if state in node_of]
     for k, m in pairwise(stops):
         action = plan.actions[k] if m == k + 1 else f"{m - k} actions, cost"
         step = str(m) if m == k + 1 else f"{k + 1}-{m}"
         labels[node_of[visited[k]], node_of[visited[m]]][f"{action} {number(sum(costs[k:m]))}"].append(step)
-    taken = set(labels)
-    for state in shown if note is None else ():
-        listed = system.listed
-        for edge in listed.edges(state):
-            action = listed.action_names[listed.actions[edge]]
-            ends = node_of[state], node_of[int(listed.targets[edge])]
-            _ = labels[ends][f"{action} {number(listed.cost(edge))}"]
-    edges = tuple(
-        Edge(*ends, " | ".join(map(_numbered, texts.items())), "taken" if ends in taken else "plain")
-        for ends, texts in labels.items()
-    )
+    if note is None:
+        _add_actions(system, shown, labels)
     at = [0]
     for state in visited[1:]:
         at.append(node_of.get(state, at[-1]))
-    return Route(tuple(Node(f"s{i}", text_of(system, state)) for i, state in enumerate(shown)), edges, tuple(at), note)
-
-
-def svg(route: Route, *, title: str) -> str:
-    """Return a route as inline SVG; node i has the class `s<i>`, and an edge of the plan `taken`."""
-    return node_link.svg(Diagram(route.nodes, route.edges), title=title, widest=WIDEST_PT)
+    return Route(_diagram(system, shown, labels), tuple(at), note)
 
 
 def draw(system: System, front: Front, path: Path) -> None:
@@ -93,15 +105,28 @@ def draw(system: System, front: Front, path: Path) -> None:
     for i, plan in enumerate(front):
         found = route(system, plan)
         title = f"{i}: {objectives_text(plan, penalty='μ =')}"
-        diagrams[f"{title}. {found.note}" if found.note else title] = Diagram(found.nodes, found.edges)
+        diagrams[f"{title}. {found.note}" if found.note else title] = found.diagram
     node_link.draw(diagrams, path)
+
+
+def reachable(system: System) -> list[int] | None:
+    """Return the states that can be reached, the start first; None if they are too many to be drawn."""
+    if not isinstance(system, TransitionSystem):
+        return None
+    order = [system.start]
+    for state in order:
+        targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))
+        order += [target for target in targets if target not in order]
+        if len(order) > MOST_STATES:
+            return None
+    return order
 
 
 def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | None]:
     """Return the states to draw, the start first, and a note on what is drawn, None if the graph is drawn whole."""
-    whole = reachable(system)
-    if whole is not None and sum(len(system.listed.edges(state)) for state in whole) <= MOST_EDGES:
-        return whole, None
+    states = reachable(system)
+    if states is not None and sum(len(system.listed.edges(state)) for state in states) <= MOST_EDGES:
+        return states, None
     shown, which = list(dict.fromkeys(visited)), "those that the plan visits"
     if len(shown) > MOST_STATES:
         ends = (visited[0], visited[-1])
@@ -109,10 +134,41 @@ def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | Non
         which = "those with propositions that the plan visits, its first and its last"
     if len(shown) > MOST_STATES:
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
-    size = system.size if isinstance(system, TransitionSystem) else "very many"
-    return shown, f"Drawn of {size} states: {which}."
+    return shown, f"Drawn of {_size(system)} states: {which}."
+
+
+def _size(system: System) -> int | str:
+    return system.size if isinstance(system, TransitionSystem) else "very many"
+
+
+def _add_actions(system: System, states: Sequence[int], labels: Labels) -> Labels:
+    """Add all actions in these states, which lead to each other, to those that a plan takes."""
+    node_of, listed = {state: i for i, state in enumerate(states)}, system.listed
+    for state in states:
+        for edge in listed.edges(state):
+            action = listed.action_names[listed.actions[edge]]
+            _ = labels[node_of[state], node_of[int(listed.targets[edge])]][f"{action} {number(listed.cost(edge))}"]
+    return labels
+
+
+def _diagram(system: System, states: Sequence[Any], labels: Labels) -> Diagram:
+    nodes = [Node(f"s{i}", _text(system, state)) for i, state in enumerate(states)]
+    edges = [
+        Edge(*ends, " | ".join(map(_numbered, texts.items())), "taken" if any(texts.values()) else "plain")
+        for ends, texts in labels.items()
+    ]
+    return Diagram(nodes, edges)
 
 
 def _numbered(text: tuple[str, Sequence[str]]) -> str:
     action, steps = text
     return f"{', '.join(steps)}. {action}" if steps else action
+
+
+def _text(system: System, state: Any) -> tuple[str, ...]:
+    """Return the lines of text in a state: its name and its propositions."""
+    name = system.decode(state)
+    label = sorted(system.label(state))
+    shown = [*label[:MOST_NAMES], *(["..."] if len(label) > MOST_NAMES else [])]
+    text = f"({', '.join(map(str, name))})" if isinstance(name, tuple) else str(name)
+    return (text, "{" + ", ".join(shown) + "}") if shown else (text,)

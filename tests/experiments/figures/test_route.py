@@ -11,9 +11,7 @@ import pytest
 
 from experiments.commands.command_line import main
 from experiments.figures.diagrams import node_link
-from experiments.figures.diagrams.node_link import Diagram
-from experiments.figures.diagrams.route import WIDEST_PT, Route, route, svg
-from experiments.figures.diagrams.system import MOST_STATES, SystemSizeError
+from experiments.figures.diagrams.route import MOST_STATES, WIDEST_PT, Route, SystemSizeError, route
 from experiments.figures.figures import SVG
 from experiments.starters import starter
 from prefplan import Plan, TransitionSystem, load, pareto_front
@@ -34,8 +32,8 @@ def ring(size: int, labelled: int) -> TransitionSystem:
 def steps(found: Route) -> dict[int, tuple[str, str]]:
     """Return the numbered actions by their first step, each with the names of the states at the ends of its edge."""
     return {
-        int(match[1]): (found.nodes[edge.source].text[0], found.nodes[edge.target].text[0])
-        for edge in found.edges
+        int(match[1]): (found.diagram.nodes[edge.source].text[0], found.diagram.nodes[edge.target].text[0])
+        for edge in found.diagram.edges
         for match in re.finditer(r"(\d+)(?:, |-\d+\. |\. )", edge.label)
     }
 
@@ -45,12 +43,12 @@ def test_a_small_graph_is_drawn_whole_with_the_actions_in_order(tmp_path: Path) 
     problem = load(tmp_path / "town.toml").problem()
     plan = pareto_front(problem)[1]
     found = route(problem.system, plan)
-    assert found.note is None and len(found.nodes) == 4 and len(found.edges) == 7
-    names = [found.nodes[i].text[0] for i in found.at]
+    assert found.note is None and len(found.diagram.nodes) == 4 and len(found.diagram.edges) == 7
+    names = [found.diagram.nodes[i].text[0] for i in found.at]
     assert names == list(plan.states)
     assert steps(found) == {k + 1: pair for k, pair in enumerate(zip(names, names[1:], strict=False))}
-    assert {edge.kind for edge in found.edges if edge.label[0].isdigit()} == {"taken"}
-    root = ET.fromstring(svg(found, title="town"))
+    assert {edge.kind for edge in found.diagram.edges if edge.label[0].isdigit()} == {"taken"}
+    root = ET.fromstring(node_link.svg(found.diagram, title="town", widest=WIDEST_PT))
     classes = [element.get("class", "") for element in root.iter()]
     assert sum(name.endswith(" taken") for name in classes) == len(plan.actions)
     assert {f"node plain s{i}" for i in range(4)} <= set(classes)
@@ -58,20 +56,20 @@ def test_a_small_graph_is_drawn_whole_with_the_actions_in_order(tmp_path: Path) 
 
 def test_an_edge_taken_again_has_all_its_places() -> None:
     found = route(ring(2, 0), plan_of("go", "go", "go"))
-    assert {edge.label for edge in found.edges} == {"1, 3. go 2", "2. go 2"}
+    assert {edge.label for edge in found.diagram.edges} == {"1, 3. go 2", "2. go 2"}
 
 
 def test_of_a_large_graph_is_drawn_what_the_plan_visits() -> None:
     found = route(ring(300, 2), plan_of(*["go"] * 9))
-    assert len(found.nodes) == 10 and found.at == tuple(range(10))
+    assert len(found.diagram.nodes) == 10 and found.at == tuple(range(10))
     assert found.note == "Drawn of 300 states: those that the plan visits."
     assert steps(found)[9] == ("r8", "r9")
 
 
 def test_of_a_long_plan_are_drawn_the_states_with_propositions() -> None:
     found = route(ring(300, 2), plan_of(*["go"] * 99))
-    assert [node.text[0] for node in found.nodes] == ["r0", "r1", "r99"]
-    assert [edge.label for edge in found.edges] == ["1. go 2", "2-99. 98 actions, cost 196"]
+    assert [node.text[0] for node in found.diagram.nodes] == ["r0", "r1", "r99"]
+    assert [edge.label for edge in found.diagram.edges] == ["1. go 2", "2-99. 98 actions, cost 196"]
     assert found.at == (0, *[1] * 98, 2) and "propositions" in (found.note or "")
 
 
@@ -90,10 +88,7 @@ def test_plans_on_graphs_are_drawn(tmp_path: Path) -> None:
 
 def test_a_wide_graph_goes_downwards_and_no_text_in_it_overlaps() -> None:
     found = route(ring(12, labelled=3), plan_of(*["go"] * 11))
-    wide, tall = (
-        ET.fromstring(node_link.svg(Diagram(found.nodes, found.edges), title="", widest=widest))
-        for widest in (None, WIDEST_PT)
-    )
+    wide, tall = (ET.fromstring(node_link.svg(found.diagram, title="", widest=widest)) for widest in (None, WIDEST_PT))
     assert float(wide.get("width", "")) > WIDEST_PT > float(tall.get("width", ""))
     assert float(tall.get("height", "")) > float(tall.get("width", ""))
     for root in (wide, tall):
