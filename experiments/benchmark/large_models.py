@@ -25,52 +25,43 @@ TWO_COSTS = (
 
 
 class Size(NamedTuple):
-    """A model: numbers of objects and of single places, the objects that each task puts into a box, and the costs.
+    """A model: the number of objects and of single places, the objects that each task puts into a box, and the costs.
 
     Two boxes have room for half of the objects each; the tasks use them in turn.
     """
 
     objects: int
-    places: int
     tasks: tuple[tuple[int, ...], ...]
     costs: str = COSTS
 
 
+ALL, FOUR = ((0, 2), (1, 3), (4, 6), (5, 7)), ((0,), (1,), (2,), (3,))
+
 SIZES = {
-    "6 objects, 8 locations, 3 tasks": Size(6, 6, ((0, 2), (1, 3), (5,))),
-    "8 objects, 10 locations, 3 tasks about 5 objects": Size(8, 8, ((0, 2), (1, 3), (7,))),
-    "8 objects, 10 locations, 4 tasks about all": Size(8, 8, ((0, 2), (1, 3), (4, 6), (5, 7))),
-    "20 objects, 22 locations, 4 tasks about 4 objects": Size(20, 20, ((0,), (1,), (2,), (3,))),
-    "8 objects, 10 locations, 4 tasks about all, time and energy": Size(
-        8, 8, ((0, 2), (1, 3), (4, 6), (5, 7)), TWO_COSTS
-    ),
-    "20 objects, 22 locations, 4 tasks about 4 objects, time and energy": Size(
-        20, 20, ((0,), (1,), (2,), (3,)), TWO_COSTS
-    ),
+    "6 objects, 8 locations, 3 tasks": Size(6, ((0, 2), (1, 3), (5,))),
+    "8 objects, 10 locations, 3 tasks about 5 objects": Size(8, ((0, 2), (1, 3), (7,))),
+    "8 objects, 10 locations, 4 tasks about all": Size(8, ALL),
+    "20 objects, 22 locations, 4 tasks about 4 objects": Size(20, FOUR),
+    "8 objects, 10 locations, 4 tasks about all, time and energy": Size(8, ALL, TWO_COSTS),
+    "20 objects, 22 locations, 4 tasks about 4 objects, time and energy": Size(20, FOUR, TWO_COSTS),
 }
 
+TIME, TIME_AND_ENERGY = '{ measured = "time" }', '{ measured = ["time", "energy"] }'
 
-ABOUT = {"2 tasks about 3 objects": ((0, 2), (1,)), "4 tasks about all": ((0, 2), (1, 3), (4, 6), (5, 7))}
-COSTS_MEASURED = {"time": '{ measured = "time" }', "time and energy": '{ measured = ["time", "energy"] }'}
 MEASURED = {
-    f"{objects} objects, {objects + 2} locations, {tasks}, {costs}": Size(
-        objects, objects, ABOUT[tasks], COSTS_MEASURED[costs]
-    )
-    for objects, tasks, costs in (
-        (4, "2 tasks about 3 objects", "time"),
-        (5, "2 tasks about 3 objects", "time"),
-        (6, "2 tasks about 3 objects", "time"),
-        (8, "2 tasks about 3 objects", "time"),
-        (8, "2 tasks about 3 objects", "time and energy"),
-        (8, "4 tasks about all", "time"),
-    )
+    **{
+        f"{n} objects, {n + 2} locations, 2 tasks about 3 objects, time": Size(n, ((0, 2), (1,)), TIME)
+        for n in (4, 5, 6, 8)
+    },
+    "8 objects, 10 locations, 2 tasks about 3 objects, time and energy": Size(8, ((0, 2), (1,)), TIME_AND_ENERGY),
+    "8 objects, 10 locations, 4 tasks about all, time": Size(8, ALL, TIME),
 }
 """Models with measured costs; all states of the first are enumerated."""
 
 
 def scenario(size: Size) -> str:
     """Return a scenario file."""
-    names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.places)]
+    names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.objects)]
     capacity = (size.objects + 1) // 2
     names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {capacity} }}" for k, box in enumerate(("crate", "tray"))]
     lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {size.costs}", "[model.locations]", *names]

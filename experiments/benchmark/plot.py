@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from statistics import median
 
 from matplotlib.axes import Axes
 
 from experiments.benchmark.instances import FAMILIES
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, OURS, SINGLE
+from experiments.benchmark.summary import Cell
 from experiments.figures.figures import drawing, write_figure
 
 SIZE_IN = (9.5, 8.0)
@@ -26,13 +27,13 @@ NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the sa
 PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without heuristic"}
 
 
-def draw(report: Mapping[str, Any], path: Path) -> None:
+def draw(found: Sequence[Cell], path: Path) -> None:
     """Write a figure with one panel for each family of instances and kind of planning."""
     with drawing(size=SIZE_IN, layout=True) as figure:
         panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
         for row, family in zip(panels, FAMILIES, strict=True):
             for axes, kind in zip(row, KINDS, strict=True):
-                cells = [cell for cell in report["cells"] if (cell["family"], cell["kind"]) == (family, kind)]
+                cells = [cell for cell in found if (cell.what["family"], cell.what["kind"]) == (family, kind)]
                 _panel(axes, cells, kind)
                 axes.set_title(f"{TITLES[kind]}, {family}")
         for axes in panels[-1]:
@@ -46,15 +47,19 @@ def draw(report: Mapping[str, Any], path: Path) -> None:
         write_figure(figure, path)
 
 
-def _panel(axes: Axes, cells: list[Mapping[str, Any]], kind: str) -> None:
+def _panel(axes: Axes, cells: list[Cell], kind: str) -> None:
     """Draw medians with their range; a triangle marks a median that is a lower bound."""
     for method, (colour, marker) in STYLES.items():
-        shown = [cell for cell in cells if cell["method"] == method]
-        tasks = [cell["tasks"] for cell in shown]
-        median, least, most = ([cell["seconds"][name] for cell in shown] for name in ("median", "min", "max"))
-        axes.plot(tasks, median, f"{marker}-", color=colour, label=NAMES[method])
-        axes.fill_between(tasks, least, most, color=colour, alpha=0.15, linewidth=0)
-        cut = [(cell["tasks"], cell["seconds"]["median"]) for cell in shown if "median" in cell["seconds"]["at_least"]]
+        shown = {cell.what["tasks"]: cell for cell in cells if cell.what["method"] == method}
+        medians = {tasks: cell.statistic("seconds", median) or (0.0, False) for tasks, cell in shown.items()}
+        seconds = [[run["seconds"] for run in cell.runs.values()] for cell in shown.values()]
+        axes.plot(
+            list(shown), [value for value, _ in medians.values()], f"{marker}-", color=colour, label=NAMES[method]
+        )
+        axes.fill_between(
+            list(shown), [*map(min, seconds)], [*map(max, seconds)], color=colour, alpha=0.15, linewidth=0
+        )
+        cut = [(tasks, value) for tasks, (value, is_bound) in medians.items() if is_bound]
         if cut:
             label = "lower bound: runs were stopped"
             axes.plot(*zip(*cut, strict=True), "^", color=colour, markersize=10, label=label)

@@ -6,12 +6,13 @@ import json
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
+from statistics import median
 
 from experiments.benchmark.instances import RANDOM, known
 from experiments.benchmark.plot import TITLES
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, SINGLE, wrong_fronts
-from experiments.benchmark.table1 import table_of
+from experiments.benchmark.summary import cells, table
 from experiments.paper.study import Study
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -24,13 +25,13 @@ Times = Mapping[tuple[str, str, int], float]
 
 
 def compare_times(study: Study, out: Path, results: Path) -> None:
-    """Add the times from the results of `experiments.benchmark.table1`; their picture is copied to the folder `out`."""
-    content = json.loads((results / "table1.json").read_text(encoding="utf-8"))
-    machine = content["machine"]
+    """Add the times from the results of `experiments.benchmark`; their picture is copied to the folder `out`."""
+    lines = (results / "table1.jsonl").read_text(encoding="utf-8").splitlines()
+    machine, *records = map(json.loads, lines)
     study.about = (
-        f"Tasks F(a & F(b) & F(c)) on a 10 x 10 grid; medians of {content['date']}, {machine['cpu']}, "
-        f"{machine['cores']} cores. The paper's times are those of its C++ on its machine; the yardstick is its method "
-        "in our kernels."
+        f"Tasks F(a & F(b) & F(c)) on a 10 x 10 grid; medians on {machine['cpu']}, {machine['cores']} cores, Python "
+        f"{machine['python']}. The paper's times are those of its C++ on its machine; the yardstick is its method in "
+        "our kernels."
     )
     wrong = wrong_fronts()
     study.compare(
@@ -40,16 +41,20 @@ def compare_times(study: Study, out: Path, results: Path) -> None:
         agrees=not wrong,
         remark="; ".join(wrong),
     )
-    found = [cell for cell in content["cells"] if cell["family"] == RANDOM]
-    times = {(cell["kind"], cell["method"], cell["tasks"]): cell["seconds"]["median"] for cell in found}
+    found = cells(record for record in records if record["family"] == RANDOM)
+    times = {
+        (cell.what["kind"], cell.what["method"], cell.what["tasks"]): median(
+            record["seconds"] for record in cell.runs.values()
+        )
+        for cell in found
+    }
     _growth(study, times)
     _speed_up(study, times)
     picture = out / "table_1.png"
     shutil.copyfile(results / "table1.png", picture)
     study.figures.append((picture, "seconds against the number of tasks"))
     for kind in KINDS:
-        cells = [cell for cell in found if cell["kind"] == kind]
-        study.texts += [f"{TITLES[kind]}:", *table_of(kind, cells).splitlines()]
+        study.texts += [f"{TITLES[kind]}:", *table([cell for cell in found if cell.what["kind"] == kind]).splitlines()]
 
 
 def _growth(study: Study, times: Times) -> None:

@@ -6,15 +6,17 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from statistics import fmean, median
 from typing import Any
 
 import pytest
 
-from experiments.benchmark import cases, table1
+from experiments.benchmark import __main__ as program
+from experiments.benchmark import groups
 from experiments.benchmark.instances import FAMILIES, PAPER, RANDOM, instance
 from experiments.benchmark.large_models import Size
 from experiments.benchmark.runs import BARE, KINDS, MAX_MIN, OURS, Record, Search, run_search, search
-from experiments.benchmark.summary import cells, disagreements
+from experiments.benchmark.summary import cells, disagreements, tables
 
 
 def record(method: str, seed: int, seconds: float, *, ended: str | None = None, points: Any = ((3.0, 1.0),)) -> Record:
@@ -24,26 +26,34 @@ def record(method: str, seed: int, seconds: float, *, ended: str | None = None, 
     return what | memory | found | {"seconds": seconds, "expanded": 10, "ended": ended}
 
 
-def test_the_json_has_a_cell_for_each_family_kind_and_method_beside_table_and_picture(tmp_path: Path) -> None:
-    assert table1.main(["--tasks", "2", "--seeds", "1", "--out", str(tmp_path)]) == 0
-    report = json.loads((tmp_path / "table1.json").read_text())
-    assert set(report) == {"about", "notes", "date", "machine", "limits", "cells"}
-    assert report["notes"][-1].startswith("Instances of each size: 1 for ours")
-    assert {"cpu", "cores", "python", "numba"} <= set(report["machine"])
+def test_table_1_has_a_row_for_each_family_kind_and_method_beside_records_and_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert program.main(["table1", "--tasks", "2", "--seeds", "1", "--out", str(tmp_path)]) == 0
+    header, *records = map(json.loads, (tmp_path / "table1.jsonl").read_text().splitlines())
+    assert {"prefplan", "cpu", "cores", "python", "numba", "seeds", "tasks"} == set(header)
     methods = (OURS, MAX_MIN, BARE)
-    places = [(cell["family"], cell["kind"], cell["tasks"], cell["method"]) for cell in report["cells"]]
+    places = [(run["family"], run["kind"], run["tasks"], run["method"]) for run in records]
     assert sorted(places) == sorted((family, kind, 2, m) for family in FAMILIES for kind in KINDS for m in methods)
-    assert len((tmp_path / "table1.runs.jsonl").read_text().splitlines()) == 1 + len(places)
-    for cell in report["cells"]:
-        assert cell["runs"] == 1 and cell["ended"] == []
-        assert cell["seconds"]["median"] > 0 and cell["expanded"]["max"] > 0 and cell["baseline_mb"] > 0
-        assert (cell["ratio"] is None) == (cell["method"] == OURS)
-    assert (tmp_path / "table1.md").read_text().count("## ") == len(FAMILIES) * len(KINDS)
+    for cell in cells(records):
+        (run,) = cell.runs.values()
+        assert run["ended"] is None and run["seconds"] > 0 and run["expanded"] > 0 and run["baseline_bytes"] > 0
+        assert (cell.statistic("ratio", median) is None) == (cell.what["method"] == OURS)
+    printed = capsys.readouterr().out
+    assert printed.count("## ") == len(FAMILIES) * len(KINDS) and printed == tables(cells(records)) + "\n\n"
+    assert [line.split("|")[3].strip() for line in table_rows(printed)[:3]] == ["", "0.0075", "0.0388"]
     assert (tmp_path / "table1.png").read_bytes().startswith(b"\x89PNG")
 
 
+def table_rows(printed: str) -> list[str]:
+    """Return the lines of tables, without headings."""
+    return [
+        line for line in printed.splitlines() if line.startswith("|") and "method" not in line and "---" not in line
+    ]
+
+
 def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = table1.plan_runs(range(2, 3), 1)
+    runs = [run for run in groups.table1(tmp_path, 1) if run.what["tasks"] == 2]
     assert len(runs) > 3
     carried_out: list[Search] = []
 
@@ -56,11 +66,11 @@ def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeyp
 
         return run_search
 
-    monkeypatch.setattr(table1, "run_search", interrupted_at(3))
+    monkeypatch.setattr(program, "run_search", interrupted_at(3))
     with pytest.raises(KeyboardInterrupt):
-        table1.run_searches(runs, tmp_path / "runs.jsonl")
-    monkeypatch.setattr(table1, "run_search", interrupted_at(-1))
-    results = table1.run_searches(runs, tmp_path / "runs.jsonl")
+        program.run_searches(runs, tmp_path / "runs.jsonl")
+    monkeypatch.setattr(program, "run_search", interrupted_at(-1))
+    results = program.run_searches(runs, tmp_path / "runs.jsonl")
     assert carried_out == runs
     assert [{**run.what} for run in runs] == [{name: found[name] for name in runs[0].what} for found in results]
 
@@ -74,13 +84,12 @@ def test_a_run_ends_at_its_time_limit(kind: str) -> None:
 def test_what_was_ended_counts_as_a_lower_bound() -> None:
     ours = [record(OURS, seed, seconds) for seed, seconds in enumerate((1, 2, 4))]
     yardstick = [record(MAX_MIN, 0, 3), record(MAX_MIN, 1, 5), record(MAX_MIN, 2, 120, ended="time")]
-    cell = next(cell for cell in cells(ours + yardstick) if cell["method"] == MAX_MIN)
-    assert (cell["seconds"]["median"], cell["seconds"]["max"]) == (5, 120)
-    assert set(cell["seconds"]["at_least"]) == {"mean", "max"}
-    assert (cell["ratio"]["median"], cell["ratio"]["max"]) == (3, 30)
-    assert cell["ended"] == ["time"]
+    cell = next(cell for cell in cells(ours + yardstick) if cell.what["method"] == MAX_MIN)
+    assert (cell.statistic("seconds", median), cell.statistic("seconds", max)) == ((5, False), (120, True))
+    assert (cell.statistic("seconds", fmean), cell.statistic("seconds", min)) == ((128 / 3, True), (3, False))
+    assert (cell.statistic("ratio", median), cell.statistic("ratio", max)) == ((3, False), (30, True))
     half = [record(OURS, 0, 3), record(OURS, 1, 150, ended="time")]
-    assert "median" in cells(half)[0]["seconds"]["at_least"]
+    assert cells(half)[0].statistic("seconds", median) == (76.5, True)
 
 
 def test_methods_that_disagree_are_found() -> None:
@@ -90,23 +99,24 @@ def test_methods_that_disagree_are_found() -> None:
 
 
 def test_each_search_of_a_group_of_cases_gets_a_row(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sizes = {"few": Size(3, 3, ((0, 2), (1,))), "more": Size(4, 4, ((0, 2), (1,)))}
-    monkeypatch.setitem(cases.GROUPS, "large", partial(cases.large, sizes))
-    monkeypatch.setattr(cases, "warm_up", lambda: None)  # as Table I does above; it takes two seconds
-    assert cases.main(["large"]) == 0
-    rows = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines() if line]
-    assert [[cell.strip() for cell in row[:2]] for row in rows[2:]] == [
-        [name, kind] for name in sizes for kind in KINDS
-    ]
+    sizes = {"few": Size(3, ((0, 2), (1,))), "more": Size(4, ((0, 2), (1,)))}
+    monkeypatch.setitem(groups.GROUPS, "large", partial(groups.large, sizes))
+    monkeypatch.setattr(program, "warm_up", lambda: None)  # as Table I does above; it takes two seconds
+    monkeypatch.setattr(program, "wrong_fronts", list)
+    assert program.main(["large", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert [line[3:] for line in printed.splitlines() if line.startswith("## ")] == [*KINDS]
+    rows = [[cell.strip() for cell in line.split("|")[1:3]] for line in table_rows(printed)]
+    assert rows == [[name, OURS] for _ in KINDS for name in sizes]
 
 
 def test_a_wrong_front_is_not_timed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(table1, "wrong_fronts", lambda: ["58 07 99: found nothing"])
-    assert table1.main(["--tasks", "2", "--seeds", "1", "--out", str(tmp_path)]) == table1.WRONG
+    monkeypatch.setattr(program, "wrong_fronts", lambda: ["58 07 99: found nothing"])
+    assert program.main(["table1", "--tasks", "2", "--seeds", "1", "--out", str(tmp_path)]) == program.WRONG
     said = capsys.readouterr()
     assert said.out == "" and "58 07 99" in said.err
     assert not list(tmp_path.iterdir())

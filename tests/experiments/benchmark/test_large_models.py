@@ -14,7 +14,7 @@ from prefplan.scenario.decode import load, loads
 def test_large_scenarios_can_be_read_and_small_ones_solved_state_by_state() -> None:
     for size in SIZES.values():
         assert len(loads(scenario(size)).model.objects) == size.objects  # type: ignore[union-attr]
-    small = loads(scenario(Size(3, 3, ((0, 2), (1,)))))
+    small = loads(scenario(Size(3, ((0, 2), (1,)))))
     listed = [(plan.cost, plan.preference) for plan in pareto_front(small.problem())]
     again = replace(small, model=replace(small.model, listed_states=0)).problem()  # type: ignore[call-arg]
     assert isinstance(again.system, ManipulationSystem)

@@ -1,0 +1,138 @@
+"""Groups of searches that are timed: the paper's Table I, and other cases beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from experiments.benchmark.instances import FAMILIES, RANDOM, instance
+from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
+from experiments.benchmark.runs import FRONT, KINDS, OURS, SINGLE, YARDSTICKS, Search, SearchMethod, method, search
+from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum, load
+
+TASKS = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10, 11)}
+"""Numbers of tasks in Table I: the paper's and more, up to instances that take minutes or gigabytes."""
+
+MANY = {SINGLE: 12, FRONT: 8}
+"""Greatest number of tasks with all instances; above it, only `FEW_SEEDS` are run, on random cells."""
+
+FEW_SEEDS = 3
+"""Greatest number of instances for the yardstick, and for fronts of more tasks than `MANY`."""
+
+YARDSTICK_TASKS = 8
+"""Greatest number of tasks that the yardstick can finish within its limits."""
+
+OUR_SECONDS, YARDSTICK_SECONDS = 150, 120
+"""Time limits of a run of Table I."""
+
+ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
+"""Numbers of tasks of the problems in `ablation`."""
+
+Preferred = Preference | Sequence[NamedPreference]
+
+
+def _weights(tasks: int) -> WeightedSum:
+    return WeightedSum({f"phi{1 + i}": 1 + i % 3 for i in range(tasks)})
+
+
+PREFERRED: dict[str, tuple[int, Preferred]] = {
+    "weighted sum": (8, _weights(8)),
+    "order and weighted sum": (6, [NamedPreference("order", Order()), NamedPreference("sum", _weights(6))]),
+    "spread": (7, Expression("max(phi1, phi2) - min(phi1, phi2) + phi3")),
+}
+"""Numbers of tasks and preferences, other than an order alone, of further fronts in `ablation`."""
+
+DEVICES = {
+    "whole planner": Options(),
+    "no contraction": Options(contraction=False),
+    "no topological sweep": Options(sweep=False),
+    "tables of pairs of tasks": Options(heuristic=2),
+    "no preference bound": Options(preference_bound=False),
+    "no Lagrangian bound": Options(lagrangian=False),
+    "no landmarks": Options(landmarks=False),
+}
+"""The planner without one of its components."""
+
+Group = Callable[[Path, int], Iterator[Search]]
+"""Yields searches, given a folder for files and the number of instances of each size."""
+
+
+def _searches(
+    instances: Iterable[Callable[[], Problem]], methods: Mapping[str, SearchMethod], **what: Any
+) -> Iterator[Search]:
+    """Yield all searches of all instances of a problem, instance by instance."""
+    for seed, made in enumerate(instances):
+        for name, searched in methods.items():
+            yield Search({**what, "method": name, "seed": seed}, made, searched)
+
+
+def _of_size(tasks: int, seeds: int, family: str = RANDOM) -> list[Callable[[], Problem]]:
+    return [partial(instance, family, tasks, seed) for seed in range(seeds)]
+
+
+def table1(folder: Path, seeds: int) -> Iterator[Search]:
+    """Yield the searches of Table I, those with few tasks first, and for each size our method first."""
+    for tasks, kind, family in product(sorted({*TASKS[SINGLE], *TASKS[FRONT]}), KINDS, FAMILIES):
+        many, few = tasks <= MANY[kind], min(seeds, FEW_SEEDS)
+        if tasks not in TASKS[kind] or not (many or family == RANDOM):
+            continue
+        counts = {OURS: seeds if many else few} | (dict.fromkeys(YARDSTICKS, few) if tasks <= YARDSTICK_TASKS else {})
+        for name, count in counts.items():
+            searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
+            instances = _of_size(tasks, count, family)
+            yield from _searches(instances, {name: searched}, family=family, kind=kind, tasks=tasks)
+
+
+def many_tasks(folder: Path, seeds: int) -> Iterator[Search]:
+    """Yield searches without a time limit."""
+    for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
+        for tasks in sizes:
+            yield from _searches(_of_size(tasks, seeds), {OURS: partial(search, kind)}, kind=kind, tasks=tasks)
+
+
+def stopped(folder: Path, seeds: int) -> Iterator[Search]:
+    """Yield searches with a time limit."""
+    for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
+        methods = {f"{limit} s": partial(search, kind, max_seconds=limit) for limit in limits}
+        yield from _searches(_of_size(tasks, seeds), methods, kind=kind, tasks=tasks)
+
+
+def ablation(folder: Path, seeds: int) -> Iterator[Search]:
+    """Yield searches without one component of the planner."""
+    problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
+    for name, (n, preference) in PREFERRED.items():
+        problems[FRONT, f"{n} tasks, {name}"] = [partial(_with_preference, preference, n, i) for i in range(seeds)]
+    problems |= {(FRONT, name): [partial(shipped, name)] * seeds for name in ("case_study_3", "kitchen")}
+    for (kind, name), instances in problems.items():
+        methods = {device: partial(search, kind, options=options) for device, options in DEVICES.items()}
+        yield from _searches(instances, methods, kind=kind, problem=name)
+
+
+def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
+    problem = instance(RANDOM, tasks, seed)
+    return Problem(problem.system, problem.tasks, preference)
+
+
+def shipped(name: str) -> Problem:
+    """Return the problem of a scenario that ships."""
+    return load(name).problem()
+
+
+def large(sizes: Mapping[str, Size], folder: Path, seeds: int) -> Iterator[Search]:
+    """Yield searches for the cheapest plan and the front in models too large to enumerate."""
+    for name, kind in product(sizes, KINDS):
+        made = partial(large_problem, sizes[name], folder / "large.toml")
+        yield from _searches([made], {OURS: partial(search, kind)}, kind=kind, problem=name)
+
+
+GROUPS: dict[str, Group] = {
+    "table1": table1,
+    "tasks": many_tasks,
+    "stopped": stopped,
+    "ablation": ablation,
+    "large": partial(large, SIZES),
+    "measured": partial(large, MEASURED),
+}
