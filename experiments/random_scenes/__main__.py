@@ -17,7 +17,6 @@ import click
 from experiments.cli import options
 from experiments.cli.command import call, command, is_quiet
 from experiments.cli.files import make_folder
-from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import PATH, positive, seconds
@@ -41,13 +40,9 @@ def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int 
     make_folder(out)
     versions = {name: version(name) for name in ("prefplan", "mujoco")}
     header = {**versions, "seed": seed, "max_seconds": max_seconds}
-    batch, interrupted = Scenes(seed, out, max_seconds), False
-    with Journal(out / RECORDS, header, key=batch.key) as records, Bars(quiet=is_quiet()) as bars:
-        try:
-            work(batch, scenes, records, tell=bars, stage="scenes", jobs=jobs)
-        except KeyboardInterrupt:
-            interrupted = True
-    found = [records.done[number] for number in range(scenes) if number in records.done]
+    batch = Scenes(seed, out, max_seconds)
+    with Bars(quiet=is_quiet()) as bars:
+        found, interrupted = work(batch, scenes, out / RECORDS, header, tell=bars, stage="scenes", jobs=jobs)
     print(markdown(found, scenes=scenes, seed=seed, about=f"MuJoCo {versions['mujoco']}"))
     if interrupted:
         tell("interrupted; the same command continues")

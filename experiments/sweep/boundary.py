@@ -12,7 +12,6 @@ from rich.console import Console
 
 from experiments.cli.console import table
 from experiments.cli.files import make_folder
-from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
 from experiments.sweep.job import Sweep, define
 from experiments.sweep.summary import failed_by_class, share, wilson
@@ -29,8 +28,8 @@ HALVINGS = 6
 DIGITS = 4
 """Decimals of an amount."""
 
-MIN_ROLLOUTS = 10
-"""Least number of rollouts of an amount, even if fewer decide: its share of completed ones is reported, too."""
+BATCH = 10
+"""Number of rollouts after which an amount may be abandoned."""
 
 SWEEP_TOLD = ("scenario", "plan", "cost", "preference", "seed", "robot", "faults", "prefplan", "mujoco", "perturb")
 """Entries of a sweep's header that a result repeats."""
@@ -56,8 +55,8 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     """Search, until Ctrl-C, for the least amount at which fewer than `THRESHOLD` of a sweep's rollouts are completed.
 
     A rollout is completed if its log confirms it. Every amount is a separate sweep with its own folder and the same
-    seeds: finished rollouts are kept, and an interrupted search continues. An amount is abandoned, after `MIN_ROLLOUTS`
-    at the earliest, when the threshold can no longer be reached.
+    seeds: finished rollouts are kept, and an interrupted search continues. An amount is abandoned, after each `BATCH`
+    of rollouts, when the threshold can no longer be reached.
 
     Args:
         scenario: what is carried out.
@@ -70,30 +69,23 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     """
     trials: dict[float, list[Record]] = {}
 
+    def show(stage: str, done: int, count: int, words: str) -> None:
+        tell(stage, done, job.rollouts, words)
+
     def holds(amount: float) -> bool:
         name = f"{key}={amount:g}"
         perturbation = replace(job.perturbation, **{key: amount * KEYS[key].scale})
         trial = replace(job, perturbation=perturbation, folder=job.folder / name)
         make_folder(trial.folder)
-        with Journal(trial.folder / RECORDS, define(scenario, trial), key="rollout") as records:
-
-            def known() -> list[Record]:
-                return decisive(records.done, job.rollouts)
-
-            try:
-                work(
-                    trial,
-                    job.rollouts,
-                    records,
-                    tell=tell,
-                    stage=name,
-                    jobs=job.jobs,
-                    cluster=job.cluster,
-                    enough=lambda: decided(known(), job.rollouts),
-                )
-            finally:
-                trials[amount] = known()
-        return not fails(trials[amount], job.rollouts)
+        path, header = trial.folder / RECORDS, define(scenario, trial)
+        for count in (*range(BATCH, job.rollouts, BATCH), job.rollouts):
+            done = work(trial, count, path, header, tell=show, stage=name, jobs=job.jobs, cluster=job.cluster)
+            trials[amount], interrupted = done
+            if interrupted:
+                raise KeyboardInterrupt
+            if fails(trials[amount], job.rollouts):
+                return False
+        return True
 
     boundary: Interval | None = None
     with suppress(KeyboardInterrupt):
@@ -112,21 +104,6 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
     }
 
 
-def decisive(done: Mapping[int, Record], rollouts: int) -> list[Record]:
-    """Return the records by number, up to the first missing one or until they are `decided`."""
-    records: list[Record] = []
-    for number in range(rollouts):
-        if number not in done or decided(records, rollouts):
-            break
-        records.append(done[number])
-    return records
-
-
-def decided(records: Sequence[Record], rollouts: int) -> bool:
-    """Return whether all rollouts are done, or after `MIN_ROLLOUTS` the threshold can no longer be reached."""
-    return len(records) == rollouts or len(records) >= MIN_ROLLOUTS and fails(records, rollouts)
-
-
 def fails(records: Sequence[Record], rollouts: int) -> bool:
     """Return whether fewer than `THRESHOLD` of all rollouts are completed, whatever the outcome of the missing ones."""
     failed = sum(not record["completed"] for record in records)
@@ -134,14 +111,14 @@ def fails(records: Sequence[Record], rollouts: int) -> bool:
 
 
 def _trial(amount: float, records: Sequence[Record], rollouts: int) -> dict[str, Any]:
-    completed = sum(record["completed"] for record in records)
+    completed, failed = sum(record["completed"] for record in records), fails(records, rollouts)
     return {
         "amount": amount,
         "completed": completed,
         "rollouts": len(records),
         "interval": wilson(completed, len(records)),
-        "holds": not fails(records, rollouts) if decided(records, rollouts) else None,
-        "failures": [{"class": name, "count": len(failed)} for name, failed in failed_by_class(records).items()],
+        "holds": not failed if len(records) == rollouts or (failed and len(records) >= BATCH) else None,
+        "failures": [{"class": name, "count": len(those)} for name, those in failed_by_class(records).items()],
     }
 
 

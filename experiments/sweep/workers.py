@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import signal
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
-from itertools import takewhile
+from pathlib import Path
 from typing import Any, Protocol
 
 from joblib import Parallel, cpu_count, delayed, parallel_config
@@ -45,70 +45,72 @@ class Batch(Protocol):
         """Return the record of a job whose process ended without a result."""
 
 
-def never() -> bool:
-    """Return False: nothing is enough."""
-    return False
-
-
 def work(
     batch: Batch,
     count: int,
-    records: Journal,
+    path: Path,
+    header: dict[str, Any],
     *,
     tell: Tell,
     stage: str,
     jobs: int | None = None,
     cluster: str | None = None,
-    enough: Callable[[], bool] = never,
-) -> None:
-    """Carry every job without a record out, until `enough` returns True.
+) -> tuple[list[Record], bool]:
+    """Carry every job without a record out, until Ctrl-C.
 
     Args:
         batch: the jobs.
         count: number of jobs.
-        records: of the batch; each is added as soon as its job is done.
+        path: file of the records; each is added as soon as its job is done.
+        header: what determines the records, see `Journal`.
         tell: called with the progress.
         stage: name of the work, for `tell`.
         jobs: number of processes; None for one per core.
         cluster: address of a Dask cluster to use instead of processes on this machine.
-        enough: asked before each job.
+
+    Returns:
+        The records in the order of their numbers, and whether Ctrl-C ended the work.
+
+    Raises:
+        PrefplanError: the file holds other records or cannot be written, or the cluster does not answer.
     """
-
-    def told() -> None:
-        done = [records.done[number] for number in range(count) if number in records.done]
-        good = sum(record.get("completed", False) for record in done)
-        tell(stage, len(done), count, f"{good / len(done):.1%} completed" if done else "")
-
-    told()
-    missing = [number for number in range(count) if number not in records.done]
-    if not missing or enough():
-        return
-    if cluster:
-        results = on_cluster(batch, missing, address=cluster)
-    else:
-        results = on_this_machine(batch, missing, jobs=jobs or cpu_count(), enough=enough)
-    with closing(results):
-        for record in results:
-            records.add(record)
-            told()
-            if cluster and enough():
-                return
+    interrupted = False
+    with Journal(path, header, key=batch.key) as records:
+        missing = [number for number in range(count) if number not in records.done]
+        if cluster:
+            results = on_cluster(batch, missing, address=cluster)
+        else:
+            results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
+        try:
+            tell(stage, count - len(missing), count, _words(records.done))
+            with closing(results):
+                for done, record in enumerate(results, start=count - len(missing) + 1):
+                    records.add(record)
+                    tell(stage, done, count, _words(records.done))
+        except KeyboardInterrupt:
+            interrupted = True
+    # Ctrl-C may have come after a record was written and before it was counted: the file decides.
+    with Journal(path, header, key=batch.key) as records:
+        return [records.done[number] for number in range(count) if number in records.done], interrupted
 
 
-def on_this_machine(
-    batch: Batch, numbers: Iterable[int], *, jobs: int, enough: Callable[[], bool] = never
-) -> Generator[Record, None, None]:
+def _words(done: Mapping[int, Record]) -> str:
+    good = sum(record.get("completed", False) for record in done.values())
+    return f"{good / len(done):.1%} completed" if done else ""
+
+
+def on_this_machine(batch: Batch, numbers: Iterable[int], *, jobs: int) -> Generator[Record, None, None]:
     """Yield the record of every job, in the order in which they finish.
 
     When a process is killed, the unfinished jobs are tried again one at a time, to find the one that kills its process,
-    which is recorded as crashed. No job is begun after `enough` returns True.
+    which is recorded as crashed.
     """
     # joblib warns when it replaces a process that has grown, and when pending jobs are cancelled.
     warnings.filterwarnings("ignore", category=UserWarning, module="joblib")
     waiting = list(numbers)
-    while waiting and not enough():
+    while waiting:
         try:
-            for record in _in_processes(batch, takewhile(lambda _: not enough(), tuple(waiting)), jobs):
+            for record in _in_processes(batch, tuple(waiting), jobs):
                 waiting.remove(record[batch.key])
                 yield record
         except TerminatedWorkerError:
@@ -152,7 +154,7 @@ def _no_ctrl_c() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def on_cluster(batch: Batch, numbers: Iterable[int], *, address: str) -> Generator[Record, None, None]:
+def on_cluster(batch: Batch, numbers: Sequence[int], *, address: str) -> Generator[Record, None, None]:
     """Yield the record of every job, in the order in which the workers of a running Dask cluster finish them.
 
     If a worker is lost, the scheduler gives its job to another one, up to `allowed-failures` times. (joblib's own Dask
@@ -161,6 +163,8 @@ def on_cluster(batch: Batch, numbers: Iterable[int], *, address: str) -> Generat
     Raises:
         PrefplanError: Dask is not installed, no cluster with a worker answers, or its scheduler was lost.
     """
+    if not numbers:
+        return
     try:
         from distributed import Client, as_completed
         from distributed.scheduler import KilledWorker

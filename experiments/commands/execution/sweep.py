@@ -16,7 +16,6 @@ from experiments.cli.choice import choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
-from experiments.cli.journal import Journal
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading
 from experiments.cli.status import DONE, INTERRUPTED, tell
@@ -122,16 +121,11 @@ def _roll_out(scenario: pp.Scenario, job: Sweep, bars: Bars) -> Shown:
     from experiments.sweep.summary import show_summary, summarise
     from experiments.sweep.workers import RECORDS, work
 
-    header, interrupted, path = define(scenario, job), False, job.folder / RECORDS
-    with Journal(path, header, key="rollout") as records:
-        try:
-            work(job, job.rollouts, records, tell=bars, stage="sweeping", jobs=job.jobs, cluster=job.cluster)
-        except KeyboardInterrupt:
-            interrupted = True
-    # Ctrl-C may have come after a record was written and before it was counted: the file decides.
-    with Journal(path, header, key="rollout") as records:
-        finished = [records.done[i] for i in sorted(records.done) if i < job.rollouts]
-    result = summarise(header, finished, rollouts=job.rollouts)
+    header, path = define(scenario, job), job.folder / RECORDS
+    found, interrupted = work(
+        job, job.rollouts, path, header, tell=bars, stage="sweeping", jobs=job.jobs, cluster=job.cluster
+    )
+    result = summarise(header, found, rollouts=job.rollouts)
     write_json(job.folder / "summary.json", result)
     return interrupted, partial(_show, result, show_summary, f"Records: {path}")
 

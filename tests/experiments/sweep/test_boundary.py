@@ -13,7 +13,7 @@ from command_line import Run
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.sweep import workers
-from experiments.sweep.boundary import MIN_ROLLOUTS, bisect, decisive
+from experiments.sweep.boundary import bisect, fails
 from experiments.sweep.job import Sweep, failure
 from experiments.sweep.workers import Record
 
@@ -33,13 +33,10 @@ def test_the_boundary_lies_between_two_amounts(holds: Callable[[float], bool], b
     assert tried[0] == 20 and len(set(tried)) == len(tried) <= 8
 
 
-def test_rollouts_count_up_to_the_failure_that_decides() -> None:
+def test_an_amount_fails_as_soon_as_the_threshold_is_out_of_reach() -> None:
     good, bad = ({"completed": completed} for completed in (True, False))
-    assert len(decisive(dict.fromkeys(range(40), good), 40)) == 40
-    few = dict.fromkeys(range(40), good) | dict.fromkeys((1, 5, 12), bad)
-    assert len(decisive(few, 40)) == 13, "with three failures of 40 it is below 95 %"
-    assert len(decisive(dict.fromkeys(range(40), bad), 40)) == MIN_ROLLOUTS
-    assert len(decisive({0: bad, 1: good, 3: bad}, 40)) == 2, "what is not finished decides nothing"
+    assert not fails([good] * 37 + [bad] * 2, 40)
+    assert fails([good, bad] * 3, 40), "with three failures of 40 it is below 95 %"
 
 
 @pytest.fixture
@@ -54,10 +51,8 @@ def made_up(search: Run, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int
     Path("cup.toml").write_text(cup_scenario(places=PLACES_NEARBY))
     carried_out: list[tuple[str, int]] = []
 
-    def rollouts(sweep: Sweep, numbers: list[int], *, jobs: int, enough: Callable[[], bool]) -> Iterator[Record]:
+    def rollouts(sweep: Sweep, numbers: list[int], *, jobs: int) -> Iterator[Record]:
         for number in numbers:
-            if enough():
-                return
             carried_out.append((str(sweep.perturbation), number))
             record = failure(sweep, number, "too far", "too far")
             good = sweep.perturbation.bias < 0.006
