@@ -39,13 +39,13 @@ class Diagnosis:
         name: the part that was checked.
         status: `ok`, `warning` (an optional part is missing) or `problem` (a needed part does not work).
         found: the version or path of the part, or what is wrong.
-        mend: the command that repairs it; None if nothing is wrong or no command is known.
+        fix: the command that repairs it; None if nothing is wrong or no command is known.
     """
 
     name: str
     status: str
     found: str
-    mend: str | None = None
+    fix: str | None = None
 
 
 def python() -> Diagnosis:
@@ -77,11 +77,11 @@ def planner() -> Diagnosis:
     cache = code_folder() or Path()
     existing = next(folder for folder in (cache, *cache.parents) if folder.exists())
     if not os.access(existing, os.W_OK):
-        mend = 'export NUMBA_CACHE_DIR="$HOME/.cache/numba"'
-        return Diagnosis("planner", WARNING, f"{cache} cannot be written to: every start compiles again", mend)
+        fix = 'export NUMBA_CACHE_DIR="$HOME/.cache/numba"'
+        return Diagnosis("planner", WARNING, f"{cache} cannot be written to: every start compiles again", fix)
     if not is_compiled():
-        mend = f"{sys.executable} -m prefplan.warm_up"
-        return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", mend)
+        fix = f"{sys.executable} -m prefplan.warm_up"
+        return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", fix)
     return Diagnosis("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")
 
 
@@ -97,13 +97,13 @@ def memory() -> Diagnosis:
 def simulation() -> Diagnosis:
     """Whether the simulation is installed and can be loaded."""
     if not has_simulation():
-        mend = "pip install '.[sim]'"
-        return Diagnosis("simulation", WARNING, "optional: not installed; in a clone of prefplan", mend)
+        fix = "pip install '.[sim]'"
+        return Diagnosis("simulation", WARNING, "optional: not installed; in a clone of prefplan", fix)
     try:
         import sim.execution.executor  # noqa: F401
     except Exception as error:  # a damaged library may raise anything
-        mend = _pip_install("--force-reinstall", "mujoco", "mink")
-        return Diagnosis("simulation", PROBLEM, f"cannot be loaded: {error}", mend)
+        fix = _pip_install("--force-reinstall", "mujoco", "mink")
+        return Diagnosis("simulation", PROBLEM, f"cannot be loaded: {error}", fix)
     return Diagnosis("simulation", OK, f"MuJoCo {version('mujoco')}, mink {version('mink')}")
 
 
@@ -116,15 +116,15 @@ def rendering() -> Diagnosis:
     try:
         check_rendering()
     except RenderingError as error:
-        mend = "unset MUJOCO_GL" if chosen else INSTALL_GL
-        return Diagnosis("rendering", PROBLEM, str(error).partition(";")[0], mend)
+        fix = "unset MUJOCO_GL" if chosen else INSTALL_GL
+        return Diagnosis("rendering", PROBLEM, str(error).partition(";")[0], fix)
     return Diagnosis("rendering", OK, f"OpenGL works{f' (MUJOCO_GL={chosen})' if chosen else ''}")
 
 
 def ffmpeg() -> Diagnosis:
     """Whether a video can be encoded."""
     chosen = os.environ.get("IMAGEIO_FFMPEG_EXE")
-    mend = "unset IMAGEIO_FFMPEG_EXE" if chosen else _pip_install("--force-reinstall", "imageio-ffmpeg")
+    fix = "unset IMAGEIO_FFMPEG_EXE" if chosen else _pip_install("--force-reinstall", "imageio-ffmpeg")
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -132,7 +132,7 @@ def ffmpeg() -> Diagnosis:
         command = [program, "-v", "error", *ENCODING]
         subprocess.run(command, check=True, capture_output=True, timeout=ENCODING_TIMEOUT_S)
     except (ImportError, RuntimeError, OSError, subprocess.SubprocessError) as error:
-        return Diagnosis("ffmpeg", PROBLEM, f"cannot encode H.264: {error}", mend)
+        return Diagnosis("ffmpeg", PROBLEM, f"cannot encode H.264: {error}", fix)
     return Diagnosis("ffmpeg", OK, f"encodes H.264 ({program})")
 
 
@@ -141,13 +141,13 @@ def meshes() -> Diagnosis:
     from sim.robots.arms.panda_meshes import LINKS
     from sim.robots.assets import mesh_folder
 
-    mend = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
+    fix = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
     folder = mesh_folder()
     if folder is None:
-        return Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", mend)
+        return Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", fix)
     missing = [link for link in LINKS if not (folder / "visual" / f"{link}.stl").is_file()]
     if missing:
-        return Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", mend)
+        return Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", fix)
     return Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")
 
 

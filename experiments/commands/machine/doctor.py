@@ -60,5 +60,5 @@ def _show(console: Console, found: list[Diagnosis]) -> None:
     for finding in found:
         status = Text(f"{finding.status:<{len(PROBLEM)}}", style=colours[finding.status])
         console.print(Text.assemble(status, GAP, (f"{finding.name:<{width}}", "bold"), GAP, finding.found))
-        if finding.mend:
-            console.print(Text(f"{indent}mend: {finding.mend}"))
+        if finding.fix:
+            console.print(Text(f"{indent}fix: {finding.fix}"))

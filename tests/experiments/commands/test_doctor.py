@@ -23,8 +23,8 @@ def test_this_machine_is_diagnosed(run: Run) -> None:
     assert found["simulation"]["found"].startswith("MuJoCo 3.")
     names = ["python", "packages", "planner", "memory", "simulation", "rendering", "ffmpeg", "meshes"]
     assert list(found) == names
-    assert all(set(finding) == {"name", "status", "found", "mend"} for finding in found.values())
-    assert all(finding["mend"] is None for finding in found.values() if finding["status"] == OK)
+    assert all(set(finding) == {"name", "status", "found", "fix"} for finding in found.values())
+    assert all(finding["fix"] is None for finding in found.values() if finding["status"] == OK)
 
 
 @pytest.mark.parametrize(
@@ -33,12 +33,12 @@ def test_this_machine_is_diagnosed(run: Run) -> None:
         (
             [Diagnosis("tea", OK, "hot"), Diagnosis("cup", PROBLEM, "!", "buy one")],
             4,
-            [["ok", "tea", "hot"], ["problem", "cup", "!"], ["mend:", "buy", "one"]],
+            [["ok", "tea", "hot"], ["problem", "cup", "!"], ["fix:", "buy", "one"]],
         ),
         ([Diagnosis("milk", WARNING, "none")], 0, [["warning", "milk", "none"]]),
     ],
 )
-def test_people_read_a_line_for_each_check_and_what_mends_it(
+def test_people_read_a_line_for_each_check_and_what_fixes_it(
     checks: list[Diagnosis], status: int, lines: list[list[str]], run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def check() -> Diagnosis:
@@ -56,7 +56,7 @@ def test_a_machine_for_planning_alone_is_well(run: Run, monkeypatch: pytest.Monk
     result = run("doctor", "--json")
     assert (result.status, result.json["well"]) == (0, True)
     last = result.json["findings"][-1]
-    assert (last["name"], last["status"], last["mend"]) == ("simulation", WARNING, "pip install '.[sim]'")
+    assert (last["name"], last["status"], last["fix"]) == ("simulation", WARNING, "pip install '.[sim]'")
 
 
 def test_missing_packages_are_named_with_the_command_that_installs_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,13 +65,13 @@ def test_missing_packages_are_named_with_the_command_that_installs_them(monkeypa
     packages = diagnosis.packages()
     assert packages.status == PROBLEM
     assert "numba is version" in packages.found and "no-such-package is missing" in packages.found
-    assert packages.mend == f"{sys.executable} -m pip install 'numba>=99' no-such-package"
+    assert packages.fix == f"{sys.executable} -m pip install 'numba>=99' no-such-package"
 
 
 def test_an_uncompiled_planner_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("prefplan.warm_up.is_compiled", lambda: False)
     planner = diagnosis.planner()
-    assert (planner.status, planner.mend) == (WARNING, f"{sys.executable} -m prefplan.warm_up")
+    assert (planner.status, planner.fix) == (WARNING, f"{sys.executable} -m prefplan.warm_up")
 
 
 def test_ffmpeg_is_really_tried(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,23 +79,23 @@ def test_ffmpeg_is_really_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/bin/false")
     monkeypatch.setattr("imageio_ffmpeg.get_ffmpeg_exe", lambda: "/bin/false")
     broken = diagnosis.ffmpeg()
-    assert (broken.status, broken.mend) == (PROBLEM, "unset IMAGEIO_FFMPEG_EXE")
+    assert (broken.status, broken.fix) == (PROBLEM, "unset IMAGEIO_FFMPEG_EXE")
 
 
 def test_missing_meshes_are_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim.robots.assets.mesh_folder", lambda: None)
     found = diagnosis.meshes()
-    assert found.status == WARNING and found.mend is not None and found.mend.endswith("gymnasium-robotics")
+    assert found.status == WARNING and found.fix is not None and found.fix.endswith("gymnasium-robotics")
 
 
-@pytest.mark.parametrize(("chosen", "mend"), [("", diagnosis.INSTALL_GL), ("nonsense", "unset MUJOCO_GL")])
-def test_a_machine_that_cannot_render_is_told_why(chosen: str, mend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("chosen", "fix"), [("", diagnosis.INSTALL_GL), ("nonsense", "unset MUJOCO_GL")])
+def test_a_machine_that_cannot_render_is_told_why(chosen: str, fix: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse() -> None:
         raise RenderingError("no OpenGL here (no display); install one")
 
     monkeypatch.setenv("MUJOCO_GL", chosen)
     monkeypatch.setattr("sim.rendering.opengl.check_rendering", refuse)
-    assert diagnosis.rendering() == Diagnosis("rendering", PROBLEM, "no OpenGL here (no display)", mend)
+    assert diagnosis.rendering() == Diagnosis("rendering", PROBLEM, "no OpenGL here (no display)", fix)
 
 
 def test_a_missing_library_is_a_sentence_even_before_the_program_starts() -> None:
