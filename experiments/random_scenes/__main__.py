@@ -1,9 +1,4 @@
-"""Random scenes: what `prefplan check` says to each, and what becomes of its cheapest plan.
-
-A scene that the check refuses is carried out as well, without the test that refused it. Finished scenes are kept: after
-an interruption, the same command continues. Run it as `python -m experiments.random_scenes`; it prints a page for
-`experiments/results/random_scenes.md`, and leaves every scene as a file for `prefplan run`.
-"""
+"""Random scenes: `python -m experiments.random_scenes`."""
 
 from __future__ import annotations
 
@@ -34,8 +29,8 @@ from experiments.sweep.workers import RECORDS, work
 def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int | None) -> int:
     """Try random scenes, and print what `prefplan check` says to each and what becomes of its cheapest plan.
 
-    Finished scenes are kept: after an interruption, the same command continues. What is printed is a page for
-    `experiments/results/random_scenes.md`; every scene is left as a file for `prefplan run`.
+    A scene that the check refuses is carried out as well, without the test that refused it. Finished scenes are kept:
+    after an interruption, the same command continues. Every scene is left as a file for `prefplan run`.
     """
     make_folder(out)
     versions = {name: version(name) for name in ("prefplan", "mujoco")}
