@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+import scipy  # its submodules are loaded when they are used
 
 from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 
@@ -67,12 +67,12 @@ class JointTrajectory:
         pace = 1 - u**2 * (3 - 2 * u)
         # The integral of the pace is the position along the path.
         passed = np.minimum((u - u**3 + u**4 / 2) * samples, len(self)) - 1
-        path = CubicSpline(np.arange(len(self)), np.hstack([self.positions, self.velocities]))
+        path = scipy.interpolate.CubicSpline(np.arange(len(self)), np.hstack([self.positions, self.velocities]))
         positions, velocities = np.hsplit(path(passed), 2)
         return JointTrajectory(positions, velocities * pace[:, None])
 
 
-def sampled(curve: PPoly, duration: float, *, slower: float = 1.0) -> JointTrajectory:
+def sampled(curve: scipy.interpolate.PPoly, duration: float, *, slower: float = 1.0) -> JointTrajectory:
     """Return the movement along a curve of a duration, s, slowed down by a factor and then to whole control periods."""
     count = STEPS * int(np.ceil(duration * slower / CONTROL_PERIOD_S - 1e-6))
     t = np.arange(1, count + 1) * duration / count

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # its submodules are loaded when they are used
 
 from sim.motion.dynamics import InverseDynamics
 from sim.motion.joint_trajectory import JointTrajectory, sampled, summed
@@ -92,7 +92,7 @@ def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, second
         points: (K, n) joint angles at these times, rad.
         seconds: least duration, s.
     """
-    curve, duration = CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
+    curve, duration = scipy.interpolate.CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
     movement = sampled(curve, duration, slower=slower)
     excess = max(
