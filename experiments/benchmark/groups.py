@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
@@ -10,7 +11,7 @@ from typing import Any
 
 from experiments.benchmark.instances import FAMILIES, RANDOM, instance
 from experiments.benchmark.large_models import MEASURED, SIZES, Size, large_problem
-from experiments.benchmark.runs import FRONT, KINDS, OURS, SINGLE, YARDSTICKS, Search, SearchMethod, method, search
+from experiments.benchmark.runs import FRONT, KINDS, METHODS, OURS, SINGLE, YARDSTICKS, Search
 from prefplan import Expression, NamedPreference, Options, Order, Preference, Problem, WeightedSum, load
 
 TASKS = {SINGLE: (2, 3, 4, 5, 6, 7, 8, 10, 12), FRONT: (2, 3, 4, 5, 6, 7, 8, 9, 10, 11)}
@@ -61,12 +62,12 @@ Group = Callable[[Path, int], Iterator[Search]]
 
 
 def _searches(
-    instances: Iterable[Callable[[], Problem]], methods: Mapping[str, SearchMethod], **what: Any
+    instances: Iterable[Callable[[], Problem]], methods: Mapping[str, Options], *, limit: float = math.inf, **what: Any
 ) -> Iterator[Search]:
     """Yield all searches of all instances of a problem, instance by instance."""
     for seed, made in enumerate(instances):
-        for name, searched in methods.items():
-            yield Search({**what, "method": name, "seed": seed}, made, searched)
+        for name, options in methods.items():
+            yield Search({**what, "method": name, "seed": seed}, made, options, limit)
 
 
 def _of_size(tasks: int, seeds: int, family: str = RANDOM) -> list[Callable[[], Problem]]:
@@ -81,23 +82,23 @@ def table1(folder: Path, seeds: int) -> Iterator[Search]:
             continue
         counts = {OURS: seeds if many else few} | (dict.fromkeys(YARDSTICKS, few) if tasks <= YARDSTICK_TASKS else {})
         for name, count in counts.items():
-            searched = method(kind, name, max_seconds=OUR_SECONDS if name == OURS else YARDSTICK_SECONDS)
-            instances = _of_size(tasks, count, family)
-            yield from _searches(instances, {name: searched}, family=family, kind=kind, tasks=tasks)
+            instances, methods = _of_size(tasks, count, family), {name: METHODS[name]}
+            limit = OUR_SECONDS if name == OURS else YARDSTICK_SECONDS
+            yield from _searches(instances, methods, limit=limit, family=family, kind=kind, tasks=tasks)
 
 
 def many_tasks(folder: Path, seeds: int) -> Iterator[Search]:
     """Yield searches without a time limit."""
     for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
         for tasks in sizes:
-            yield from _searches(_of_size(tasks, seeds), {OURS: partial(search, kind)}, kind=kind, tasks=tasks)
+            yield from _searches(_of_size(tasks, seeds), {OURS: Options()}, kind=kind, tasks=tasks)
 
 
 def stopped(folder: Path, seeds: int) -> Iterator[Search]:
     """Yield searches with a time limit."""
     for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
-        methods = {f"{limit} s": partial(search, kind, max_seconds=limit) for limit in limits}
-        yield from _searches(_of_size(tasks, seeds), methods, kind=kind, tasks=tasks)
+        for limit in limits:
+            yield from _searches(_of_size(tasks, seeds), {f"{limit} s": Options()}, limit=limit, kind=kind, tasks=tasks)
 
 
 def ablation(folder: Path, seeds: int) -> Iterator[Search]:
@@ -105,10 +106,9 @@ def ablation(folder: Path, seeds: int) -> Iterator[Search]:
     problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
     for name, (n, preference) in PREFERRED.items():
         problems[FRONT, f"{n} tasks, {name}"] = [partial(_with_preference, preference, n, i) for i in range(seeds)]
-    problems |= {(FRONT, name): [partial(shipped, name)] * seeds for name in ("case_study_3", "kitchen")}
+    problems |= {(FRONT, name): [partial(_shipped, name)] * seeds for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
-        methods = {device: partial(search, kind, options=options) for device, options in DEVICES.items()}
-        yield from _searches(instances, methods, kind=kind, problem=name)
+        yield from _searches(instances, DEVICES, kind=kind, problem=name)
 
 
 def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
@@ -116,8 +116,7 @@ def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
     return Problem(problem.system, problem.tasks, preference)
 
 
-def shipped(name: str) -> Problem:
-    """Return the problem of a scenario that ships."""
+def _shipped(name: str) -> Problem:
     return load(name).problem()
 
 
@@ -125,7 +124,7 @@ def large(sizes: Mapping[str, Size], folder: Path, seeds: int) -> Iterator[Searc
     """Yield searches for the cheapest plan and the front in models too large to enumerate."""
     for name, kind in product(sizes, KINDS):
         made = partial(large_problem, sizes[name], folder / "large.toml")
-        yield from _searches([made], {OURS: partial(search, kind)}, kind=kind, problem=name)
+        yield from _searches([made], {OURS: Options()}, kind=kind, problem=name)
 
 
 GROUPS: dict[str, Group] = {

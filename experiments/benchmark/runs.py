@@ -14,7 +14,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from experiments.benchmark.instances import RANDOM, Points, instance, known, points
-from prefplan import Options, Planner, Problem
+from prefplan import Options, Planner, Problem, load
 from prefplan.front import UnfinishedError
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
@@ -28,7 +28,10 @@ KINDS = (SINGLE, FRONT)
 OURS, MAX_MIN, BARE = "ours", "max-min", "no heuristic"
 """Our search, and the yardstick (the method of the paper in our compiled kernels) with its heuristic or none."""
 
-YARDSTICKS = {
+YARDSTICKS = (MAX_MIN, BARE)
+
+METHODS = {
+    OURS: Options(),
     MAX_MIN: Options(heuristic=1, preference_bound=False, contraction=False),
     BARE: Options(heuristic=0, preference_bound=False, contraction=False),
 }
@@ -48,52 +51,53 @@ Record = dict[str, Any]
 - `baseline_bytes`: memory of the process before the run, with everything loaded and compiled.
 """
 
-SearchMethod = Callable[[Problem], Record]
-"""Searches an instance and returns the `Record` without `Search.what` and memory; can be pickled."""
-
 
 @dataclass(frozen=True)
 class Search:
     """One search of one instance.
 
     Attributes:
-        what: identifies the run, JSON-ready. Runs that differ only in their `seed` are summarised together, and runs
-            that differ in their `method` are compared with those of the first method.
+        what: identifies the run, JSON-ready: at least its `kind`, `method` and `seed`. Runs that differ only in their
+            `seed` are summarised together, and runs that differ in their `method` are compared with the first method.
         instance: makes the instance.
-        search: searches it.
+        options: of the planner.
+        max_seconds: time limit.
     """
 
     what: Mapping[str, Any]
     instance: Callable[[], Problem]
-    search: SearchMethod
+    options: Options = Options()
+    max_seconds: float = math.inf
+
+    def search(self, problem: Problem) -> Record:
+        """Search an instance, and return the record without `what` and memory."""
+        kind, limits = self.what["kind"], Limits(self.max_seconds, MAX_BYTES)
+        if kind == SINGLE and self.what["method"] in YARDSTICKS:
+            return search_whole_product(problem, self.options, limits)
+        return search(kind, problem, self.options, limits)
 
 
-def search(
-    kind: str,
-    problem: Problem,
-    *,
-    options: Options | None = None,
-    max_seconds: float = math.inf,
-) -> Record:
+def search(kind: str, problem: Problem, options: Options, limits: Limits) -> Record:
     """Search for the plan of least cost or for the front."""
     began, planner = time.process_time(), Planner(problem, options=options)
-    found: Points | None
-    proven: float | None
+    found: Points | None = None
+    proven: float | None = 0.0
+    ended: str | None = None
     try:
-        if kind == FRONT:
-            front = planner.front(max_seconds=max_seconds, max_memory=MAX_BYTES)
-            found, proven, ended = points(front) if front.complete else None, 0 if front.complete else None, front.ended
-        else:
-            plan = planner.cheapest(max_seconds=max_seconds, max_memory=MAX_BYTES)
-            found, proven, ended = [[float(plan.cost)]], 0, None
+        with limits:
+            if kind == SINGLE:
+                found = [[float(planner.cheapest().cost)]]
+            else:
+                front = planner.front()
+                found, proven, ended = (points(front), 0.0, None) if front.complete else (None, None, front.ended)
     except UnfinishedError as error:
-        found, proven, ended = None, error.within, error.ended
-    return _record(began, planner.stats.expanded, found, None if proven is None else float(proven), ended)
+        proven, ended = None if error.within is None else float(error.within), error.ended
+    return _record(began, planner.stats.expanded, found, proven, ended)
 
 
-def search_whole_product(problem: Problem, *, options: Options, max_seconds: float) -> Record:
+def search_whole_product(problem: Problem, options: Options, limits: Limits) -> Record:
     """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
-    began, limits, product = time.process_time(), Limits(max_seconds, MAX_BYTES), Product(problem)
+    began, product = time.process_time(), Product(problem)
     astar = LabelSearch(Prepared(product, options, single=True), bounds={}, first=problem.cost_names[0])
     result = astar.run(limits)
     if result.ended == "interrupt":
@@ -107,22 +111,16 @@ def _record(began: float, expanded: int, found: Points | None, within: float | N
     return {"seconds": seconds, "expanded": expanded, "points": found, "within": within, "ended": ended}
 
 
-def method(kind: str, name: str, *, max_seconds: float) -> SearchMethod:
-    """Return the search of a kind by one of the methods; the yardstick's front is BOA* over the whole product."""
-    options = YARDSTICKS.get(name)
-    if options is not None and kind == SINGLE:
-        return partial(search_whole_product, options=options, max_seconds=max_seconds)
-    return partial(search, kind, options=options, max_seconds=max_seconds)
-
-
 def warm_up() -> None:
     """Plan small instances with all methods, so that later runs find everything loaded and compiled."""
     compile_kernels()
+    small = partial(instance, RANDOM, 3, 0)
     for kind in KINDS:
-        for name in (OURS, *YARDSTICKS):
-            method(kind, name, max_seconds=math.inf)(instance(RANDOM, 3, 0))
+        for name, options in METHODS.items():
+            Search({"kind": kind, "method": name}, small, options).search(small())
         # Long searches use further kernels.
-        search(kind, instance(RANDOM, 9, 1), max_seconds=1)
+        search(kind, instance(RANDOM, 9, 1), Options(), Limits(1))
+    search(FRONT, load("case_study_3").problem(), Options(), Limits())
 
 
 def wrong_fronts() -> list[str]:
