@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,35 +39,24 @@ class Trail:
 def trail(cells: Sequence[Cell]) -> Trail:
     """Return the path through cells, each a neighbour of the one before."""
     points = np.array(cells, dtype=float)
-    moves = [_move(a, b) for a, b in zip(cells, cells[1:], strict=False)]
-    taken: dict[tuple[Cell, Cell], set[int]] = defaultdict(set)
-    line: list[np.ndarray] = []
-    arrows = []
-    states = points.copy()
-    first = 0
-    for move, run in groupby(moves):
-        last = first + len(list(run))
-        steps = [tuple(sorted(pair)) for pair in zip(cells[first:last], cells[first + 1 : last + 1], strict=True)]
-        lane = next((lane for lane in LANES if all(lane not in taken[step] for step in steps)), 0)  # type: ignore[index]
+    moves = np.diff(points, axis=0)
+    corners = np.flatnonzero((moves[1:] != moves[:-1]).any(axis=1)) + 1
+    taken: dict[frozenset[Cell], set[int]] = defaultdict(set)
+    states, line, arrows = points.copy(), list[np.ndarray](), list[np.ndarray]()
+    for first, last in pairwise([0, *corners, len(moves)] if len(moves) else []):
+        move, steps = moves[first], [frozenset(pair) for pair in pairwise(cells[first : last + 1])]
+        lane = next((lane for lane in LANES if all(lane not in taken[step] for step in steps)), 0)
         for step in steps:
-            taken[step].add(lane)  # type: ignore[index]
-        aside = np.array([move[1], move[0]], dtype=float) ** 2 * lane * LANE
+            taken[step].add(lane)
+        aside = abs(move[::-1]) * lane * LANE
         begin, end = points[first] + aside, points[last] + aside
-        if line and moves[first - 1][0] * move[0] + moves[first - 1][1] * move[1] == 0:
+        if line and moves[first - 1] @ move == 0:
             # At a right angle both parts are shifted to their lanes, so that they meet.
-            line[-1] = begin = line[-1] + aside
-            states[first] = begin
+            line[-1] = states[first] = begin = line[-1] + aside
         else:
             line.append(begin)
         line.append(end)
         states[first + 1 : last + 1] = points[first + 1 : last + 1] + aside
         count = max(1, round((last - first) / ARROWS))
-        for i in range(count):
-            middle = begin + (end - begin) * (i + 0.5) / count
-            arrows.append([*middle, *move])
-        first = last
-    return Trail(states, np.array(line or points), np.array(arrows, dtype=float).reshape(-1, 4))
-
-
-def _move(a: Cell, b: Cell) -> Cell:
-    return b[0] - a[0], b[1] - a[1]
+        arrows += [np.append(begin + (end - begin) * (i + 0.5) / count, move) for i in range(count)]
+    return Trail(states, np.array(line or points), np.array(arrows).reshape(-1, 4))
