@@ -34,6 +34,9 @@ from sim.world.scene import Scene, build_scene
 CRASHED = "crashed"
 """Class of a rollout whose process ended without a result, twice."""
 
+UNCHECKED: Record = {"certified": None, "agrees": None, "refuted": [], "findings": [], "proved": False}
+"""Entries of a record without a log."""
+
 
 @dataclass(frozen=True)
 class Sweep:
@@ -74,12 +77,45 @@ class Sweep:
     key = "rollout"
 
     def record(self, number: int) -> Record:
-        """Carry a rollout out, see `roll_out`."""
-        return roll_out(self, number)
+        """Carry a rollout out and return its record, also if the program raises an error."""
+        faults: tuple[Fault, ...] = ()
+        try:
+            scenario, model = _unpacked(self.packed)
+            faults = self.rollout_faults(number, model)
+            scene = _scene(self.packed, self.robot, spares_for(faults))
+            began, cpu = time.perf_counter(), time.thread_time()
+            outcome = run_plan(
+                scenario,
+                scene,
+                self.plan,
+                seed=self.rollout_seed(number),
+                perturbation=self.perturbation,
+                faults=faults,
+                choice=continuation(self.which, self.max_preference),
+            )
+            times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
+            found = judged(outcome)
+        except Exception as error:  # one error must not end a thousand rollouts
+            kind = type(error).__name__
+            return self.failure(number, f"error: {kind}", f"{kind}: {error}", faults)
+        return self._heading(number, faults) | found | {name: round(seconds, 3) for name, seconds in times.items()}
 
     def crashed(self, number: int, reason: str) -> Record:
         """Return the record of a rollout whose process ended without a result, twice."""
-        return failure(self, number, CRASHED, reason)
+        return self.failure(number, CRASHED, reason)
+
+    def failure(self, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
+        """Return the record of a rollout that raised an error or whose process crashed."""
+        failed = {"completed": False, "class": kind, "reason": reason, "wrongly_completed": False}
+        return self._heading(number, faults) | failed | UNCHECKED
+
+    def _heading(self, number: int, faults: tuple[Fault, ...]) -> Record:
+        return {
+            "rollout": number,
+            "seed": self.rollout_seed(number),
+            "faults": [str(fault) for fault in faults],
+            "replay": self.replay(number, faults),
+        }
 
     def rollout_seed(self, number: int) -> int:
         """Return the seed of a rollout, counted from 0; it does not depend on the number of rollouts."""
@@ -127,54 +163,6 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
 def pack(scenario: Scenario) -> bytes:
     """Return a scenario as bytes, without caches."""
     return pickle.dumps(replace(scenario))
-
-
-def roll_out(sweep: Sweep, number: int) -> Record:
-    """Carry a rollout out and return its record, also if the program raises an error."""
-    seed, perturbation = sweep.rollout_seed(number), sweep.perturbation
-    faults: tuple[Fault, ...] = ()
-    try:
-        scenario, model = _unpacked(sweep.packed)
-        faults = sweep.rollout_faults(number, model)
-        scene = _scene(sweep.packed, sweep.robot, spares_for(faults))
-        began, cpu = time.perf_counter(), time.thread_time()
-        outcome = run_plan(
-            scenario,
-            scene,
-            sweep.plan,
-            seed=seed,
-            perturbation=perturbation,
-            faults=faults,
-            choice=continuation(sweep.which, sweep.max_preference),
-        )
-        times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
-        found = judged(outcome)
-    except Exception as error:  # one error must not end a thousand rollouts
-        return failure(sweep, number, f"error: {type(error).__name__}", f"{type(error).__name__}: {error}", faults)
-    times = {name: round(seconds, 3) for name, seconds in times.items()}
-    return {**_heading(sweep, number, faults), **found, **times}
-
-
-def failure(sweep: Sweep, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
-    """Return the record of a rollout that raised an error or whose process crashed."""
-    unchecked: Record = {
-        "certified": None,
-        "agrees": None,
-        "refuted": [],
-        "findings": [],
-        "wrongly_completed": False,
-        "proved": False,
-    }
-    return {**_heading(sweep, number, faults), "completed": False, "class": kind, "reason": reason, **unchecked}
-
-
-def _heading(sweep: Sweep, number: int, faults: tuple[Fault, ...]) -> Record:
-    return {
-        "rollout": number,
-        "seed": sweep.rollout_seed(number),
-        "faults": [str(fault) for fault in faults],
-        "replay": sweep.replay(number, faults),
-    }
 
 
 def judged(outcome: Outcome) -> Record:

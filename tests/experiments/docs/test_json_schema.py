@@ -14,7 +14,6 @@ from scenario_texts import GRAPH, PLACES_NEARBY, RELAXED_CUP, cup_scenario
 
 from experiments import scenarios
 from experiments.sweep import workers
-from experiments.sweep.job import roll_out
 
 FILE = Path(__file__).parents[3] / "docs" / "guide" / "json.schema.json"
 
@@ -84,7 +83,7 @@ def test_searches_without_a_plan_and_searches_that_are_stopped(run: Run, check: 
 
 def test_runs_and_sweeps(run: Run, check: Check, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (sweep.record(k) for k in numbers)
     )
     faults = ("--fault", "miss:1@2", "--fault", "slip@40")
     printed = run("run", "cup.toml", "--no-video", "--seed", "3", *faults, "--json").json

@@ -172,7 +172,7 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         monkeypatch.setenv(name, value)
     # The tests of sweeps have their processes; here each process would load the simulation once more.
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (job.roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (sweep.record(k) for k in numbers)
     )
     monkeypatch.setattr(cost_measurement, "measure_all", measured_alike)
     # What a browser makes of it, the tests of the viewer see.
@@ -182,7 +182,7 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def rolled_out_alike(sweep: job.Sweep, numbers: Sequence[int], **options: Any) -> Iterator[job.Record]:
     """Carry out the last rollout only, and record the same for all others; each would take a second."""
-    record = job.roll_out(sweep, numbers[-1])
+    record = sweep.record(numbers[-1])
     return (record | {"rollout": number} for number in numbers)
 
 

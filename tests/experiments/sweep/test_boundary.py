@@ -14,7 +14,7 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.sweep import workers
 from experiments.sweep.boundary import bisect, fails
-from experiments.sweep.job import Sweep, failure
+from experiments.sweep.job import Sweep
 from experiments.sweep.workers import Record
 
 
@@ -54,7 +54,7 @@ def made_up(search: Run, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int
     def rollouts(sweep: Sweep, numbers: list[int], *, jobs: int) -> Iterator[Record]:
         for number in numbers:
             carried_out.append((str(sweep.perturbation), number))
-            record = failure(sweep, number, "too far", "too far")
+            record = sweep.failure(number, "too far", "too far")
             good = sweep.perturbation.bias < 0.006
             yield record | {"completed": good, "class": None if good else "too far"}
 

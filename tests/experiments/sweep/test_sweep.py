@@ -25,7 +25,7 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 from experiments.commands.command_line import main
 from experiments.sweep import workers
 from experiments.sweep.faults import random_faults
-from experiments.sweep.job import Sweep, pack, roll_out
+from experiments.sweep.job import Sweep, pack
 from experiments.sweep.workers import on_cluster, on_this_machine
 from prefplan import load, pareto_front
 from prefplan.models.manipulation.model import ManipulationModel
@@ -56,14 +56,14 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Records:
     """The results of an undisturbed sweep, rolled out in this process."""
     file = tmp_path_factory.mktemp("undisturbed") / "cup.toml"
     file.write_text(CUP)
-    return {number: timeless(roll_out(sweep_of(file), number)) for number in range(ROLLOUTS)}
+    return {number: timeless(sweep_of(file).record(number)) for number in range(ROLLOUTS)}
 
 
 @pytest.fixture
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Roll out without processes, each of which takes seconds to load the simulation."""
     monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (roll_out(sweep, k) for k in numbers)
+        workers, "on_this_machine", lambda sweep, numbers, **options: (sweep.record(k) for k in numbers)
     )
 
 
@@ -163,7 +163,7 @@ def test_a_rollout_without_a_result_is_a_class_of_failures(job: Sweep) -> None:
 
 
 def test_rollouts_differ_and_are_certified_and_timed(job: Sweep, undisturbed: Records) -> None:
-    one, other = undisturbed[0], roll_out(job, 1)
+    one, other = undisturbed[0], job.record(1)
     measured = ("sim_seconds", "placement_error_mm", "speed_share", "torque_share")
     assert one["seed"] != other["seed"] and [one[key] for key in measured] != [other[key] for key in measured]
     assert timeless(other) == undisturbed[1]
@@ -215,7 +215,7 @@ def test_an_error_of_the_program_is_the_record_of_one_rollout(job: Sweep, monkey
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr("experiments.sweep.job.run_plan", broken)
-    record = roll_out(job, 5)
+    record = job.record(5)
     assert (record["completed"], record["class"]) == (False, "error: ZeroDivisionError")
     assert record["reason"] == "ZeroDivisionError: division by zero"
 
