@@ -13,7 +13,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 
 from experiments.figures.figures import POINTS_PER_INCH
-from experiments.figures.label_placement import AREA, DOT, PATH, MapLabel, Obstacle, gap, leader, place
+from experiments.figures.label_placement import AREA, DOT, PATH, Obstacle, gap, leader, place
 from experiments.figures.trail import Trail
 from prefplan.ledger import Ledger
 from prefplan.plan import Plan
@@ -70,16 +70,15 @@ def write_names(axes: Axes, named: Sequence[Named], obstacles: Sequence[Obstacle
     """
     to_pixels, to_map = axes.transData.transform, axes.transData.inverted().transform
     texts = [_write(axes, one.text, one.kind, font_size) for one in named]
-    targets = [to_pixels(one.target.reshape(2, 2)).ravel() for one in named]
-    labels = [
-        MapLabel(tuple(np.add(text.get_window_extent().size, 2 * PAD_PX)), target, one.inside)
-        for text, target, one in zip(texts, targets, named, strict=True)
-    ]
+    targets = np.array([to_pixels(one.target.reshape(2, 2)).ravel() for one in named]).reshape(-1, 4)
+    sizes = np.array([text.get_window_extent().size for text in texts]).reshape(-1, 2) + 2 * PAD_PX
+    inside = [one.inside for one in named]
     shunned = [(to_pixels(rectangle.reshape(2, 2)).ravel(), cost) for rectangle, cost in obstacles]
-    shunned += [(label.target, AREA if label.inside else DOT) for label in labels]
+    shunned += [(target, AREA if may else DOT) for target, may in zip(targets, inside, strict=True)]
     frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
     line = font_size * axes.figure.dpi / POINTS_PER_INCH
-    for text, rectangle, target in zip(texts, place(labels, frame, shunned, line=line), targets, strict=True):
+    places = place(sizes, targets, inside, frame, shunned, line=line)
+    for text, rectangle, target in zip(texts, places, targets, strict=True):
         if rectangle is None:
             text.remove()
             continue

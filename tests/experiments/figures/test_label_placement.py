@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from experiments.figures.label_placement import AREA, PATH, MapLabel, gap, leader, place
+from experiments.figures.label_placement import AREA, PATH, gap, leader, place
 
 FRAME = np.array([0.0, 0.0, 300.0, 300.0])
 
@@ -24,30 +24,29 @@ def overlap(a: np.ndarray, b: np.ndarray) -> bool:
 def test_labels_lie_apart_in_the_frame_and_beside_marks(seed: int) -> None:
     rng = np.random.default_rng(seed)
     corners = rng.uniform(0, 280, size=(14, 2))
-    labels = [
-        MapLabel((rng.uniform(20, 110), 12), box(x, y, 20, 20), inside=i % 2 == 0) for i, (x, y) in enumerate(corners)
-    ]
-    found = [rectangle for rectangle in place(labels, FRAME, [], line=10) if rectangle is not None]
-    assert len(found) == len(labels)
+    sizes = np.array([(rng.uniform(20, 110), 12) for _ in corners])
+    targets, inside = np.array([box(x, y, 20, 20) for x, y in corners]), [i % 2 == 0 for i in range(len(corners))]
+    found = [rectangle for rectangle in place(sizes, targets, inside, FRAME, [], line=10) if rectangle is not None]
+    assert len(found) == len(corners)
     assert not any(overlap(a, b) for a, b in combinations(found, 2))
-    for label, rectangle in zip(labels, found, strict=True):
+    for rectangle, size, target, may in zip(found, sizes, targets, inside, strict=True):
         assert (rectangle[:2] >= 0).all() and (rectangle[2:] <= 300).all()
-        assert rectangle[2:] - rectangle[:2] == pytest.approx(label.size)
-        assert label.inside or not overlap(rectangle, label.target)
+        assert rectangle[2:] - rectangle[:2] == pytest.approx(size)
+        assert may or not overlap(rectangle, target)
 
 
 def test_a_name_keeps_off_the_path_and_lies_in_its_area_if_there_is_space() -> None:
     area = box(100, 100, 80, 60)
     path = np.stack([np.linspace(0, 300, 100), np.full(100, 150.0)], axis=1)
     obstacles = [(area, AREA), *((np.array([*point, *point]), PATH) for point in path)]
-    (found,) = place([MapLabel((40, 12), area, inside=True)], FRAME, obstacles, line=10)
+    (found,) = place(np.array([(40, 12)]), area[None], [True], FRAME, obstacles, line=10)
     assert found is not None
     assert gap(found[None], area)[0] == 0 and (found[:2] >= area[:2]).all() and (found[2:] <= area[2:]).all()
     assert not found[1] < 150 < found[3]
 
 
 def test_a_label_without_space_is_left_out_and_a_leader_ends_in_its_target() -> None:
-    full = [MapLabel((300, 200), box(0, 0, 9, 9), inside=True), MapLabel((200, 150), box(50, 50, 90, 90), inside=True)]
-    assert sum(rectangle is None for rectangle in place(full, FRAME, [], line=10)) == 1
+    sizes, targets = np.array([(300, 200), (200, 150)]), np.array([box(0, 0, 9, 9), box(50, 50, 90, 90)])
+    assert sum(rectangle is None for rectangle in place(sizes, targets, [True, True], FRAME, [], line=10)) == 1
     start, end = leader(box(0, 0, 50, 10), box(100, 40, 20, 20))
     assert start.tolist() == [50, 10] and end.tolist() == [104, 44]
