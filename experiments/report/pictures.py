@@ -51,7 +51,7 @@ def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
 def _automaton(found: Automaton) -> str:
     """Return an automaton's picture, its table without Graphviz, or a sentence if it is too large for both."""
     try:
-        return automaton.svg(found)
+        return node_link.svg(automaton.diagram(found), title=f"Automaton of {found.text}")
     except AutomatonSizeError as error:
         return f'<p class="small">No picture: {escape(str(error))}.</p>'
     except GraphvizError:

@@ -35,9 +35,10 @@ def automaton(formula: str, format: str, plot: str | None) -> int:
     found = minimal_automaton(formula)
     if plot is not None:
         with loading():
-            from experiments.figures.diagrams.automaton import draw
+            from experiments.figures.diagrams import node_link
+            from experiments.figures.diagrams.automaton import diagram
             from experiments.figures.figures import picture_file
-        draw({found.text: found}, picture_file(plot))
+        node_link.draw({found.text: diagram(found)}, picture_file(plot))
     if format == "table":
         show_table(Console(), found)
     else:

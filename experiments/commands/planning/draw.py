@@ -73,13 +73,13 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
 
 def _automata(scenario: pp.Scenario, path: Path) -> int:
     with loading():
-        from experiments.figures.diagrams import automaton as picture
+        from experiments.figures.diagrams import node_link
+        from experiments.figures.diagrams.automaton import diagram
         from prefplan.logic.dfa import automaton
 
     scenario.problem()
-    picture.draw(
-        {f"{task.label or task.name}: {task.formula}": automaton(task.formula) for task in scenario.tasks}, path
-    )
+    titles = {f"{task.label or task.name}: {task.formula}": task.formula for task in scenario.tasks}
+    node_link.draw({title: diagram(automaton(formula)) for title, formula in titles.items()}, path)
     return DONE
 
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
-from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.guards import AutomatonSizeError, labels
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.logic.dfa import Automaton
@@ -15,7 +11,7 @@ MOST_STATES = 40
 
 
 def diagram(automaton: Automaton) -> Diagram:
-    """Return an automaton as a diagram; state i is node `q<i>`.
+    """Return an automaton as a diagram without self-loops of absorbing states; state i is node `q<i>`.
 
     Raises:
         AutomatonSizeError: it has too many states or propositions.
@@ -33,27 +29,6 @@ def diagram(automaton: Automaton) -> Diagram:
         if not (state == target and state in (automaton.accepting, automaton.dead))
     ]
     return Diagram(nodes, edges)
-
-
-def svg(automaton: Automaton) -> str:
-    """Return an automaton as inline SVG in the colour of the surrounding text.
-
-    State i has the class `q<i>`, and the edge from i to j `q<i>-q<j>`; self-loops of absorbing states are left out.
-
-    Raises:
-        AutomatonSizeError: it has too many states or propositions.
-        GraphvizError: Graphviz is not installed.
-    """
-    return node_link.svg(diagram(automaton), title=f"Automaton of {automaton.text}")
-
-
-def draw(automata: Mapping[str, Automaton], path: Path) -> None:
-    """Write a figure of automata, each below its title.
-
-    Raises:
-        PrefplanError: one has too many states, or the file cannot be written.
-    """
-    node_link.draw({title: diagram(automaton) for title, automaton in automata.items()}, path)
 
 
 def _kind(automaton: Automaton, state: int) -> str:

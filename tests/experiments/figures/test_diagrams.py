@@ -16,8 +16,8 @@ import pytest
 from judge.semantics import powerset
 from report_pages import ERRANDS
 
-from experiments.figures.diagrams import automaton as picture
 from experiments.figures.diagrams import node_link
+from experiments.figures.diagrams.automaton import diagram
 from experiments.figures.diagrams.guards import LONG, OTHERWISE, cover, labels
 from experiments.figures.diagrams.node_link import WIDEST, Diagram, Edge, GraphvizError, Node
 from experiments.figures.figures import SVG
@@ -67,7 +67,7 @@ def test_one_label_of_a_state_says_otherwise_that_of_the_dead_state_or_the_longe
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_a_page_finds_every_state_and_edge_by_class(formula: str) -> None:
     dfa = automaton(formula)
-    root = ET.fromstring(picture.svg(dfa))
+    root = ET.fromstring(node_link.svg(diagram(dfa), title=f"Automaton of {dfa.text}"))
     found = {element.get("class", "") for element in root.iter()}
     kinds = {dfa.accepting: "accepting", dfa.dead: "dead"}
     nodes = {f"node {kinds.get(state, 'plain')} q{state}" for state in range(dfa.size)}
@@ -91,7 +91,7 @@ def extent(node: ET.Element) -> np.ndarray:
 
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_nodes_lie_apart_and_inside_the_picture(formula: str) -> None:
-    root = ET.fromstring(picture.svg(automaton(formula)))
+    root = ET.fromstring(node_link.svg(diagram(automaton(formula)), title=""))
     shift = np.array(re.findall(r"translate\((.*?) (.*?)\)", root[0].get("transform", ""))[0], dtype=float)
     boxes = [extent(part) + [*shift, *shift] for part in root.iter() if part.get("class", "").startswith("node ")]
     for box in boxes:
@@ -102,7 +102,7 @@ def test_nodes_lie_apart_and_inside_the_picture(formula: str) -> None:
 
 def test_every_letter_of_a_long_label_is_in_the_picture() -> None:
     dfa = automaton("F (stove & F (table & F door)) & (!cellar U (gate & (attic | hall) | F attic))")
-    root = ET.fromstring(picture.svg(dfa))
+    root = ET.fromstring(node_link.svg(diagram(dfa), title=dfa.text))
     for state in range(dfa.size):
         for target, text in labels(dfa, state).items():
             if target == state and state in (dfa.accepting, dfa.dead):
@@ -114,8 +114,8 @@ def test_every_letter_of_a_long_label_is_in_the_picture() -> None:
 
 def test_text_stays_as_it_is_written() -> None:
     for text in ('"b" \\n c', "<b>", "&amp; &lt;", "naïve", "\\"):
-        diagram = Diagram([Node("s0", (text, "second line")), Node("s1", ("1",))], [Edge(0, 1, text)])
-        root = ET.fromstring(node_link.svg(diagram, title=text))
+        two = Diagram([Node("s0", (text, "second line")), Node("s1", ("1",))], [Edge(0, 1, text)])
+        root = ET.fromstring(node_link.svg(two, title=text))
         assert {"".join(part.itertext()) for part in root.iter(f"{SVG}text")} == {text, "second line", "1"}
         assert root.get("aria-label") == text
 
@@ -131,7 +131,7 @@ def test_without_graphviz_a_page_has_the_table_and_a_file_is_refused(without_gra
     assert "│ 0 (start)     │ bank  │          1 │" in page
     assert "Automata are tables, and plans on graphs have no pictures: Graphviz is not installed." in page
     with pytest.raises(GraphvizError, match="Graphviz draws this, and it is not installed: get Debian's package"):
-        picture.draw({"pay": automaton("F bank")}, tmp_path / "pay.svg")
+        node_link.draw({"pay": diagram(automaton("F bank"))}, tmp_path / "pay.svg")
     assert not (tmp_path / "pay.svg").exists()
 
 
@@ -140,11 +140,11 @@ def test_what_graphviz_cannot_do_is_said_in_its_words(tmp_path: Path, monkeypatc
     (tmp_path / "dot").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     with pytest.raises(GraphvizError, match='^dot cannot write pdf: Format: "pdf" not recognized.$'):
-        picture.draw({"pay": automaton("F bank")}, tmp_path / "pay.pdf")
+        node_link.draw({"pay": diagram(automaton("F bank"))}, tmp_path / "pay.pdf")
 
 
 def test_diagrams_of_a_file_stand_in_their_order(tmp_path: Path) -> None:
     titles = [f"{formula}: the formula" for formula in ("F a", "F b & F c", "!a U b")]
-    picture.draw({title: automaton(title.split(":")[0]) for title in titles}, tmp_path / "three.svg")
+    node_link.draw({title: diagram(automaton(title.split(":")[0])) for title in titles}, tmp_path / "three.svg")
     heights = {text.text: float(text.get("y", "")) for text in ET.parse(tmp_path / "three.svg").iter(f"{SVG}text")}
     assert sorted(titles, key=heights.__getitem__) == titles
