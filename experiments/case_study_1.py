@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import prefplan as pp
-from experiments.cli.files import make_folder
 from experiments.paper.study import Study, show_alone
 
 TITLE, ABOUT = "Case Study 1", "A delivery robot's five tasks, preferred in the order of the customers."
@@ -31,15 +30,12 @@ def reproduce(study: Study, out: Path) -> None:
     front = pp.pareto_front(scenario.problem())
 
     study.compare_front("Figure 3", PUBLISHED, front)
-    make_folder(out)
     study.draw(scenario, front, out / "figure_3.svg")
 
 
 def main() -> int:
     """Carry the study out; return 1 if the front is not the published one."""
-    study = Study(TITLE, ABOUT)
-    reproduce(study, OUT)
-    return show_alone(study)
+    return show_alone(Study(TITLE, ABOUT), reproduce, OUT)
 
 
 if __name__ == "__main__":

@@ -19,12 +19,12 @@ SIZE_IN = (9.5, 8.0)
 
 TITLES = {SINGLE: "one plan of least cost", FRONT: "Pareto front"}
 
-STYLES = {OURS: ("C0", "o"), MAX_MIN: ("C1", "s"), BARE: ("C2", "D")}
-"""Colour and marker of each method."""
-
-NAMES = {OURS: "prefplan", MAX_MIN: "paper's method, our kernels", BARE: "the same without heuristic"}
-
-PUBLISHED_NAMES = {MAX_MIN: "paper, published", BARE: "paper, published, without heuristic"}
+STYLES = {
+    OURS: ("C0", "o", "prefplan", None),
+    MAX_MIN: ("C1", "s", "paper's method, our kernels", "paper, published"),
+    BARE: ("C2", "D", "the same without heuristic", "paper, published, without heuristic"),
+}
+"""Colour, marker and name of each method, and of its published times."""
 
 
 def draw(found: Sequence[Cell], path: Path) -> None:
@@ -49,13 +49,11 @@ def draw(found: Sequence[Cell], path: Path) -> None:
 
 def _panel(axes: Axes, cells: list[Cell], kind: str) -> None:
     """Draw medians with their range; a triangle marks a median that is a lower bound."""
-    for method, (colour, marker) in STYLES.items():
+    for method, (colour, marker, name, published) in STYLES.items():
         shown = {cell.what["tasks"]: cell for cell in cells if cell.what["method"] == method}
         medians = {tasks: cell.statistic("seconds", median) or (0.0, False) for tasks, cell in shown.items()}
         seconds = [[run["seconds"] for run in cell.runs.values()] for cell in shown.values()]
-        axes.plot(
-            list(shown), [value for value, _ in medians.values()], f"{marker}-", color=colour, label=NAMES[method]
-        )
+        axes.plot(list(shown), [value for value, _ in medians.values()], f"{marker}-", color=colour, label=name)
         axes.fill_between(
             list(shown), [*map(min, seconds)], [*map(max, seconds)], color=colour, alpha=0.15, linewidth=0
         )
@@ -63,7 +61,7 @@ def _panel(axes: Axes, cells: list[Cell], kind: str) -> None:
         if cut:
             label = "lower bound: runs were stopped"
             axes.plot(*zip(*cut, strict=True), "^", color=colour, markersize=10, label=label)
-    for method, name in PUBLISHED_NAMES.items():
-        times = PUBLISHED[kind, method]
-        axes.plot(list(times), list(times.values()), "--", color=STYLES[method][0], linewidth=1, label=name)
+        if published:
+            times = PUBLISHED[kind, method]
+            axes.plot(list(times), list(times.values()), "--", color=colour, linewidth=1, label=published)
     axes.set_yscale("log")

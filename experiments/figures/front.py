@@ -39,18 +39,17 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         PrefplanError: the file cannot be written.
     """
     count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
-    if not scenario.problem().is_bi_objective:
-        with drawing(size=figure_size(front), layout=True) as figure:
+    two = scenario.problem().is_bi_objective
+    with drawing(size=SIZE_IN if two else figure_size(front), layout=True) as figure:
+        if two:
+            axes = figure.subplots()
+            draw_front(axes, scenario, front)
+            axes.set_title(f"{scenario.name}: {count}")
+            # Inside the axes the legend could cover the front, and its marker would look like a plan.
+            figure.legend(loc="outside lower center", ncols=4)
+        else:
             draw_objectives(figure, front)
             figure.suptitle(f"{scenario.name}: {count}; lower is better")
-            write_figure(figure, path)
-        return
-    with drawing(size=SIZE_IN, layout=True) as figure:
-        axes = figure.subplots()
-        draw_front(axes, scenario, front)
-        axes.set_title(f"{scenario.name}: {count}")
-        # Inside the axes the legend could cover the front, and its marker would look like a plan.
-        figure.legend(loc="outside lower center", ncols=4)
         write_figure(figure, path)
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import base64
 import mimetypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from experiments.cli.browser import template
 from experiments.cli.console import Console, table
-from experiments.cli.files import write_bytes
+from experiments.cli.files import make_folder, write_bytes
 from experiments.figures import plans
 from experiments.regression.front_comparison import FrontPoint, compare
 from prefplan import Front, PrefplanError, Scenario
@@ -100,8 +100,10 @@ class Study:
         console.print()
 
 
-def show_alone(study: Study) -> int:
-    """Print a study and its texts, and return 0 if it is reproduced, else 1."""
+def show_alone(study: Study, reproduce: Callable[[Study, Path], None], out: Path) -> int:
+    """Reproduce a study with figures in a folder, print it and its texts, and return 0 if it is reproduced, else 1."""
+    make_folder(out)
+    reproduce(study, out)
     console = Console(highlight=False)
     study.show(console)
     for text in study.texts:

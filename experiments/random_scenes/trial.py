@@ -20,7 +20,7 @@ import numpy as np
 
 from experiments.checks.checkup import check
 from experiments.cli.files import write_bytes
-from experiments.random_scenes.drawing import scene_text
+from experiments.random_scenes.generator import scene_text
 from experiments.runs.geometry import asking_in
 from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan

@@ -175,10 +175,8 @@ def on_cluster(batch: Batch, numbers: Sequence[int], *, address: str) -> Generat
     try:
         client = Client(address, timeout=CLUSTER_TIMEOUT_S)
         client.wait_for_workers(1, timeout=CLUSTER_TIMEOUT_S)
-    except TimeoutError as error:
-        raise PrefplanError(f"--cluster {address}: no scheduler with a worker answers ({error})") from None
     except (OSError, ValueError) as error:
-        raise PrefplanError(f"--cluster {address}: no Dask scheduler answers ({error})") from None
+        raise PrefplanError(f"--cluster {address}: no Dask scheduler answers, or it has no worker ({error})") from None
     with client:
         futures = {client.submit(batch.record, number, pure=False): number for number in numbers}
         for future in as_completed(futures):

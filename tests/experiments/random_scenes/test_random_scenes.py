@@ -15,7 +15,7 @@ from scenario_texts import cup_scenario, task_tables
 from experiments.checks.checkup import check
 from experiments.random_scenes import __main__ as command
 from experiments.random_scenes import trial
-from experiments.random_scenes.drawing import MASSES_KG, PITCHES_M, scene_text
+from experiments.random_scenes.generator import MASSES_KG, PITCHES_M, scene_text
 from experiments.random_scenes.page import markdown
 from experiments.random_scenes.trial import (
     COMPLETED,

@@ -31,11 +31,11 @@ class NoRoomError(Exception):
     """A scene has no room for another location or obstacle, or more states than the planner can number."""
 
 
-class Drawing:
+class RandomScene:
     """A random scene, as the lines of its scenario file."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        """Draw a scene."""
+        """Draw a scene at random."""
         self._rng = rng
         self._taken: list[tuple[np.ndarray, np.ndarray]] = []
         """Centres and half sides of the boxes that are occupied, m."""
@@ -158,7 +158,7 @@ def scene_text(seed: int, number: int) -> str:
     """Return the scenario file of a scene, a pure function of the seed and the number."""
     for attempt in range(TRIALS):
         try:
-            return Drawing(np.random.default_rng([seed, number, attempt])).text()
+            return RandomScene(np.random.default_rng([seed, number, attempt])).text()
         except NoRoomError:
             continue
     raise AssertionError("no scene was drawn")
