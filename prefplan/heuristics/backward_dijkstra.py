@@ -79,12 +79,12 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
 
 
 def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the steps of an automaton by label class, free and bought: (X,) the class, the states before and after."""
+    """Return the steps of an automaton by label class, relaxed ones too: (X,) class, the states before and after."""
     classes, size = product.delta.shape[2], int(product.sizes[i])
     first = product.extra_first[i, :size]
     q, label = np.divmod(np.arange(size * classes), classes)
-    bought = np.repeat(np.arange(size * classes), np.diff(first, axis=1).ravel())
-    read, before = np.concatenate([label, label[bought]]), np.concatenate([q, q[bought]])
+    relaxed = np.repeat(np.arange(size * classes), np.diff(first, axis=1).ravel())
+    read, before = np.concatenate([label, label[relaxed]]), np.concatenate([q, q[relaxed]])
     after = np.concatenate([product.delta[i, :size].ravel(), product.extra_state[first[0, 0] : first[-1, -1]]])
     order = np.argsort(read, kind="stable")
     return read[order], before[order], after[order].astype(np.int64)

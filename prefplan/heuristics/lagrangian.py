@@ -117,18 +117,18 @@ def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: i
 
 
 @bare_kernel
-def lagrangian_bound(known: Lagrangian | None, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
+def lagrangian_bound(lagrangian: Lagrangian | None, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
     """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
-    if known is None:
+    if lagrangian is None:
         return np.int64(0)
-    entry = known.layout.first[node]
-    for i in range(known.layout.place.shape[1]):
-        place = known.layout.place[node, i, automata[i]]
+    entry = lagrangian.layout.first[node]
+    for i in range(lagrangian.layout.place.shape[1]):
+        place = lagrangian.layout.place[node, i, automata[i]]
         if place < 0:
             return np.int64(0)
         entry += place
-    weights = known.weights
-    total = np.int64(known.table[entry]) * weights.unit
+    weights = lagrangian.weights
+    total = np.int64(lagrangian.table[entry]) * weights.unit
     if growth >= total // weights.mu:
         return np.int64(0)
     return (total - weights.mu * growth + weights.cost - 1) // weights.cost

@@ -224,15 +224,15 @@ def bound_of(
 
 @bare_kernel
 def raise_bound(
-    tables: Tables, marks: Landmarks | None, node: Integer, automata: np.ndarray, known: np.ndarray, limit: Integer
+    tables: Tables, marks: Landmarks | None, node: Integer, automata: np.ndarray, row: np.ndarray, limit: Integer
 ) -> Integer:
     """Raise h(p) of the first cost by one table after the other until it exceeds a limit or none is left; return it.
 
-    The state's row `known` keeps the bound so far, how many bounds were `LOOKED` up (the tables in order, then the
+    The state's `row` keeps the bound so far, how many bounds were `LOOKED` up (the tables in order, then the
     landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up must
     have been looked up.
     """
-    bound, likely, looked = known[BOUND], known[LIKELY], known[LOOKED]
+    bound, likely, looked = row[BOUND], row[LIKELY], row[LOOKED]
     if looked == 0 and likely < tables.first:
         bound = max(bound, _entry(tables, node, automata, likely))
     while looked < tables.first and bound <= limit:
@@ -243,7 +243,7 @@ def raise_bound(
     if looked == tables.first and bound <= limit:
         bound = max(bound, landmark_bound(marks, node, automata))
         looked += 1
-    known[BOUND], known[LOOKED], known[LIKELY] = bound, looked, likely
+    row[BOUND], row[LOOKED], row[LIKELY] = bound, looked, likely
     return bound
 
 

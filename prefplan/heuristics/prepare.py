@@ -165,11 +165,11 @@ class Prepared:
 
     def _tables(self, backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Tables:
         """Return tables of the costs for some sets of tasks, and of how preferences grow."""
-        found: list[TableOf] = list(cost_tables(backwards, sets))
+        tables: list[TableOf] = list(cost_tables(backwards, sets))
         for e, o in enumerate(self.product.problem.objectives, len(backwards)):
             if self.options.preference_bound and o.measure.is_whole:
-                found += growth_tables(e, o, backwards[o.cost], found)
-        return joined_tables(backwards, found)
+                tables += growth_tables(e, o, backwards[o.cost], tables)
+        return joined_tables(backwards, tables)
 
     def guided(self, weight: float) -> Prepared:
         """Return the same with the weighted sum of all tables in place of bounds.
@@ -219,12 +219,12 @@ def more_costs(product: Product) -> list[np.ndarray]:
     """
     problem, further = product.problem, range(1, len(product.problem.cost_names))
     if isinstance(product, GeneratedProduct):
-        found = [unit_costs(product.model, problem, d) for d in further]
+        every = [unit_costs(product.model, problem, d) for d in further]
     else:
-        found = [problem.system.listed.costs[d].counts(problem.cost_units[d]) for d in further]
-    if any(max(costs.tolist(), default=0) >= INFINITE for costs in found):
+        every = [problem.system.listed.costs[d].counts(problem.cost_units[d]) for d in further]
+    if any(max(costs.tolist(), default=0) >= INFINITE for costs in every):
         raise OverflowError
-    return [costs.astype(np.int64) for costs in found]
+    return [costs.astype(np.int64) for costs in every]
 
 
 def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:

@@ -104,9 +104,9 @@ class ProjectedBackward:
 
     def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
         """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.growth`."""
-        found = self._projection(tasks)
-        costs = self._edge_costs(found, self._least_costs(found, loads_seen=False))
-        return self._backward(found, costs).growth(range(len(tasks)), factors)
+        projection = self._projection(tasks)
+        costs = self._edge_costs(projection, self._least_costs(projection, loads_seen=False))
+        return self._backward(projection, costs).growth(range(len(tasks)), factors)
 
     def shared(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
         """Return least costs until some tasks are satisfied or dropped, of actions that count in this table, as int32.
@@ -115,24 +115,24 @@ class ProjectedBackward:
             tasks: one of the groups.
             groups: all sets of tasks whose bounds are added.
         """
-        found, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
+        projection, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
         claimed = {obj for group in before for obj in self.objects_of(group)}
         own = [obj for obj in self.objects_of(tasks) if obj not in claimed]
-        costs = self._edge_costs(found, self._least_costs(found, loads_seen=True), own)
-        return self._backward(found, costs).cost_to_go(range(len(tasks)), dtype=np.int32)
+        costs = self._edge_costs(projection, self._least_costs(projection, loads_seen=True), own)
+        return self._backward(projection, costs).cost_to_go(range(len(tasks)), dtype=np.int32)
 
     def groups(self) -> list[tuple[int, ...]]:
         """Return a partition of the tasks: those that see the same objects are together, where tables stay small."""
-        found: list[tuple[int, ...]] = []
+        groups: list[tuple[int, ...]] = []
         for i in range(len(self.sizes)):
             joined: tuple[int, ...] = (i,)
-            for group in list(found):
+            for group in list(groups):
                 shared = set(self.objects_of(group)) & set(self.objects_of(joined))
                 if shared and self.entries_of((*group, *joined)) <= GROUP_ENTRIES:
-                    found.remove(group)
+                    groups.remove(group)
                     joined = tuple(sorted((*group, *joined)))
-            found.append(joined)
-        return sorted(found)
+            groups.append(joined)
+        return sorted(groups)
 
     def arrays(self) -> ProjectionArrays | None:
         """Return the projections that tables were made of, if any."""
@@ -146,18 +146,18 @@ class ProjectedBackward:
             self._made[tasks] = Projection.of(len(self._made), tasks, self._space, view, kept, start, names)
         return self._made[tasks]
 
-    def _least_costs(self, found: Projection, *, loads_seen: bool) -> np.ndarray:
+    def _least_costs(self, projection: Projection, *, loads_seen: bool) -> np.ndarray:
         """Return (4, P, P) the least costs of each kind of action between any two of a projection's P poses.
 
         Args:
-            found: the projection.
+            projection: the projection.
             loads_seen: whether a transit stands for transits only; else also for transports of objects left out.
         """
-        over, number, poses = self._space.over, len(self._space.hands), len(found.space.hands)
+        over, number, poses = self._space.over, len(self._space.hands), len(projection.space.hands)
         # All poses over merged locations are one.
-        hands = np.array(found.hands)
+        hands = np.array(projection.hands)
         whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
-        small[[found.space.locations.index(name) for name in found.merged]] = poses
+        small[[projection.space.locations.index(name) for name in projection.merged]] = poses
         stays = over[:, None] == over[None, :]
         least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
         for kind, costs in enumerate(self.costs.reshape(len(KINDS), number, number)):
@@ -169,15 +169,15 @@ class ProjectedBackward:
         least[least == NOWHERE] = 0
         return least[:, small[:, None], small[None, :]]
 
-    def _edge_costs(self, found: Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
+    def _edge_costs(self, projection: Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
         """Return the costs of a projection's edges; if `own` is given, 0 for actions that concern no object of it."""
-        states, space = found.listing, found.space
+        states, space = projection.listing, projection.space
         costs: np.ndarray = least.ravel()[states.prices]
         if own is None:
             return costs
         actions = [read_action(text) for text in states.action_names]
         concerns = np.array([action.obj in own for action in actions])[states.actions]
-        after = found.listing.codes[states.targets]
+        after = projection.listing.codes[states.targets]
         hand = space.digit(after, 0)
         single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
         alone = (
@@ -188,14 +188,14 @@ class ProjectedBackward:
                 concerns |= alone & (space.digit(after, 1 + o) == hand)
         return np.where(concerns, costs, 0)
 
-    def _backward(self, found: Projection, costs: np.ndarray) -> Backward:
+    def _backward(self, projection: Projection, costs: np.ndarray) -> Backward:
         """Return what fills tables of a projection with some costs."""
         problem = self.product.problem
         only = CostTable(DEFAULT_COST, costs, problem.units.cost)
-        system = replace(found.system, costs=(only,), propositions=problem.system.propositions)
-        if not all(problem.automata[i].stutter_invariant for i in found.tasks):
+        system = replace(projection.system, costs=(only,), propositions=problem.system.propositions)
+        if not all(problem.automata[i].stutter_invariant for i in projection.tasks):
             system = _with_idling(system)
-        product = Product(problem.over(system, found.tasks), counts_actions=False)
+        product = Product(problem.over(system, projection.tasks), counts_actions=False)
         return Backward(product, whole_graph(product))
 
 

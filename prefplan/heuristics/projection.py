@@ -124,7 +124,7 @@ class ProjectionArrays(NamedTuple):
         hands: (M, H) int64, pose in the projection, -1 over merged locations.
         places: (M, n) int64, the locations of the projection that stand for merged ones.
         above: (S + 1,) int64, pose of the hand over each slot.
-        radices: (D,) int64, number of values of each digit, and seen: (D,) int64, scratch: digits of a state.
+        radices: (D,) int64, number of values of each digit, and digits: (D,) int64, scratch: digits of a state.
         first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
     """
 
@@ -134,7 +134,7 @@ class ProjectionArrays(NamedTuple):
     places: np.ndarray
     above: np.ndarray
     radices: np.ndarray
-    seen: np.ndarray
+    digits: np.ndarray
     first: np.ndarray
     numbers: np.ndarray
 
@@ -163,7 +163,7 @@ def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> Projectio
         places=places,
         above=whole.above.astype(np.int64),
         radices=radices,
-        seen=np.zeros_like(radices),
+        digits=np.zeros_like(radices),
         first=first,
         numbers=np.concatenate(numbers),
     )
@@ -173,7 +173,7 @@ def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> Projectio
 def observe(projections: ProjectionArrays | None, node: Integer) -> None:
     """Write the digits of a state whose bounds are looked up; nothing to do where states are listed."""
     if projections is not None:
-        unpack(projections.radices, node, projections.seen)
+        unpack(projections.radices, node, projections.digits)
 
 
 @bare_kernel
@@ -188,7 +188,7 @@ def place_of(projections: ProjectionArrays | None, projection: Any, p: Integer, 
     """
     if projections is None:
         return node
-    return _projected(projections, projection[p], projections.seen)
+    return _projected(projections, projection[p], projections.digits)
 
 
 @bare_kernel

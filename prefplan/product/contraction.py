@@ -80,8 +80,8 @@ def changes(product: Product) -> np.ndarray:
     """Return (N + R, Q, C) whether reading a label class can change an automaton's state."""
     states = np.arange(product.delta.shape[1])[:, None]
     is_state = states < np.concatenate([product.sizes, product.rule_sizes])[:, None, None]
-    found: np.ndarray = is_state & ((product.delta != states) | (np.diff(product.extra_first, axis=2) > 0))
-    return found
+    moves: np.ndarray = is_state & ((product.delta != states) | (np.diff(product.extra_first, axis=2) > 0))
+    return moves
 
 
 def active_nodes(product: Product, graph: Graph) -> np.ndarray:

@@ -59,8 +59,8 @@ class Product:
         pays: whether a step may have a violation cost.
         tolls: (P, Q, C) units, int64 or Python's integers, the price of the free reading: of breaking a rule; empty if
             no step has a price.
-        extra_first: (N + R, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the bought readings.
-        extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the bought readings.
+        extra_first: (N + R, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the relaxed ones.
+        extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the relaxed readings.
     """
 
     generated: Generated | None = None
@@ -128,13 +128,13 @@ class Product:
         automata: tuple[Follower, ...] = (*self.automata, *self.rules)
         relevant = [dfa.propositions for dfa in automata]
         mentioned = frozenset().union(*relevant)
-        seen: dict[frozenset[str], int] = {}
-        kept = [seen.setdefault(label & mentioned, len(seen)) for label in system.label_sets]
+        letters: dict[frozenset[str], int] = {}
+        kept = [letters.setdefault(label & mentioned, len(letters)) for label in system.label_sets]
         columns: dict[tuple[tuple[Reading, ...], ...], int] = {}
         memo: dict[tuple[int, frozenset[str]], tuple[tuple[Reading, ...], ...]] = {}
         class_sets: list[frozenset[str]] = []
         class_of = []
-        for label in seen:
+        for label in letters:
             column: tuple[tuple[Reading, ...], ...] = ()
             for i, dfa in enumerate(automata):
                 check_limits()
@@ -163,9 +163,9 @@ class Product:
                 self.extra_first[i, q, 0] = len(extra)
                 for c in range(labels):
                     if c < len(column) and q < len(column[c]):
-                        free, *bought = column[c][q] or [Reading(BARRED)]
+                        free, *relaxed = column[c][q] or [Reading(BARRED)]
                         self.delta[i, q, c] = free.state
-                        extra += bought
+                        extra += relaxed
                         if free.price:
                             tolls[i, q, c] = free.price
                     self.extra_first[i, q, c + 1] = len(extra)

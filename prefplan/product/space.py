@@ -29,9 +29,9 @@ class Automata(NamedTuple):
         jump: (N + R, Q, C) int64, what the state after the free reading of a label adds to the code; negative if the
             label is barred.
         tolls: (P, Q, C) int64, the price of the free reading of a label; empty if no step has a violation cost.
-        bought: (X, 2) int64, of each bought reading, what the state after it adds to the code, and its price.
-        first_bought: (N + R, Q, C + 1) int32: `bought[first_bought[i, q, c] : first_bought[i, q, c + 1]]` are those of
-            a label.
+        relaxed: (X, 2) int64, of each relaxed reading, what the state after it adds to the code, and its price.
+        first_relaxed: (N + R, Q, C + 1) int32: `relaxed[first_relaxed[i, q, c] : first_relaxed[i, q, c + 1]]` are
+            those of a label.
     """
 
     nodes: int
@@ -39,8 +39,8 @@ class Automata(NamedTuple):
     ends: np.ndarray
     jump: np.ndarray
     tolls: np.ndarray
-    bought: np.ndarray
-    first_bought: np.ndarray
+    relaxed: np.ndarray
+    first_relaxed: np.ndarray
 
 
 class Edges(NamedTuple):
@@ -121,22 +121,22 @@ def _automata(product: Product, nodes: int) -> Automata:
         ends=product.ends,
         jump=product.delta * strides[:, None, None],
         tolls=product.tolls,
-        bought=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
-        first_bought=product.extra_first,
+        relaxed=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
+        first_relaxed=product.extra_first,
     )
 
 
 def _by_node(automata: Automata, classes: np.ndarray) -> Automata:
     """Return the tables of automata by node in place of label classes."""
-    first = automata.first_bought
+    first = automata.first_relaxed
     begin, end = first.take(classes, axis=2), first.take(classes + 1, axis=2)
     ends = np.cumsum(end - begin).reshape(end.shape)
     readings = np.repeat((end - ends).ravel(), (end - begin).ravel()) + np.arange(ends.max(initial=0))
     return automata._replace(
         jump=automata.jump.take(classes, axis=2),
         tolls=automata.tolls.take(classes, axis=2),
-        bought=automata.bought[readings],
-        first_bought=np.concatenate([(ends - end + begin)[:, :, :1], ends], axis=2).astype(np.int32),
+        relaxed=automata.relaxed[readings],
+        first_relaxed=np.concatenate([(ends - end + begin)[:, :, :1], ends], axis=2).astype(np.int32),
     )
 
 

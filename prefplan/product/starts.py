@@ -20,21 +20,21 @@ READINGS_LIMIT = 2**20
 
 @dataclass(frozen=True)
 class Start:
-    """An initial state of the automata, with what was spent and paid before the first action.
+    """An initial state of the automata, with what was spent and price before the first action.
 
     Attributes:
         automata: (N + R,) states of the automata of N tasks and R rules, after the labels of the past and L(s0).
         spent: the first cost of the past, in units.
         finished: (N,) by task, what of that was spent when it was satisfied; None if it was not.
         violations: (P,) violation costs in units, of tasks and of rules that may be broken.
-        bought: (N,) by task, the labels read with relaxations, by number, and those; None for a task that is skipped.
+        relaxed: (N,) by task, the labels read with relaxations, by number, and those; None for a task that is skipped.
     """
 
     automata: tuple[int, ...]
     spent: int
     finished: tuple[int | None, ...]
     violations: tuple[int, ...]
-    bought: tuple[tuple[tuple[int, int], ...] | None, ...]
+    relaxed: tuple[tuple[tuple[int, int], ...] | None, ...]
 
     def amounts(self, objective: PreferenceObjective) -> tuple[list[Fraction], list[Fraction]]:
         """Return the costs, in a preference's cost, and the violation costs, (P,) each, in the user's units."""
@@ -54,7 +54,7 @@ class _History:
     state: int = 0
     finished: int | None = None
     price: int = 0
-    bought: tuple[tuple[int, int], ...] | None = ()
+    relaxed: tuple[tuple[int, int], ...] | None = ()
 
 
 def starts_of(problem: Problem) -> tuple[Start, ...]:
@@ -64,7 +64,7 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
         ModelError: if there are too many.
     """
     labels = [*problem.past.labels, problem.system.label(problem.system.start)]
-    rules = [found for dfa in problem.rule_automata if (found := _rule_after(dfa, labels)) is not None]
+    rules = [after for dfa in problem.rule_automata if (after := _rule_after(dfa, labels)) is not None]
     if len(rules) < len(problem.rule_automata):
         return ()
     histories = [_histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
@@ -76,14 +76,14 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
         )
     unit = problem.units.cost
     spent = list(accumulate((int(exact(cost) / unit) for cost in problem.past.costs), initial=0))
-    states, tolls = [q for q, _ in rules], [paid for _, paid in rules]
+    states, tolls = [q for q, _ in rules], [price for _, price in rules]
     return tuple(
         Start(
             (*(history.state for history in each), *states),
             spent[-1],
             tuple(None if history.finished is None else spent[history.finished] for history in each),
             (*(history.price for history in each), *tolls[: len(problem.priced) - len(problem.tasks)]),
-            tuple(history.bought for history in each),
+            tuple(history.relaxed for history in each),
         )
         for each in product(*histories)
     )
@@ -91,29 +91,29 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
 
 def _histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool) -> list[_History]:
     """Return how a task may have read some labels: of ways that lead to the same, the cheapest, or of any price."""
-    found = [_History()]
+    histories = [_History()]
     for k, label in enumerate(labels):
         best: dict[tuple[int, int | None, int], _History] = {}
-        for before in found:
+        for before in histories:
             for reading in dfa.readings(before.state, label):
                 ends = before.finished is None and reading.state == dfa.automaton.accepting
                 finished, price = k if ends else before.finished, before.price + reading.price
-                bought = (*(before.bought or ()), *((k, relaxation) for relaxation in reading.relaxations))
+                relaxed = (*(before.relaxed or ()), *((k, relaxation) for relaxation in reading.relaxations))
                 key = (reading.state, finished, price if any_price else 0)
                 if key not in best or price < best[key].price:
-                    best[key] = _History(reading.state, finished, price, bought)
-        found = list(best.values())
+                    best[key] = _History(reading.state, finished, price, relaxed)
+        histories = list(best.values())
     if dfa.skip is not None and dfa.skipped is not None:
-        found.append(_History(dfa.skipped, None, dfa.skip, None))
-    return found
+        histories.append(_History(dfa.skipped, None, dfa.skip, None))
+    return histories
 
 
 def _rule_after(dfa: RuleAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
-    """Return the state of a rule's automaton after some labels, and the price paid; None if no plan may break it so."""
-    state, paid = None, 0
+    """Return the state of a rule's automaton after some labels, and its price; None if no plan may break it so."""
+    state, price = None, 0
     for label in labels:
         readings = dfa.readings(state, label)
         if not readings:
             return None
-        state, paid = readings[0].state, paid + readings[0].price
-    return None if state is None else (state, paid)
+        state, price = readings[0].state, price + readings[0].price
+    return None if state is None else (state, price)

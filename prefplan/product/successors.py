@@ -38,7 +38,7 @@ def successor_buffer(space: Space, least: int) -> Successors:
         most = len(space.shortcuts.near)
     if space.generated is not None:
         most = len(space.generated.steps.actions)
-    readings = np.diff(automata.first_bought, axis=2).max(axis=1) + 1
+    readings = np.diff(automata.first_relaxed, axis=2).max(axis=1) + 1
     most = max(most * int(readings.prod(axis=0).max()), least)
     return Successors(
         code=np.empty(most, np.int64),
@@ -62,30 +62,30 @@ def successors(
     Which arguments are None is known when this is compiled: one branch remains.
     """
     node = decode(automata.nodes, automata.sizes, code, buffer.automata)
-    found: Integer = np.int64(0)
+    count: Integer = np.int64(0)
     if edges is not None:
         for edge in range(edges.offsets[node], edges.offsets[node + 1]):
             target = np.int64(edges.targets[edge])
-            found = _read(automata, target, np.int64(edges.classes[target]), np.int64(edge), buffer, found)
+            count = _read(automata, target, np.int64(edges.classes[target]), np.int64(edge), buffer, count)
     if shortcuts is not None:
-        found = _macro_moves(automata, shortcuts, node, buffer)
+        count = _macro_moves(automata, shortcuts, node, buffer)
     if generated is not None:
-        found = _generate(automata, generated, node, buffer)
-    return found
+        count = _generate(automata, generated, node, buffer)
+    return count
 
 
 @bare_kernel
 def _generate(automata: Automata, model: Generated, node: Integer, buffer: Successors) -> Integer:
     """Write the successors of a state of a manipulation model, in the order of its actions."""
-    found: Integer = np.int64(0)
+    count: Integer = np.int64(0)
     for k in range(write_steps(model.moves, node, model.steps)):
         price = model.steps.prices[k]
         if model.costs[price] < 0:
             model.unmeasured[0] = node
         else:
             code = pack(model.moves, model.steps.digits[k])
-            found = _read_letters(automata, model.letters, model.steps.digits[k], code, price, buffer, found)
-    return found
+            count = _read_letters(automata, model.letters, model.steps.digits[k], code, price, buffer, count)
+    return count
 
 
 @bare_kernel
@@ -96,7 +96,7 @@ def _read_letters(
     code: Integer,
     step: Integer,
     buffer: Successors,
-    found: Integer,
+    count: Integer,
 ) -> Integer:
     """Write the product state after reading the letters of a generated state, and return the new count."""
     for i in range(buffer.automata.shape[0]):
@@ -105,13 +105,13 @@ def _read_letters(
             letter += letters[i, d, digits[d]]
         jump = automata.jump[i, buffer.automata[i], letter]
         if jump < 0:
-            return found
+            return count
         if i < automata.tolls.shape[0]:
-            buffer.violation[found, i] = automata.tolls[i, buffer.automata[i], letter]
+            buffer.violation[count, i] = automata.tolls[i, buffer.automata[i], letter]
         code += jump
-    buffer.code[found] = code
-    buffer.step[found] = step
-    return found + 1
+    buffer.code[count] = code
+    buffer.step[count] = step
+    return count + 1
 
 
 @bare_kernel
@@ -132,18 +132,18 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
         if (stops >> np.uint64(v)) & one:
             through |= shortcuts.through[node, v]
     through &= ~stops
-    count: Integer = np.int64(0)
+    reached: Integer = np.int64(0)
     if through:
-        count = _reach_through(near, node, through, distance, via)
-    found: Integer = np.int64(0)
+        reached = _reach_through(near, node, through, distance, via)
+    count: Integer = np.int64(0)
     for v in range(nodes):
         if (stops >> np.uint64(v)) & one:
             cost = near[node, v]
-            for r in range(count):
+            for r in range(reached):
                 cost = min(cost, distance[r] + near[via[r], v])
             if cost < NO_EDGE:
-                found = _read(automata, np.int64(v), np.int64(v), np.int64(cost), buffer, found)
-    return found
+                count = _read(automata, np.int64(v), np.int64(v), np.int64(cost), buffer, count)
+    return count
 
 
 @bare_kernel
@@ -169,36 +169,36 @@ def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: 
 
 @bare_kernel
 def _read(
-    automata: Automata, node: Integer, label: Integer, step: Integer, buffer: Successors, found: Integer
+    automata: Automata, node: Integer, label: Integer, step: Integer, buffer: Successors, count: Integer
 ) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count."""
     code = np.int64(node)
     for i in range(buffer.automata.shape[0]):
         jump = automata.jump[i, buffer.automata[i], label]
         if jump < 0:
-            return found
+            return count
         if i < automata.tolls.shape[0]:
-            buffer.violation[found, i] = automata.tolls[i, buffer.automata[i], label]
+            buffer.violation[count, i] = automata.tolls[i, buffer.automata[i], label]
         code += jump
-    buffer.code[found] = code
-    buffer.step[found] = step
-    return _read_bought(automata, label, buffer, found) if automata.bought.shape[0] else found + 1
+    buffer.code[count] = code
+    buffer.step[count] = step
+    return _read_relaxed(automata, label, buffer, count) if automata.relaxed.shape[0] else count + 1
 
 
 @bare_kernel
-def _read_bought(automata: Automata, label: Integer, buffer: Successors, first: Integer) -> Integer:
+def _read_relaxed(automata: Automata, label: Integer, buffer: Successors, first: Integer) -> Integer:
     """Write, after the state of the free reading, those of all others, and return the new count."""
-    jump, first_bought, bought, count = automata.jump, automata.first_bought, automata.bought, 1
-    for i in range(first_bought.shape[0]):
+    jump, first_relaxed, relaxed, count = automata.jump, automata.first_relaxed, automata.relaxed, 1
+    for i in range(first_relaxed.shape[0]):
         q = buffer.automata[i]
-        begin, end = first_bought[i, q, label], first_bought[i, q, label + 1]
+        begin, end = first_relaxed[i, q, label], first_relaxed[i, q, label + 1]
         for reading in range(begin, end):
             for free in range(first, first + count):
                 k = free + count * (1 + reading - begin)
-                buffer.code[k] = buffer.code[free] - jump[i, q, label] + bought[reading, 0]
+                buffer.code[k] = buffer.code[free] - jump[i, q, label] + relaxed[reading, 0]
                 buffer.step[k] = buffer.step[free]
                 for j in range(buffer.violation.shape[1]):
                     buffer.violation[k, j] = buffer.violation[free, j]
-                buffer.violation[k, i] = bought[reading, 1]
+                buffer.violation[k, i] = relaxed[reading, 1]
         count *= 1 + end - begin
     return first + count

@@ -97,7 +97,7 @@ class LabelSearch:
         return self.problem.is_bi_objective and measures[0].bi_objective and self._first == 0
 
     def reset(self) -> None:
-        """Start the search anew: the start states are entered as successors of no label."""
+        """Start the search again: the start states are entered as successors of no label."""
         prepared, starts, width = self.prepared, self.product.starts, len(self._layout.entries)
         self._lowest, self._found = 0.0, list[_Found]()
         keys = [self._layout.begin(start, self.product.shift) for start in starts]
@@ -164,10 +164,10 @@ class LabelSearch:
                     raise LimitError("time")
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        settled = [found for found in self._found if found.rank < self._lowest]
+        settled = [goal for goal in self._found if goal.rank < self._lowest]
         kept = [*settled, *self._found[-1:]]
-        paths = self._paths([found.label for found in kept])
-        goals = [Goal(self._cost(found.label), found.objectives, paths, k) for k, found in enumerate(kept)]
+        paths = self._paths([goal.label for goal in kept])
+        goals = [Goal(self._cost(goal.label), goal.objectives, paths, k) for k, goal in enumerate(kept)]
         below = self._lowest if not self._first or self._lowest == math.inf else 0
         best = goals[-1] if self.single and goals and not settled else None
         return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, best)
@@ -270,7 +270,7 @@ class LabelSearch:
         kept = np.unique(np.concatenate(generations))
         parents = self.memory.labels.parent[kept]
         before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
-        codes, space = self.memory.states.known[self.memory.labels.row[kept], CODE], self.prepared.space
+        codes, space = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space
         automata = codes[:, None] // space.strides % space.automata.sizes
         nodes, steps = codes % space.automata.nodes, self.memory.labels.step[kept].astype(np.int64)
         starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}

@@ -159,7 +159,7 @@ class KeyMap:
 
     def objectives(self, key: Sequence[int]) -> tuple[Any, ...]:
         """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""
-        found: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
+        objectives: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
         for place, o in enumerate(self.problem.objectives, self.costs):
             mu = o.measure.constant
             if o.measure.is_whole:
@@ -168,8 +168,8 @@ class KeyMap:
                 value = self.entries[place]
                 mu += sum(key[part] for part in value.parts) * o.units.mu
                 mu = sum((formula.value(*self.amounts(o, key)) for formula in value.formulas), mu)
-            found.append(mu)
-        return tuple(found)
+            objectives.append(mu)
+        return tuple(objectives)
 
     def arrays(
         self,
@@ -246,13 +246,13 @@ def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[in
         each cost and task of which the cost of the task matters; the costs of preferences with a general contract; the
         tasks and rules whose violation costs matter.
     """
-    costs, same, paid = set[tuple[int, int]](), set[int](), set[int]()
+    costs, same, violations = set[tuple[int, int]](), set[int](), set[int]()
     for o in problem.objectives:
         for formula in (formula for formula in o.measure.formulas if formula.contract in contracts):
             costs |= {(o.cost, i) for i in formula.costs}
-            paid |= set(formula.violations)
+            violations |= set(formula.violations)
         if o.measure.contract == "general":
             same.add(o.cost)
             costs |= {(o.cost, i) for i in range(o.measure.tasks)}
-            paid |= set(range(len(o.measure.violation_weights)))
-    return costs, same, paid
+            violations |= set(range(len(o.measure.violation_weights)))
+    return costs, same, violations

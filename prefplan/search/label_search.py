@@ -80,10 +80,10 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
             if estimate < UNBOUNDED:
                 counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label, ranks)
             continue
-        known = memory.states.known[labels.row[label]]
+        row = memory.states.table[labels.row[label]]
         if keys.lazy:
-            insert(keys, space.shift, labels, known, label)
-        if known[SATISFIED] < 0:
+            insert(keys, space.shift, labels, row, label)
+        if row[SATISFIED] < 0:
             counters[AT.FOUND] = label
             if keys.objectives == 2:
                 # Goals are found in order of the first objective: better ones have less of the other.
@@ -94,7 +94,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
         counters[AT.EXPANDED] += 1
         counters[AT.PARENT], counters[AT.NEXT] = label, 0
         counters[AT.COUNT] = successors(
-            space.automata, space.edges, space.shortcuts, space.generated, known[CODE], memory.buffer
+            space.automata, space.edges, space.shortcuts, space.generated, row[CODE], memory.buffer
         )
 
 
@@ -107,16 +107,16 @@ def _estimate(
     The bound of its product state is raised until it exceeds the estimate of the label, or nothing is left to raise it.
     """
     labels, limits, states = memory.labels, memory.limits, memory.buffer.automata
-    known, first = memory.states.known[labels.row[label]], keys.first
-    if (keys.lazy and is_dominated(keys, shift, labels, known[HEAD], label)) or labels.sibling[label] == DOMINATED:
+    row, first = memory.states.table[labels.row[label]], keys.first
+    if (keys.lazy and is_dominated(keys, shift, labels, row[HEAD], label)) or labels.sibling[label] == DOMINATED:
         return np.int64(UNBOUNDED)
-    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label):
+    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label):
         return np.int64(UNBOUNDED)
-    estimate = labels.key[label, first] + known[BOUND + first]
+    estimate = labels.key[label, first] + row[BOUND + first]
     if first == 0:
-        node = decode(automata.nodes, automata.sizes, known[CODE], states)
+        node = decode(automata.nodes, automata.sizes, row[CODE], states)
         most = memory.counters[AT.LOWEST] - labels.key[label, 0]
-        rest = raise_bound(bounds.tables, bounds.landmarks, node, states, known, most)
+        rest = raise_bound(bounds.tables, bounds.landmarks, node, states, row, most)
         within = lagrangian_bound(bounds.lagrangian, node, states, limits[1] - labels.key[label, 1])
         rest = max(rest, within << shift)
         estimate = labels.key[label, 0] + rest if rest < INFINITE else np.int64(UNBOUNDED)
@@ -146,40 +146,40 @@ def _enter(
         if key[e] > memory.limits[e]:
             return END.ENTERED
     slot = slot_of(states, buffer.code[k])
-    row = np.int64(states.slots[slot])
-    if row == NONE:
-        row = counters[AT.ROWS]
-        if row == states.known.shape[0]:
+    number = np.int64(states.slots[slot])
+    if number == NONE:
+        number = counters[AT.ROWS]
+        if number == states.table.shape[0]:
             return END.MORE_ROWS
-        states.known[row, LIKELY] = 0 if parent == NONE else states.known[labels.row[parent], LIKELY]
+        states.table[number, LIKELY] = 0 if parent == NONE else states.table[labels.row[parent], LIKELY]
         most = counters[AT.LOWEST] - key[0] if keys.first == 0 else np.int64(INFINITE)
-        code, known = buffer.code[k], states.known[row]
-        _bound_state(automata, tables, projections, landmarks, code, most, keys.objectives, known, buffer.automata)
-    known = states.known[row]
-    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label):
+        code, row = buffer.code[k], states.table[number]
+        _bound_state(automata, tables, projections, landmarks, code, most, keys.objectives, row, buffer.automata)
+    row = states.table[number]
+    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label):
         return END.ENTERED
     if states.slots[slot] == NONE:
-        states.slots[slot] = row
+        states.slots[slot] = number
         counters[AT.ROWS] += 1
-    elif is_dominated(keys, shift, labels, known[HEAD], label):
+    elif is_dominated(keys, shift, labels, row[HEAD], label):
         return END.ENTERED
     if keys.computed:
         end = keys.evaluate(label)
         if end != END.ENTERED:
             return end
-        if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, known, label) or is_dominated(
-            keys, shift, labels, known[HEAD], label
+        if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label) or is_dominated(
+            keys, shift, labels, row[HEAD], label
         ):
             return END.ENTERED
     for e in range(keys.objectives):
-        if key[e] + known[BOUND + e] >= INFINITE:
+        if key[e] + row[BOUND + e] >= INFINITE:
             return END.TOO_LARGE
     step = k if parent == NONE else (buffer.step[k] if keys.edge_costs.shape[1] else np.int64(NONE))
-    labels.row[label], labels.parent[label], labels.step[label] = row, parent, step
+    labels.row[label], labels.parent[label], labels.step[label] = number, parent, step
     labels.sibling[label] = NONE
     if not keys.lazy:
-        insert(keys, shift, labels, known, label)
-    estimate = max(key[keys.first] + known[BOUND + keys.first], counters[AT.LOWEST])
+        insert(keys, shift, labels, row, label)
+    estimate = max(key[keys.first] + row[BOUND + keys.first], counters[AT.LOWEST])
     ranks = labels.key[:, : keys.ranked]
     counters[AT.OPEN] = heap_push(memory.queue.keys, memory.queue.items, counters[AT.OPEN], estimate, label, ranks)
     counters[AT.LABELS] += 1
@@ -194,7 +194,7 @@ def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: I
         key[e] = memory.begin[k, e] if parent == NONE else labels.key[parent, e]
     if parent == NONE:
         return True
-    satisfied = memory.states.known[labels.row[parent], SATISFIED]
+    satisfied = memory.states.table[labels.row[parent], SATISFIED]
     return bool(grow(keys, shift, satisfied, buffer.step[k], buffer.violation[k], key))
 
 
@@ -207,20 +207,20 @@ def _bound_state(
     code: Integer,
     most: Integer,
     objectives: Integer,
-    known: np.ndarray,
+    row: np.ndarray,
     states: np.ndarray,
 ) -> None:
     """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
     node = decode(automata.nodes, automata.sizes, code, states)
-    describe(automata.ends, code, states, known)
+    describe(automata.ends, code, states, row)
     observe(projections, node)
     for e in range(1, objectives):
-        known[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))
-    known[LOOKED], known[BOUND] = 0, 0
+        row[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))
+    row[LOOKED], row[BOUND] = 0, 0
     if tables.add_up:
-        known[BOUND], known[LOOKED] = bound_of(tables, projections, node, states, np.int64(0)), tables.first + 1
+        row[BOUND], row[LOOKED] = bound_of(tables, projections, node, states, np.int64(0)), tables.first + 1
     else:
-        raise_bound(tables, landmarks, node, states, known, most)
+        raise_bound(tables, landmarks, node, states, row, most)
 
 
 @bare_kernel
@@ -230,17 +230,17 @@ def _is_beaten(
     goals: np.ndarray,
     counters: np.ndarray,
     limits: np.ndarray,
-    known: np.ndarray,
+    row: np.ndarray,
     label: Integer,
 ) -> bool:
-    """Return whether a label's lower bounds exceed a limit, or are no better than some goal; `known` is its row."""
+    """Return whether a label's lower bounds exceed a limit, or are no better than some goal."""
     for e in range(keys.objectives):
-        if known[BOUND + e] >= INFINITE or key[label, e] + known[BOUND + e] > limits[e]:
+        if row[BOUND + e] >= INFINITE or key[label, e] + row[BOUND + e] > limits[e]:
             return True
     for g in range(counters[AT.GOALS]):
         better = False
         for e in range(keys.objectives):
-            if e != keys.first and key[label, e] + known[BOUND + e] < key[goals[g], e]:
+            if e != keys.first and key[label, e] + row[BOUND + e] < key[goals[g], e]:
                 better = True
                 break
         if not better:

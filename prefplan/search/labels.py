@@ -40,11 +40,11 @@ class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
-        known: (R, F) int64, columns SATISFIED, HEAD, CODE, and those of bounds.
+        table: (R, F) int64, columns SATISFIED, HEAD, CODE, and those of bounds.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 
-    known: np.ndarray
+    table: np.ndarray
     slots: np.ndarray
 
 
@@ -101,17 +101,17 @@ def slot_of(states: States, code: Integer) -> Integer:
     """Return the slot of a product state in the hash table: that of its row, or the empty one for it."""
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
-    while states.slots[slot] >= 0 and states.known[states.slots[slot], CODE] != code:
+    while states.slots[slot] >= 0 and states.table[states.slots[slot], CODE] != code:
         slot = (slot + 1) & mask
     return slot
 
 
 @bare_kernel
-def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, known: np.ndarray) -> None:
+def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, row: np.ndarray) -> None:
     """Write what a new product state's row says of it, but for bounds."""
     satisfied, done = masks(ends, automata)
-    known[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
-    known[HEAD], known[CODE] = NONE, code
+    row[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
+    row[HEAD], row[CODE] = NONE, code
 
 
 @bare_kernel
@@ -125,7 +125,7 @@ def rehash(states: States, rows: Integer) -> None:
     """Fill an emptied hash table with the first rows."""
     mask = states.slots.shape[0] - 1
     for row in range(rows):
-        slot = _first_slot(states.known[row, CODE], mask)
+        slot = _first_slot(states.table[row, CODE], mask)
         while states.slots[slot] >= 0:
             slot = (slot + 1) & mask
         states.slots[slot] = row
@@ -143,7 +143,7 @@ def enlarged(memory: Memory, end: int) -> Memory:
         return memory._replace(goals=_longer(memory.goals))
     if end == END.MORE_LABELS:
         return memory._replace(labels=Labels(*map(_longer, memory.labels)), queue=Queue(*map(_longer, memory.queue)))
-    states = States(_longer(memory.states.known), np.full(2 * len(memory.states.slots), NONE, np.int32))
+    states = States(_longer(memory.states.table), np.full(2 * len(memory.states.slots), NONE, np.int32))
     rehash(states, int(memory.counters[AT.ROWS]))
     return memory._replace(states=states)
 
@@ -185,9 +185,9 @@ def is_dominated(keys: Keys, shift: Integer, labels: Labels, head: Integer, new:
 
 
 @bare_kernel
-def insert(keys: Keys, shift: Integer, labels: Labels, known: np.ndarray, new: Integer) -> None:
+def insert(keys: Keys, shift: Integer, labels: Labels, row: np.ndarray, new: Integer) -> None:
     """Make a new label the last of its product state's, and mark those that it dominates."""
-    label, last = np.int64(known[HEAD]), np.int64(new)
+    label, last = np.int64(row[HEAD]), np.int64(new)
     while label != NONE:
         following = np.int64(labels.sibling[label])
         if no_worse(keys, shift, labels.key[new], labels.key[label]):
@@ -197,4 +197,4 @@ def insert(keys: Keys, shift: Integer, labels: Labels, known: np.ndarray, new: I
             last = label
         label = following
     labels.sibling[last] = NONE
-    known[HEAD] = new
+    row[HEAD] = new

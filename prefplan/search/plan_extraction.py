@@ -1,4 +1,4 @@
-"""Plans of paths, with all their values computed anew from the model, and the edges of a path between two nodes."""
+"""Plans of paths, with all their values computed again from the model, and the edges of a path between two nodes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from prefplan.product.starts import Start
 
 
 def plan_of(product: Product, steps: np.ndarray, automata: Sequence[tuple[int, ...]], start: Start) -> Plan:
-    """Return the plan of a path, all its values computed anew from the model.
+    """Return the plan of a path, all its values computed again from the model.
 
     Args:
         product: what was searched.
@@ -55,28 +55,28 @@ def plan_of(product: Product, steps: np.ndarray, automata: Sequence[tuple[int, .
 def _purchases(
     product: Product, labels: Sequence[frozenset[str]], automata: Sequence[tuple[int, ...]], start: Start
 ) -> list[Purchase]:
-    """Return the relaxations bought along a path and the rules broken, in order of steps.
+    """Return the relaxations relaxed along a path and the rules broken, in order of steps.
 
     The labels are those of the past and the path, `automata` the states along the path.
     """
     problem, price, first = product.problem, product.units.price, len(labels) - len(automata)
-    found: list[Purchase] = []
+    purchases: list[Purchase] = []
     for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
-        if start.bought[i] is None:
-            found.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
-        bought = [*(start.bought[i] or ())]
+        if start.relaxed[i] is None:
+            purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
+        relaxed = [*(start.relaxed[i] or ())]
         steps = zip(automata, automata[1:], labels[first + 1 :], strict=False) if dfa.relaxations else ()
         for k, (before, after, label) in enumerate(steps, start=first + 1):
             readings = dfa.readings(before[i], label)
             reading = next(reading for reading in readings if reading.state == after[i])
-            bought += [(k, relaxation) for relaxation in reading.relaxations]
-        for k, relaxation in bought:
+            relaxed += [(k, relaxation) for relaxation in reading.relaxations]
+        for k, relaxation in relaxed:
             assumed, _, count = dfa.relaxations[relaxation]
-            found.append(Purchase(name, k, assumed, count * price))
+            purchases.append(Purchase(name, k, assumed, count * price))
     prices = {rule.name: rule.skip for rule in problem.rules}
     broken = problem.broken(labels).items()
-    found += [Purchase(name, step, None, exact(prices[name] or 0), rule=True) for name, step in broken]
-    return sorted(found, key=lambda purchase: purchase.step)
+    purchases += [Purchase(name, step, None, exact(prices[name] or 0), rule=True) for name, step in broken]
+    return sorted(purchases, key=lambda purchase: purchase.step)
 
 
 def edges_between(
@@ -126,7 +126,7 @@ def cheapest_path(
         limit: cost of the path.
     """
     links, taken = [np.int64(-1)], [np.int64(-1)]
-    # Links are numbered as they are made: ties go to the path found first.
+    # Links are numbered as they are made: ties go to the path purchases first.
     queue = [(np.int64(0), 0, np.int64(0), np.int64(source))]
     passed = {np.int64(-1)}
     while queue:

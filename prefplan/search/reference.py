@@ -56,7 +56,7 @@ class Label:
         state: state(x) = (s, q_1, ..., q_N, r_1, ..., r_R), where the path leads.
         g: (D,) its costs, as whole numbers of `Problem.cost_units`.
         pcs: (N,) its preference cost set (Definition 4): the costs (D,) of each task.
-        paid: (P,) violation costs, in units.
+        violations: (P,) violation costs, in units.
         f: lower bounds of the costs, in units, and preferences of all plans that begin with the path.
         actions: how many.
         parent: parent(x), or how the path begins.
@@ -66,7 +66,7 @@ class Label:
     state: Counts
     g: Counts
     pcs: tuple[Counts, ...]
-    paid: Counts
+    violations: Counts
     f: Vector
     actions: int
     parent: Label | Start
@@ -110,16 +110,16 @@ class ReferenceSearch:
 
     def run(self, limits: Limits) -> Result:
         """Search for the front in order of f (BOA*), or its first point; a limit or Ctrl-C may stop it before."""
-        found, ended = list[Label](), None
+        goals, ended = list[Label](), None
         try:
             for start in self.product.starts:
                 self._begin(start)  # lines 1 to 4
-            while not (found and self._single) and (goal := self._constrained_a_star(limits)) is not None:
+            while not (goals and self._single) and (goal := self._constrained_a_star(limits)) is not None:
                 self._front.append(goal.f)
-                found.append(goal)
+                goals.append(goal)
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        return Result(self._goals(found), ended, self._complete_below, self.work)
+        return Result(self._goals(goals), ended, self._complete_below, self.work)
 
     def _begin(self, start: Start) -> None:
         """Add x_0 to O. Of a past, only the first cost counts."""
@@ -147,19 +147,19 @@ class ReferenceSearch:
                 cost = self._costs[edge]
                 g = _plus(x.g, cost)  # line 10
                 pcs = tuple(c if j in acc else _plus(c, cost) for j, c in enumerate(x.pcs))  # line 11, equation (3)
-                self._add(state, g, pcs, _plus(x.paid, prices), x, edge)  # lines 12 to 18
+                self._add(state, g, pcs, _plus(x.violations, prices), x, edge)  # lines 12 to 18
         self._complete_below = math.inf
         return None  # line 19
 
     def _add(
-        self, state: Counts, g: Counts, pcs: tuple[Counts, ...], paid: Counts, parent: Label | Start, edge: int
+        self, state: Counts, g: Counts, pcs: tuple[Counts, ...], violations: Counts, parent: Label | Start, edge: int
     ) -> None:
         """Create a label and add it to O, unless mu is too large, or another label of its product state is no worse."""
-        f = self._f(state, g, pcs, paid)
+        f = self._f(state, g, pcs, violations)
         if not self._admits(f):  # line 12
             return  # line 13
         actions = parent.actions + 1 if isinstance(parent, Label) else 0
-        y = Label(state, g, pcs, paid, f, actions, parent, edge)  # lines 17 and 18
+        y = Label(state, g, pcs, violations, f, actions, parent, edge)  # lines 17 and 18
         key, others = self._key(y), self._undominated[self._place(y)]
         if any(_no_worse(other, key) for other, _ in others):  # line 14: g+ >= g_min
             return
@@ -177,12 +177,12 @@ class ReferenceSearch:
             if self.work.bytes > limits.bytes:
                 raise LimitError("memory")
 
-    def _f(self, state: Counts, g: Counts, pcs: tuple[Counts, ...], paid: Counts) -> Vector:
+    def _f(self, state: Counts, g: Counts, pcs: tuple[Counts, ...], violations: Counts) -> Vector:
         """Return g + h (equation 4) of every cost, infinite if no goal can be reached, and mu of every preference."""
         h = [max_min(distances, state) for distances in self._distances]
         if math.inf in h:
             return (math.inf,)
-        values = (o.measure.value(*self._amounts(o, pcs, paid)) for o in self._problem.objectives)
+        values = (o.measure.value(*self._amounts(o, pcs, violations)) for o in self._problem.objectives)
         return (*_plus(g, map(int, h)), *values)
 
     def _admits(self, f: Vector) -> bool:
@@ -220,12 +220,12 @@ class ReferenceSearch:
         return automata[k].readings(q, self.product.class_sets[label])
 
     def _amounts(
-        self, o: PreferenceObjective, pcs: tuple[Counts, ...], paid: Counts
+        self, o: PreferenceObjective, pcs: tuple[Counts, ...], violations: Counts
     ) -> tuple[list[Fraction], list[Fraction]]:
         """Return the (P,) costs of tasks, in a preference's cost, and violation costs, in the user's units."""
         costs = [c[o.cost] * o.units.cost for c in pcs]
-        rules = [Fraction(0)] * (len(paid) - len(costs))
-        return [*costs, *rules], [v * o.units.price for v in paid]
+        rules = [Fraction(0)] * (len(violations) - len(costs))
+        return [*costs, *rules], [v * o.units.price for v in violations]
 
     def _key(self, x: Label) -> Vector:
         """Return the label key; `prefplan.preferences.objective` says why these entries suffice."""
@@ -236,17 +236,17 @@ class ReferenceSearch:
         """Return the entries of the label key for one preference."""
         measure = o.measure
         if measure.contract == "general":
-            return x.paid
-        costs, paid = self._amounts(o, x.pcs, x.paid)
+            return x.violations
+        costs, violations = self._amounts(o, x.pcs, x.violations)
         if measure.bi_objective:
-            return (measure.value(costs, paid),)
+            return (measure.value(costs, violations),)
         single: list[Term] = [*measure.maxima, *(f for f in measure.formulas if f.contract != "componentwise")]
         mixed = [f for f in measure.formulas if f.contract == "componentwise"]
         return (
-            measure.summed(costs, paid),
-            *(term.value(costs, paid) for term in single),
+            measure.summed(costs, violations),
+            *(term.value(costs, violations) for term in single),
             *(x.pcs[j][o.cost] for j in sorted({j for f in mixed for j in f.costs})),
-            *(x.paid[j] for j in sorted({j for f in mixed for j in f.violations})),
+            *(x.violations[j] for j in sorted({j for f in mixed for j in f.violations})),
         )
 
     def _place(self, x: Label) -> Vector:
@@ -254,10 +254,10 @@ class ReferenceSearch:
         general = sorted({o.cost for o in self._problem.objectives if o.measure.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 
-    def _goals(self, found: Sequence[Label]) -> tuple[Goal, ...]:
+    def _goals(self, labels: Sequence[Label]) -> tuple[Goal, ...]:
         """Return goals with their exact objectives, in the user's units, and their paths (extractPlan)."""
         units, each = self._problem.cost_units, []
-        for at in found:
+        for at in labels:
             edges, automata = [], [at.state[1:]]
             while isinstance(at.parent, Label):
                 edges.append(at.edge)
@@ -265,9 +265,9 @@ class ReferenceSearch:
                 automata.append(at.state[1:])
             each.append((edges[::-1], automata[::-1], at.parent))
         paths = Paths.apart(self.product, each)
-        costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in found]
-        values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(found)]
-        return tuple(Goal(goal.g[0], values[k], paths, k) for k, goal in enumerate(found))
+        costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in labels]
+        values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(labels)]
+        return tuple(Goal(goal.g[0], values[k], paths, k) for k, goal in enumerate(labels))
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:

@@ -71,17 +71,17 @@ class Values(types.WrapperAddressProtocol):
             return int(END.TOO_LARGE)
 
     def _enter(self, key: np.ndarray) -> int:
-        self.key = known = key.tolist()
-        known[0] >>= self._shift
+        self.key = exact = key.tolist()
+        exact[0] >>= self._shift
         for e, is_whole, value_of in self._each:
-            value = value_of(known)
+            value = value_of(exact)
             if not 0 <= value <= (INFINITE if is_whole else LARGEST):
                 return END.TOO_LARGE
             entry, slack = (value, 0) if is_whole else (ordered_number(value), FALL)
-            if entry + slack < known[e]:
+            if entry + slack < exact[e]:
                 return END.FALLS
-            if entry > known[e]:
-                key[e] = known[e] = entry
+            if entry > exact[e]:
+                key[e] = exact[e] = entry
         return END.ENTERED
 
     def _value(self, entry: KeyEntry, o: PreferenceObjective) -> ValueOf:
