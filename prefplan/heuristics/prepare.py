@@ -178,7 +178,8 @@ class Prepared:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
         guided = copy(self)
-        guided.improved_after, guided.bounds = math.inf, Bounds(scaled(self.bounds.tables, weight))
+        tables, guided.improved_after = scaled(self.bounds.tables, weight), math.inf
+        guided.bounds = Bounds(tables, self.bounds.projections)
         return guided
 
     def improve(self) -> None:

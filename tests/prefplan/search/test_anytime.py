@@ -7,9 +7,11 @@ from typing import Any
 import judge
 import pytest
 from judge.verdict import misjudged
+from small_models import COSTS, spot
 
-from prefplan import Options, Planner, UnfinishedError, pareto_front
+from prefplan import ManipulationModel, Options, Order, Planner, Problem, UnfinishedError, pareto_front
 from prefplan.limits import Limits
+from prefplan.models.manipulation.model import Object
 from prefplan.scenario.decode import from_dict
 from prefplan.search import incumbent
 from prefplan.search.driver import LabelSearch
@@ -51,6 +53,35 @@ def test_a_search_with_some_plan_finds_what_the_exact_one_finds() -> None:
             plan = Planner(planned).cheapest()
             assert (plan.cost, plan.preference) == (front[0].cost, front[0].preference)
             assert misjudged(problem, plan) is None
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_weighted_search_of_generated_states_has_the_bounds_of_their_projections(
+    single: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places = (spot("s0"), spot("s1"), spot("s2"), spot("bin", capacity=2))
+    objects = tuple(Object(f"o{k}", f"s{k}") for k in range(3))
+    model = ManipulationModel("home", COSTS, places, objects, listed_states=0)
+    problem = Problem(model.transition_system(), {"a": "F o0_bin", "b": "F (o1_bin & F o2_s0)"}, Order())
+    looked: list[int] = []
+    improve = incumbent.Drafts.improve
+
+    def counted(drafts: incumbent.Drafts, *arguments: Any) -> bool:
+        found = improve(drafts, *arguments)
+        prepared = drafts._prepared
+        assert prepared is not None
+        # Without them, a state itself is looked up in the tables, beyond their end.
+        assert prepared.guided(0.5).bounds.projections is prepared.bounds.projections is not None
+        looked.append(1)
+        return found
+
+    monkeypatch.setattr(incumbent.Drafts, "improve", counted)
+    planner = Planner(problem)
+    found = [planner.cheapest()] if single else planner.front()
+    monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 100_000)
+    exact = Planner(problem).front()
+    assert looked
+    assert [plan.objectives for plan in found] == [plan.objectives for plan in (exact[:1] if single else exact)]
 
 
 def test_a_stopped_search_for_a_plan_proves_no_more_than_is_so() -> None:
