@@ -59,35 +59,7 @@ class Named(NamedTuple):
     inside: bool
 
 
-def write_names(axes: Axes, named: Sequence[Named], obstacles: Sequence[Obstacle], *, font_size: float) -> None:
-    """Write names on a map where there is space; its axes must have their final position.
-
-    Args:
-        axes: of the map.
-        named: the names; what may hold its own name should not be covered by another one.
-        obstacles: what else names should not cover.
-        font_size: points.
-    """
-    to_pixels, to_map = axes.transData.transform, axes.transData.inverted().transform
-    texts = [_write(axes, one.text, one.kind, font_size) for one in named]
-    targets = np.array([to_pixels(one.target.reshape(2, 2)).ravel() for one in named]).reshape(-1, 4)
-    sizes = np.array([text.get_window_extent().size for text in texts]).reshape(-1, 2) + 2 * PAD_PX
-    inside = [one.inside for one in named]
-    shunned = [(to_pixels(rectangle.reshape(2, 2)).ravel(), cost) for rectangle, cost in obstacles]
-    shunned += [(target, AREA if may else DOT) for target, may in zip(targets, inside, strict=True)]
-    frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
-    line = font_size * axes.figure.dpi / POINTS_PER_INCH
-    places = place(sizes, targets, inside, frame, shunned, line=line)
-    for text, rectangle, target in zip(texts, places, targets, strict=True):
-        if rectangle is None:
-            text.remove()
-            continue
-        text.set_position(tuple(to_map(rectangle[:2] + PAD_PX)))
-        if gap(rectangle[None], target)[0] > LEADER * line:
-            axes.plot(*to_map(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN)
-
-
-def _write(axes: Axes, text: str, kind: str, font_size: float) -> Text:
+def _text(axes: Axes, text: str, kind: str, font_size: float) -> Text:
     style: dict[str, Any] = {"color": GOOD, "weight": "bold", "zorder": 6} if kind == "task" else {"zorder": 4}
     if kind == "terrain":
         kind, style["style"] = "name", "italic"
@@ -167,12 +139,31 @@ class PlanMap:
             lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
             done.append(Named(lines, "task", square(path[step], self.mark), False))
         named = self._names({plan.states[step] for step in goals}, done)
-        obstacles = [(square(path[0], START_SIZE * self.mark), DOT)]
-        obstacles += [(area, AREA) for area in self._unnamed()]
         sampled = path[:: max(1, len(path) // MOST_SAMPLES)]
         points = np.concatenate([sampled, (sampled[1:] + sampled[:-1]) / 2])
-        obstacles += [(np.array([*point, *point]), PATH) for point in points]
-        write_names(axes, named, obstacles, font_size=font_size)
+        shunned = [(square(path[0], START_SIZE * self.mark), DOT), *((area, AREA) for area in self._unnamed())]
+        shunned += [(np.array([*point, *point]), PATH) for point in points]
+        # What may hold its own name should not be covered by another one.
+        shunned += [(one.target, AREA if one.inside else DOT) for one in named]
+        self._write(axes, named, shunned, font_size)
+
+    def _write(self, axes: Axes, named: Sequence[Named], obstacles: Sequence[Obstacle], font_size: float) -> None:
+        """Write names where there is space, off obstacles as far as possible, with leader lines where they are far."""
+        to_pixels, to_map = axes.transData.transform, axes.transData.inverted().transform
+        texts = [_text(axes, one.text, one.kind, font_size) for one in named]
+        sizes = np.array([text.get_window_extent().size for text in texts]).reshape(-1, 2) + 2 * PAD_PX
+        targets = np.array([to_pixels(one.target.reshape(2, 2)).ravel() for one in named]).reshape(-1, 4)
+        shunned = [(to_pixels(rectangle.reshape(2, 2)).ravel(), cost) for rectangle, cost in obstacles]
+        frame = np.array(axes.get_window_extent().extents) + [1, 1, -1, -1]
+        line = font_size * axes.figure.dpi / POINTS_PER_INCH
+        places = place(sizes, targets, [one.inside for one in named], frame, shunned, line=line)
+        for text, rectangle, target in zip(texts, places, targets, strict=True):
+            if rectangle is None:
+                text.remove()
+                continue
+            text.set_position(tuple(to_map(rectangle[:2] + PAD_PX)))
+            if gap(rectangle[None], target)[0] > LEADER * line:
+                axes.plot(*to_map(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN)
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:
         """Return the tasks that a plan satisfies, by the number of actions done when they are."""
