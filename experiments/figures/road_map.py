@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
@@ -90,12 +89,10 @@ class RoadMap(PlanMap):
 
     def _draw_roads(self, axes: Axes) -> None:
         if len(self.lines) <= MOST_LINES:
-            roads: Artist = self._roads(ROAD_WIDTH)
-            axes.add_collection(cast(LineCollection, roads))
+            axes.add_collection(self._roads(ROAD_WIDTH)).set_gid("roads")
         else:
-            right, top = self.size[0] - 0.5, self.size[1] - 0.5
-            roads = axes.imshow(self._pixels, extent=(-0.5, right, -0.5, top), interpolation_stage="rgba", zorder=1)
-        roads.set_gid("roads")
+            extent = (-0.5, self.size[0] - 0.5, -0.5, self.size[1] - 0.5)
+            axes.imshow(self._pixels, extent=extent, interpolation_stage="rgba", zorder=1).set_gid("roads")
 
     def _roads(self, width: float) -> LineCollection:
         return LineCollection(list(self.lines), colors=ROAD_COLOR, linewidths=width, zorder=1)
