@@ -11,7 +11,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from experiments.figures.figures import drawing, write_figure
-from experiments.figures.objectives import draw_objectives, draw_parallel, figure_size
+from experiments.figures.objectives import draw_objectives, draw_parallel
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
@@ -39,9 +39,8 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         PrefplanError: the file cannot be written.
     """
     count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
-    two = scenario.problem().is_bi_objective
-    with drawing(size=SIZE_IN if two else figure_size(front), layout=True) as figure:
-        if two:
+    with drawing(size=SIZE_IN, layout=True) as figure:
+        if scenario.problem().is_bi_objective:
             axes = figure.subplots()
             draw_front(axes, scenario, front)
             axes.set_title(f"{scenario.name}: {count}")

@@ -28,17 +28,12 @@ COLORS = "viridis"
 """Colour map of the plans, from the first of the front to the last; suits colour-blind readers."""
 
 
-def figure_size(front: Front) -> tuple[float, float]:
-    """Return the size of the whole figure, inches."""
-    pairs = len(list(combinations(front.objectives, 2)))
-    return PANEL_IN * min(pairs, COLUMNS), PANEL_IN * (-(-pairs // COLUMNS) + 1)
-
-
 def draw_objectives(figure: Figure, front: Front) -> None:
-    """Draw every pair of objectives of a front, and all objectives below."""
+    """Draw every pair of objectives of a front, and all objectives below; this sets the size of the figure."""
     pairs = list(combinations(front.objectives, 2))
-    rows = -(-len(pairs) // COLUMNS)
-    grid = figure.add_gridspec(rows + 1, min(len(pairs), COLUMNS))
+    rows, columns = -(-len(pairs) // COLUMNS), min(len(pairs), COLUMNS)
+    figure.set_size_inches(PANEL_IN * columns, PANEL_IN * (rows + 1))
+    grid = figure.add_gridspec(rows + 1, columns)
     for k, pair in enumerate(pairs):
         draw_pair(figure.add_subplot(grid[k // COLUMNS, k % COLUMNS]), front, *pair)
     draw_parallel(figure.add_subplot(grid[rows, :]), front)
