@@ -129,17 +129,18 @@ class Sweep:
 
     def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
         """Return the command line that carries a rollout out again, with a video."""
-        return shlex.join(
-            [
-                *("prefplan", "run", self.given, "--plan", str(self.which)),
-                *(() if self.max_cost is None else ("--max-cost", str(self.max_cost))),
-                *(() if self.max_preference is None else ("--max-preference", str(self.max_preference))),
-                *(() if self.robot is None else ("--robot", self.robot)),
-                *("--seed", str(self.rollout_seed(number)), "--perturb", str(self.perturbation)),
-                *(word for fault in faults for word in ("--fault", str(fault))),
-                *("--out", str(self.folder / f"rollout_{number}")),
-            ]
-        )
+        options = [
+            ("--plan", self.which),
+            ("--max-cost", self.max_cost),
+            ("--max-preference", self.max_preference),
+            ("--robot", self.robot),
+            ("--seed", self.rollout_seed(number)),
+            ("--perturb", self.perturbation),
+            *(("--fault", fault) for fault in faults),
+            ("--out", self.folder / f"rollout_{number}"),
+        ]
+        words = (word for name, value in options if value is not None for word in (name, str(value)))
+        return shlex.join(["prefplan", "run", self.given, *words])
 
 
 def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
