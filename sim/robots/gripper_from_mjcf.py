@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -105,10 +105,9 @@ def gripper_from_mjcf(
     squeeze = _set_force(spec, actuator, linkage, lengths, force_n)
     for pad in map(spec.geom, pads):
         set_pad(pad, friction=max(1.0, float(pad.friction[0])))
-    gripper = Gripper(
-        actuator, joints, pads, opening_m, squeeze, min(FIRM_FORCE_N, FIRM_SHARE * force_n), 0, 0, 0, 0, 0, linkage
-    )
-    return replace(gripper, **_dimensions(model, [state.data for state in states], gripper, tool))
+    firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
+    sizes = _dimensions(model, [state.data for state in states], joints, pads, tool)
+    return Gripper(actuator, joints, pads, opening_m, squeeze, firm, **sizes, linkage=linkage)
 
 
 def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints: tuple[str, ...]) -> list[HandState]:
@@ -173,11 +172,10 @@ def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: st
     mujoco.mj_kinematics(model, data)
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
     firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
-    gripper = SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, 0, 0, 0, 0, 0)
-    sizes = _dimensions(model, [data], gripper, tool)
-    press = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
-    cup = {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "press_m": press, "force_n": force_n}
-    return replace(gripper, **sizes | cup)
+    sizes = _dimensions(model, [data], joints, (lip.name,), tool)
+    sizes |= {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "force_n": force_n}
+    sizes["press_m"] = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
+    return SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, **sizes)
 
 
 def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
@@ -226,18 +224,20 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
     return float(np.clip(squeeze, *SQUEEZES_M))
 
 
-def _dimensions(model: mujoco.MjModel, states: list[mujoco.MjData], gripper: Gripper, tool: str) -> dict[str, Any]:
+def _dimensions(
+    model: mujoco.MjModel, states: list[mujoco.MjData], joints: tuple[str, ...], pads: tuple[str, ...], tool: str
+) -> dict[str, Any]:
     """Return the dimensions of the hand over several states, by their names in `Gripper`, from its bounding boxes."""
-    fingers = {int(model.geom(name).bodyid[0]) for name in gripper.pads}
-    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in gripper.joints})
+    fingers = {int(model.geom(name).bodyid[0]) for name in pads}
+    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
     hand = _carried(model, {int(model.site(tool).bodyid[0])}) - fingers - moving
-    pads = [model.geom(name).id for name in gripper.pads]
+    pad_geoms = [model.geom(name).id for name in pads]
     solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
     depth, finger, palm = 0.0, [], []
     for data in states:
         boxes = {geom: _box(data, geom, tool) for geom in solid}
         own = np.concatenate([boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in fingers])
-        inner = min(float(np.abs(boxes[pad][:, 1]).min()) for pad in pads)
+        inner = min(float(np.abs(boxes[pad][:, 1]).min()) for pad in pad_geoms)
         depth = max(depth, float(np.abs(own[:, 1]).max()) - inner)
         finger.append(own)
         palm += [boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in hand and boxes[geom][:, 2].max() < 0]

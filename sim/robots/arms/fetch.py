@@ -10,7 +10,7 @@ import trimesh
 
 from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
-from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid, yaw_quat
+from sim.geometry.mjcf import HIDDEN, VISIBLE, draw_solid, yaw_quat
 from sim.geometry.solids import smoothed
 from sim.robots.assets import asset_folder
 from sim.robots.import_mjcf import ImportedArm, add_servo
@@ -130,10 +130,8 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         mesh.file, mesh.uservert, mesh.userface = "", solid.vertices.ravel(), solid.faces.ravel()
         geom.group = HIDDEN
         link = mesh.name.removeprefix(FETCH_PREFIX)
-        add_solid(spec, f"fetch_{link}", smoothed(solid))
-        drawn = geom.parent.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=f"fetch_{link}", pos=geom.pos)
-        drawn.contype = drawn.conaffinity = drawn.mass = 0
-        drawn.material, drawn.group, drawn.rgba = f"fetch_{COLOURS.get(link, 'white')}", VISIBLE, [0.5, 0.5, 0.5, 1]
+        colour = f"fetch_{COLOURS.get(link, 'white')}"
+        draw_solid(spec, geom.parent, f"fetch_{link}", smoothed(solid), colour, xy=geom.pos[:2], z=geom.pos[2])
 
 
 def _set_gripper(spec: mujoco.MjSpec) -> None:
