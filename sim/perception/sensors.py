@@ -10,6 +10,7 @@ from typing import Protocol
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sim.errors import SimulationError
 from sim.geometry.rectangle import Rectangle
@@ -208,6 +209,5 @@ def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:
     """Return the average of several observations of one object at rest."""
     if len(poses) == 1:
         return poses[0]
-    # The rotation nearest to the mean of several rotations (orthogonal Procrustes problem).
-    u, _, v = np.linalg.svd(np.mean([pose.rotation for pose in poses], axis=0))
-    return ObjectPose(shape, np.mean([pose.position for pose in poses], axis=0), u @ v)
+    rotation = Rotation.from_matrix([pose.rotation for pose in poses]).mean().as_matrix()
+    return ObjectPose(shape, np.mean([pose.position for pose in poses], axis=0), rotation)
