@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -36,9 +37,6 @@ CLEARANCE_M = 0.004
 
 HOME_CLEARANCE_M = 0.004
 """Least clearance of the robot at home, with its hand open, from everything else, m."""
-
-LAMP_BODY = "lamp head"
-"""Name of the body that represents a lamp's head at each foot that is tried."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
 
@@ -130,19 +128,12 @@ class RobotAtSlots:
         slots: Slots,
         sizes: Mapping[str, Extent],
     ):
-        """Find a configuration for each slot, and compile the robot with a lamp's head."""
+        """Find a configuration for each slot."""
         self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
         self._stations, self._slots = stations, slots
         self._blocks = blocks_of(model.fixtures)
         self.out_of_reach: list[str] = []
         self._find_configurations(arm, slots)
-        spec = arm.robot.spec()
-        lamp = spec.worldbody.add_body(name=LAMP_BODY, mocap=True, pos=[0, 0, -10])
-        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
-        spec.compiler.discardvisual = True
-        self._model = spec.compile()
-        self._model.geom_margin[:] = self._model.body_margin[:] = CLEARANCE_M
-        self._data = mujoco.MjData(self._model)
 
     def _find_configurations(self, arm: Arm, slots: Slots) -> None:
         """Find a configuration for every slot within reach, and the messages about the others.
@@ -197,22 +188,27 @@ class RobotAtSlots:
         )
 
     def _is_clear_of_lamp(self, head: Rectangle) -> bool:
-        """Return whether the robot at every slot clears a lamp's head."""
-        self._data.mocap_pos[0] = [*head.centre, LAMP_TOP_M / 2]
-        self._data.mocap_quat[0] = yaw_quat(head.yaw)
-        return not any(other == LAMP_BODY for where, q in self._configurations for _, other in self._touches(where, q))
+        """Return whether the robot at every slot, its hand open as for the objects there, clears a lamp's head."""
+        data = self._beside_lamp
+        data.mocap_pos[0], data.mocap_quat[0] = [*head.centre, LAMP_TOP_M / 2], yaw_quat(head.yaw)
+        for location, q in self._configurations:
+            self._robot.put(data, q, width=self._sizes[location].opening)
+            mujoco.mj_kinematics(data.model, data)
+            mujoco.mj_collision(data.model, data)
+            if data.ncon:
+                return False
+        return True
 
-    def _touches(self, location: str, q: np.ndarray) -> list[tuple[str, str]]:
-        """Return pairs of a link of the robot, its hand open as for a location, and a body that it is too near to."""
-        model, data = self._model, self._data
-        width = self._sizes[location].opening
-        self._robot.put(data, q, width=width)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        of_robot = self._robot.bodies(model)
-        bodies = model.geom_bodyid[data.contact.geom.reshape(-1, 2)]
-        pairs = [(a, b) if of_robot[a] else (b, a) for a, b in bodies]
-        return [(model.body(link).name, model.body(other).name) for link, other in pairs]
+    @functools.cached_property
+    def _beside_lamp(self) -> mujoco.MjData:
+        """The robot and a lamp's head, with contacts between the two alone."""
+        spec = self._robot.spec()
+        lamp = spec.worldbody.add_body(mocap=True)
+        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
+        spec.compiler.discardvisual = True
+        model = spec.compile()
+        model.geom_margin[:] = model.body_margin[:] = CLEARANCE_M
+        return mujoco.MjData(model)
 
 
 def _storeys(model: ManipulationModel, location: str) -> int:
