@@ -97,6 +97,11 @@ def _check_boards(fixture: Fixture, where: str) -> None:
     for board in fixture.boards:
         if not 0 <= board <= height:
             raise SimulationError(f"{where}: {board:g} is not from 0 to {height:g} m, the height of the shelf")
+    if min(_between(fixture).half) <= 0:
+        raise SimulationError(
+            f"fixtures.{fixture.name}.size: its sides and its back are {PANEL_M:g} m thick, so it must be longer "
+            f"than {PANEL_M:g} m along x and {2 * PANEL_M:g} m along y, not {list(fixture.size)}"
+        )
 
 
 def _check_foot(fixture: Fixture, where: str) -> None:
@@ -126,16 +131,6 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
         tops = [z + board for board in fixture.boards if z + board > 0]
         found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top, carries=True) for top in tops]
     return found
-
-
-def check_shelves(fixtures: Iterable[Fixture]) -> None:
-    """Raise `SimulationError` for a shelf without space between its sides and in front of its back."""
-    for fixture in fixtures:
-        if fixture.kind == "shelf" and min(_between(fixture).half) <= 0:
-            raise SimulationError(
-                f"fixtures.{fixture.name}.size: its sides and its back are {PANEL_M:g} m thick, so it must be longer "
-                f"than {PANEL_M:g} m along x and {2 * PANEL_M:g} m along y, not {list(fixture.size)}"
-            )
 
 
 def check_carried(name: str, outline: Rectangle, height: float, blocks: Sequence[Block]) -> None:

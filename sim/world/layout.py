@@ -18,7 +18,7 @@ from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 from sim.world.clearance import blocked, check_surroundings, collisions, obstructed, overlapping
-from sim.world.fixtures import blocks_of, check_shelves
+from sim.world.fixtures import blocks_of
 from sim.world.places import (
     AT_RADIUS_M,
     BIN_MARGIN_M,
@@ -57,7 +57,6 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
         SimulationError: locations of an unknown kind, without a definite position, or obstructing others, and objects
             that the hand cannot grasp. Each fault starts with the location's or the object's key.
     """
-    check_shelves(model.fixtures)
     faults: list[str] = []
     shapes: dict[str, ObjectShape] = {}
     for obj in model.objects:
