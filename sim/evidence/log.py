@@ -126,7 +126,7 @@ def log_of(
         text=text,
         measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
-        meshes=scene.dressed,
+        meshes=scene.has_meshes,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
         actions=tuple(_logged(step) for step in run.steps),

@@ -66,9 +66,9 @@ def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
         objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
         spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
         scene = _scene(model, other, spares, meshes=None)
-        if scene.dressed and not about.meshes:
+        if scene.has_meshes and not about.meshes:
             return _scene(model, other, spares, meshes=False), True
-        return scene, scene.dressed
+        return scene, scene.has_meshes
     except RobotError as error:
         raise LogError(f"the log cannot be checked: {error}") from None
     except PrefplanError as error:
@@ -87,7 +87,7 @@ def words_for(scene: Scene) -> str:
     """Return which shapes the arm has in a scene."""
     if scene.robot.name != DEFAULT:
         return f"the shapes of the robot `{scene.robot.name}`"
-    return "the arm's meshes" if scene.dressed else "plain shapes of the arm"
+    return "the arm's meshes" if scene.has_meshes else "plain shapes of the arm"
 
 
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:

@@ -161,7 +161,7 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
         if expected == found:
             continue
         if found is None:
-            found = f"it lies off every location, at {spelled(poses[obj].position)}"
+            found = f"it lies off every location, at {position_text(poses[obj].position)}"
         elif observed.held == obj:
             found = "it is in the hand"
         else:
@@ -172,11 +172,11 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
     for obj, mark in sorted(predicted.marks ^ observed.marks):
         return f"expected {obj} {'' if (obj, mark) in predicted.marks else 'not '}to be {mark}"
     for obj in poses.keys() - {known.name for known in scene.model.objects}:
-        return f"an unknown object has appeared at {spelled(poses[obj].position)}"
+        return f"an unknown object has appeared at {position_text(poses[obj].position)}"
     return None
 
 
-def spelled(position: np.ndarray) -> str:
+def position_text(position: np.ndarray) -> str:
     """Return a position, m, as text."""
     return f"({', '.join(f'{x:.2f}' for x in position)}) m"
 

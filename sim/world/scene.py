@@ -104,7 +104,7 @@ class Scene:
         return hashlib.sha256(contents.data).hexdigest()
 
     @property
-    def dressed(self) -> bool:
+    def has_meshes(self) -> bool:
         """Whether the robot has collision meshes rather than primitive shapes."""
         of_robot = self.robot.bodies(self.mujoco)[self.mujoco.geom_bodyid]
         return bool((self.mujoco.geom_type[of_robot] == mujoco.mjtGeom.mjGEOM_MESH).any())
