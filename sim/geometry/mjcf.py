@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import trimesh
+from numpy.typing import ArrayLike
 
 from sim.errors import SimulationError
 
@@ -105,15 +106,16 @@ def draw_solid(
     solid: trimesh.Trimesh,
     material: str,
     *,
-    xy: np.ndarray | tuple[float, float] = (0.0, 0.0),
-    z: float = 0.0,
+    pos: ArrayLike = (0.0, 0.0, 0.0),
+    quat: ArrayLike = (1.0, 0.0, 0.0, 0.0),
 ) -> None:
-    """Add a visual geom to a body at (xy, z) of its frame, m; it has neither collisions nor mass.
+    """Add a visual geom to a body, in a pose in its frame, m; it has neither collisions nor mass.
 
     The geom and its mesh bear the name.
     """
     add_solid(spec, name, solid)
-    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material, pos=[*xy, z])
+    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material)
+    geom.pos, geom.quat = pos, quat
     geom.contype = geom.conaffinity = geom.mass = 0
     geom.group, geom.rgba = VISIBLE, [0.5, 0.5, 0.5, 1]  # MuJoCo's default, in place of which it uses the material's
 

@@ -176,8 +176,7 @@ def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=middle, quat=turn, group=HIDDEN)
         edge = min(FIXTURE_EDGE_M, float(half.min()) / 2)
         solid = rounded(half, corner=edge, edge=edge)
-        draw_solid(spec, body, f"{name}_{i}", solid, material, xy=middle[:2], z=float(middle[2]))
-        spec.geom(f"{name}_{i}").quat = turn
+        draw_solid(spec, body, f"{name}_{i}", solid, material, pos=middle, quat=turn)
 
 
 def body_name(fixture: str) -> str:

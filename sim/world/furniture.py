@@ -120,7 +120,7 @@ def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]
     size = np.array([*table.half, TABLE_THICKNESS_M / 2])
     body.add_geom(name="table", type=BOX, size=size, pos=[0, 0, -size[2]], group=HIDDEN)
     board = rounded(size, corner=0.006, edge=EDGE_M)
-    draw_solid(spec, body, "table_board", board, TABLE_TOP, z=-size[2])
+    draw_solid(spec, body, "table_board", board, TABLE_TOP, pos=[0, 0, -size[2]])
     # A side takes the colour of the rim above it.
     mesh = spec.mesh("table_board")
     mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
@@ -176,7 +176,7 @@ def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
     floor = np.array([*half + BIN_WALL_M / 2, FLOOR["bin"] / 2])
     body.add_geom(type=BOX, size=floor, pos=[0, 0, floor[2]], group=HIDDEN)
     inside = rounded(floor, corner=BIN_CORNER_M + BIN_WALL_M / 2, edge=FLOOR["bin"] / 4)
-    draw_solid(spec, body, f"{station.name}_floor", inside, "studio_bin_floor", z=floor[2])
+    draw_solid(spec, body, f"{station.name}_floor", inside, "studio_bin_floor", pos=[0, 0, floor[2]])
     for axis in (0, 1):
         for side in (-1, 1):
             size = np.array([*half + BIN_WALL_M, BIN_HEIGHT_M / 2])
@@ -192,10 +192,10 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
     size = np.array([*station.outline.half, FLOOR["pad"] / 2])
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     top = rounded(size, corner=0.014, edge=0.001)
-    draw_solid(spec, body, f"{station.name}_plate", top, "studio_pad", z=size[2])
+    draw_solid(spec, body, f"{station.name}_plate", top, "studio_pad", pos=[0, 0, size[2]])
     if station.marks:
         band = tray(np.array([*size[:2] - 0.014, 0.0014]), wall=0.006, corner=0.006)
-        draw_solid(spec, body, f"{station.name}_band", band, f"{station.name}_glow", z=FLOOR["pad"] - 0.0009)
+        draw_solid(spec, body, f"{station.name}_band", band, f"{station.name}_glow", pos=[0, 0, FLOOR["pad"] - 0.0009])
 
 
 def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
@@ -203,15 +203,15 @@ def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
     size = np.array([*station.outline.half, FLOOR["stove"] / 2])
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     frame = rounded(size - [0, 0, 0.0005], corner=0.012, edge=0.0015)
-    draw_solid(spec, body, f"{station.name}_frame", frame, "studio_steel", z=size[2] - 0.0005)
+    draw_solid(spec, body, f"{station.name}_frame", frame, "studio_steel", pos=[0, 0, size[2] - 0.0005])
     glass = rounded(np.array([*size[:2] - 0.004, 0.001]), corner=0.009, edge=0.0005)
-    draw_solid(spec, body, f"{station.name}_glass", glass, "studio_glass", z=2 * size[2] - 0.001)
+    draw_solid(spec, body, f"{station.name}_glass", glass, "studio_glass", pos=[0, 0, 2 * size[2] - 0.001])
     for slot in station.slots:
         middle = station.outline.axes @ (slot.position[:2] - station.outline.centre)
         for k, radius in enumerate(np.arange(float(size[0]) - 0.010, 0.012, -0.010)):
             ring = tray(np.array([radius, radius, 0.0012]), wall=0.0055, corner=radius)
             name = f"{station.name}_ring{slot.index}_{k}"
-            draw_solid(spec, body, name, ring, f"{station.name}_glow", xy=middle, z=FLOOR["stove"] - 0.0008)
+            draw_solid(spec, body, name, ring, f"{station.name}_glow", pos=[*middle, FLOOR["stove"] - 0.0008])
 
 
 def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:

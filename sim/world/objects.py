@@ -189,5 +189,4 @@ def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mes
         geom.mass = shape.mass * part.volume / volume
         # A mesh may be round: rolling friction stops it.
         geom.friction, geom.condim = OBJECT_SURFACE, 6
-    draw_solid(spec, body, _drawn(body.name), mesh.drawn, body.name)
-    spec.geom(_drawn(body.name)).quat = turn
+    draw_solid(spec, body, _drawn(body.name), mesh.drawn, body.name, quat=turn)

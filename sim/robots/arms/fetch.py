@@ -131,7 +131,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         geom.group = HIDDEN
         link = mesh.name.removeprefix(FETCH_PREFIX)
         colour = f"fetch_{COLOURS.get(link, 'white')}"
-        draw_solid(spec, geom.parent, f"fetch_{link}", smoothed(solid), colour, xy=geom.pos[:2], z=geom.pos[2])
+        draw_solid(spec, geom.parent, f"fetch_{link}", smoothed(solid), colour, pos=geom.pos)
 
 
 def _set_gripper(spec: mujoco.MjSpec) -> None:
