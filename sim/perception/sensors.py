@@ -108,9 +108,8 @@ class ObjectPose:
     @property
     def footprint(self) -> Rectangle:
         """Its outline seen from above: the rectangle along its yaw that bounds its box."""
-        heading = np.array([np.cos(self.yaw), np.sin(self.yaw)])
-        sides = np.array([heading, [-heading[1], heading[0]]])
-        return Rectangle(self.position[:2], np.abs(sides @ self.rotation[:2]) @ self.shape.half, self.yaw)
+        sides = np.abs(about_z(self.yaw).T @ self.rotation)[:2]
+        return Rectangle(self.position[:2], sides @ self.shape.half, self.yaw)
 
 
 Poses = Mapping[str, ObjectPose]

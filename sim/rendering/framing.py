@@ -12,6 +12,7 @@ from sim.skills.hand import HOVER_HEIGHT_M, TRANSFER_CLEARANCE_M
 from sim.world.fixtures import body_name
 from sim.world.places import AT_RADIUS_M, Slot, extent
 from sim.world.scene import Scene
+from sim.world.shapes import about_z
 
 REST_S, REST_DISTANCE_M = 0.5, 0.001
 """An object is at rest if it moves by less than this distance in this time."""
@@ -134,5 +135,4 @@ def _object_half(scene: Scene) -> np.ndarray:
 
 def _turned(points: np.ndarray, yaws: list[float]) -> np.ndarray:
     """Return (N, 3) points rotated about z by each of S yaws, rad: (S, N, 3)."""
-    matrices = [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(np.cos(yaws), np.sin(yaws), strict=True)]
-    return points @ np.array(matrices)
+    return np.stack([points @ about_z(yaw).T for yaw in yaws])

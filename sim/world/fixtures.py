@@ -17,6 +17,7 @@ from sim.errors import SimulationError
 from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.rectangle import Rectangle, contains, overlap
 from sim.geometry.solids import rounded
+from sim.world.shapes import about_z
 
 KINDS = ("box", "shelf")
 """Kinds of fixtures: a solid box, and boards between two sides and a back."""
@@ -187,8 +188,8 @@ def body_name(fixture: str) -> str:
 def _outline(fixture: Fixture, x: float, y: float, dx: float, dy: float) -> Rectangle:
     """Return the outline of a part whose middle is at (x, y) in a fixture's frame, m."""
     yaw = float(np.radians(fixture.yaw))
-    turned = Rectangle(np.zeros(2), np.zeros(2), yaw)
-    return Rectangle(np.array(fixture.at[:2]) + np.array([x, y]) @ turned.axes, np.array([dx, dy]) / 2, yaw)
+    middle = np.array(fixture.at) + about_z(yaw) @ [x, y, 0.0]
+    return Rectangle(middle[:2], np.array([dx, dy]) / 2, yaw)
 
 
 def _between(fixture: Fixture) -> Rectangle:
