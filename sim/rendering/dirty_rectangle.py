@@ -16,8 +16,9 @@ from sim.rendering.labels import PixelBox
 MOVED_M = 1e-5
 """Least distance by which a corner of the box round a geom moves that changes a picture: a fiftieth of a pixel."""
 
-SUNK_M = 0.01
-"""A box that is lower than the top of the table by more than this does not rest on it."""
+SUNK_M, BESIDE_M = 0.01, 0.001
+"""What is lower than the top of the table by more than this does not rest on it, and what sticks out from under it by
+more than this is beside it."""
 
 ROUNDING_PX = 2
 """Number of pixels by which a projected corner may be off."""
@@ -33,7 +34,7 @@ class DirtyRectangle:
             model: of the scene.
             camera: not mounted on the robot.
             light: the directional light that casts the shadows.
-            table: outline of the table's top, at height 0, above all that is lower; None if there is none.
+            table: outline of the table's top, at height 0; None if there is none.
         """
         self._camera, self._light, self._table = camera, light, table
         self._geoms = np.flatnonzero(model.geom_group <= VISIBLE)
@@ -52,6 +53,8 @@ class DirtyRectangle:
         corners = box_corners(data, self._geoms)
         if self._shown is None or not self._is_local:
             self._shown, self._lowest = corners, corners[..., 2].min()
+            if self._table is not None and (self._beyond(corners[corners[..., 2] < -SUNK_M]) > BESIDE_M).any():
+                self._table = None  # a shadow may pass the table and fall on what stands beside it
             return 0, 0, *self._camera.size
         moved = (np.abs(corners - self._shown) > MOVED_M).any(axis=(1, 2))
         if not moved.any():
@@ -65,6 +68,11 @@ class DirtyRectangle:
         left, top, right, bottom = np.clip([first, last], 0, self._camera.size).astype(int).ravel().tolist()
         return left, top, right, bottom
 
+    def _beyond(self, points: np.ndarray) -> np.ndarray:
+        """Return (N, 2) how far (N, 3) points are beyond the sides of the table, m; negative within it."""
+        assert self._table is not None
+        return np.abs((points[:, :2] - self._table.centre) @ self._table.axes.T) - self._table.half
+
     def _shadows(self, boxes: np.ndarray, ray: np.ndarray) -> np.ndarray:
         """Return (N, 8, 3) where the shadows of corners end: level with the table, below which there is nothing else.
 
@@ -77,7 +85,6 @@ class DirtyRectangle:
         level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, self._lowest))
         if self._table is None:
             return below
-        ahead = self._table.axes @ ray[:2]
         off = (level[..., :2] - self._table.centre) @ self._table.axes.T
-        beside = (off * np.sign(ahead) < -self._table.half) | (boxes[..., 2:] < -SUNK_M)
+        beside = (off * np.sign(self._table.axes @ ray[:2]) < -self._table.half) | (boxes[..., 2:] < -SUNK_M)
         return np.where(beside.any(axis=(1, 2), keepdims=True), below, level)

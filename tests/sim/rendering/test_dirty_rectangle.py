@@ -15,7 +15,7 @@ from sim.rendering.dirty_rectangle import DirtyRectangle
 from sim.rendering.quality import DRAFT
 from sim.rendering.renderer import Painter
 from sim.world.materials import KEY_LIGHT
-from sim.world.scene import Scene, initial_state
+from sim.world.scene import Scene, build_scene, initial_state
 
 SIZE = (640, 310)
 
@@ -25,7 +25,7 @@ def states(scene: Scene, count: int, *, seed: int) -> list[np.ndarray]:
     rng, qpos = np.random.default_rng(seed), initial_state(scene).qpos.copy()
     arm, rows = scene.robot.qpos(scene.mujoco), []
     for _ in range(count):
-        low, high = scene.robot.ranges(scene.mujoco).T
+        low, high = scene.robot.ranges(scene.mujoco).T.clip(-3, 3)
         qpos = qpos.copy()
         qpos[arm] = low + rng.uniform(0.2, 0.8, len(low)) * (high - low)
         pose, _ = columns(scene.mujoco, scene.model.objects[rng.integers(len(scene.model.objects))].name)
@@ -48,6 +48,21 @@ def test_pictures_are_those_of_a_renderer_that_keeps_nothing(scene: Scene, gl: N
             whole = fresh.frame(qpos, glow=glow)
         # The rasterizer may round a corner to another side of a pixel's middle.
         assert (np.abs(whole.astype(int) - picture).max(axis=2) > 12).mean() < 2e-4
+
+
+def test_shadows_fall_on_a_base_that_stands_beside_the_table(scene: Scene, gl: None) -> None:
+    fetch, camera = build_scene(scene.model, robot="fetch"), "40,-20,2"
+    with (
+        Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as keeping,
+        Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as forgetting,
+    ):
+        for qpos in states(fetch, 20, seed=0):
+            keeping._gl.make_current()
+            picture = keeping.frame(qpos, glow={})
+            forgetting._gl.make_current()
+            forgetting._kept.clear()
+            whole = forgetting.frame(qpos, glow={})
+            assert (np.abs(whole.astype(int) - picture).max(axis=2) > 12).mean() < 3e-4
 
 
 @pytest.fixture
