@@ -38,9 +38,13 @@ class DirtyRectangle:
         """
         self._camera, self._light, self._table = camera, light, table
         self._geoms = np.flatnonzero(model.geom_group <= VISIBLE)
-        shadows, stands = np.flatnonzero(model.light_castshadow), model.body_weldid[model.light_bodyid] == 0
-        # With mirrors, other shadows or lights that move, a motion may change any pixel.
-        self._is_local = not model.mat_reflectance.any() and set(shadows.tolist()) <= {light} and bool(stands.all())
+        shadows = np.flatnonzero(model.light_castshadow).tolist()
+        stands = (model.body_weldid[model.light_bodyid] == 0) & (
+            model.light_mode == mujoco.mjtCamLight.mjCAMLIGHT_FIXED
+        )
+        # With mirrors, other shadows, lights that move, or shapes that are no geoms, a motion may change any pixel.
+        only_geoms = not (model.mat_reflectance.any() or model.nskin or model.nflex)
+        self._is_local = only_geoms and set(shadows) <= {light} and bool(stands.all())
         self._shown: np.ndarray | None = None
 
     def update(self, data: mujoco.MjData, share: float) -> PixelBox:
@@ -51,10 +55,11 @@ class DirtyRectangle:
             share: of the video that has passed, for the camera.
         """
         corners = box_corners(data, self._geoms)
+        self._lowest = corners[..., 2].min()
+        if self._table is not None and (self._beyond(corners[corners[..., 2] < -SUNK_M]) > BESIDE_M).any():
+            self._table = None  # a shadow may pass the table and fall on what stands or lies beside it
         if self._shown is None or not self._is_local:
-            self._shown, self._lowest = corners, corners[..., 2].min()
-            if self._table is not None and (self._beyond(corners[corners[..., 2] < -SUNK_M]) > BESIDE_M).any():
-                self._table = None  # a shadow may pass the table and fall on what stands beside it
+            self._shown = corners
             return 0, 0, *self._camera.size
         moved = (np.abs(corners - self._shown) > MOVED_M).any(axis=(1, 2))
         if not moved.any():

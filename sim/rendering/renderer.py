@@ -155,7 +155,8 @@ class Painter:
         view, (width, height) = camera.view(share), camera.size
         look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
         kept = self._kept.get(camera)
-        if kept is None or camera.mounted or kept.look != look:
+        # The shadows of several points of the lamp fall beside those that are followed.
+        if kept is None or camera.mounted or kept.look != look or self._quality.samples > 1:
             table = None if self._scene.model.scene else self._scene.table
             dirty = DirtyRectangle(self._model, camera, self._key, table)
             kept = self._kept[camera] = _Kept(look, np.zeros((height, width, 3), dtype=np.uint8), dirty)
