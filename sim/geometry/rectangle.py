@@ -33,6 +33,10 @@ class Rectangle:
         """(4, 2) corners in order, m."""
         return self.centre + np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * self.half @ self.axes
 
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """Return (..., 2) points, m, in the frame of its centre and its sides."""
+        return np.asarray((points - self.centre) @ self.axes.T)
+
     def grown(self, margin: float) -> Rectangle:
         """Return the rectangle with every side moved outwards by a margin, m."""
         return Rectangle(self.centre, self.half + margin, self.yaw)
@@ -57,4 +61,4 @@ def _depths(a: Rectangle, b: Rectangle) -> Iterator[float]:
 
 def contains(outer: Rectangle, inner: Rectangle) -> bool:
     """Return whether `inner` lies within `outer`; sides may touch."""
-    return bool((np.abs((inner.corners - outer.centre) @ outer.axes.T) <= outer.half + 1e-9).all())
+    return bool((np.abs(outer.local(inner.corners)) <= outer.half + 1e-9).all())

@@ -46,20 +46,19 @@ class DirtyRectangle:
         only_geoms = not (model.mat_reflectance.any() or model.nskin or model.nflex)
         self._is_local = only_geoms and set(shadows) <= {light} and bool(stands.all())
         self._shown: np.ndarray | None = None
+        self._look: object = None
 
-    def update(self, data: mujoco.MjData, share: float) -> PixelBox:
+    def update(self, data: mujoco.MjData, share: float, look: object = None) -> PixelBox:
         """Return the box of pixels that can have changed since the last call: at first all, none if nothing moved.
 
         Args:
             data: after `mj_kinematics`.
             share: of the video that has passed, for the camera.
+            look: what else decides the whole picture, such as the view and the lamps; all changes with it.
         """
         corners = box_corners(data, self._geoms)
-        self._lowest = corners[..., 2].min()
-        if self._table is not None and (self._beyond(corners[corners[..., 2] < -SUNK_M]) > BESIDE_M).any():
-            self._table = None  # a shadow may pass the table and fall on what stands or lies beside it
-        if self._shown is None or not self._is_local:
-            self._shown = corners
+        if self._shown is None or self._look != look or not self._is_local:
+            self._shown, self._look = corners, look
             return 0, 0, *self._camera.size
         moved = (np.abs(corners - self._shown) > MOVED_M).any(axis=(1, 2))
         if not moved.any():
@@ -67,29 +66,28 @@ class DirtyRectangle:
         boxes = np.concatenate([self._shown[moved], corners[moved]])
         self._shown[moved] = corners[moved]
         ray = data.model.light_dir[self._light]
-        points = np.concatenate([boxes, self._shadows(boxes, ray / -ray[2])]).reshape(-1, 3)
+        points = np.concatenate([boxes, self._shadows(boxes, corners, ray / -ray[2])]).reshape(-1, 3)
         pixels = self._camera.pixels(points, share)
         first, last = np.floor(pixels.min(axis=0)) - ROUNDING_PX, np.ceil(pixels.max(axis=0)) + ROUNDING_PX
         left, top, right, bottom = np.clip([first, last], 0, self._camera.size).astype(int).ravel().tolist()
         return left, top, right, bottom
 
-    def _beyond(self, points: np.ndarray) -> np.ndarray:
-        """Return (N, 2) how far (N, 3) points are beyond the sides of the table, m; negative within it."""
-        assert self._table is not None
-        return np.abs((points[:, :2] - self._table.centre) @ self._table.axes.T) - self._table.half
+    def _shadows(self, boxes: np.ndarray, corners: np.ndarray, ray: np.ndarray) -> np.ndarray:
+        """Return (N, 8, 3) where the shadows of boxes end: level with the table, or below all where they may pass it.
 
-    def _shadows(self, boxes: np.ndarray, ray: np.ndarray) -> np.ndarray:
-        """Return (N, 8, 3) where the shadows of corners end: level with the table, below which there is nothing else.
-
-        Only a shadow that comes from beside the table falls on what is below its top.
+        If nothing low stands or lies beside the table, only a shadow that comes from beside it falls below its top.
 
         Args:
             boxes: (N, 8, 3) corners, m.
+            corners: (G, 8, 3) of all geoms, m.
             ray: (3,) direction of the light, per metre downwards.
         """
-        level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, self._lowest))
+        level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, corners[..., 2].min()))
         if self._table is None:
             return below
-        off = (level[..., :2] - self._table.centre) @ self._table.axes.T
-        beside = (off * np.sign(self._table.axes @ ray[:2]) < -self._table.half) | (boxes[..., 2:] < -SUNK_M)
-        return np.where(beside.any(axis=(1, 2), keepdims=True), below, level)
+        low = corners[corners[..., 2] < -SUNK_M]
+        if (np.abs(self._table.local(low[:, :2])) > self._table.half + BESIDE_M).any():
+            return below
+        beside = self._table.local(level[..., :2]) * np.sign(self._table.axes @ ray[:2]) < -self._table.half
+        passes = (beside | (boxes[..., 2:] < -SUNK_M)).any(axis=(1, 2), keepdims=True)
+        return np.where(passes, below, level)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import TracebackType
 
 import mujoco
@@ -29,21 +28,6 @@ WRIST_SHADOW_SCALE = 2
 
 GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
 """Angle between successive points of a spiral that covers a disc evenly."""
-
-
-@dataclass
-class _Kept:
-    """What a camera saw last.
-
-    Attributes:
-        look: the view and the lamps that it was seen in.
-        picture: (height, width, 3) uint8, without labels.
-        dirty: what will have changed since.
-    """
-
-    look: tuple[object, ...]
-    picture: np.ndarray
-    dirty: DirtyRectangle
 
 
 class Painter:
@@ -102,7 +86,7 @@ class Painter:
             raise RenderingError(no_gl(f"{type(failure).__name__}: {failure}")) from failure
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
-        self._kept: dict[Camera, _Kept] = {}
+        self._kept: dict[Camera, tuple[DirtyRectangle, np.ndarray]] = {}
 
     def __enter__(self) -> Painter:
         """Return itself."""
@@ -153,24 +137,24 @@ class Painter:
         What cannot have changed since the camera's last picture is kept from it.
         """
         view, (width, height) = camera.view(share), camera.size
-        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
-        kept = self._kept.get(camera)
-        # The shadows of several points of the lamp fall beside those that are followed.
-        if kept is None or camera.mounted or kept.look != look or self._quality.samples > 1:
+        if camera.mounted or self._quality.samples > 1:
+            # A mounted camera sees all move; the shadows of several points of the lamp lie beside the one followed.
+            return self._smooth(view, camera.size, (0, 0, width, height))
+        if camera not in self._kept:
             table = None if self._scene.model.scene else self._scene.table
             dirty = DirtyRectangle(self._model, camera, self._key, table)
-            kept = self._kept[camera] = _Kept(look, np.zeros((height, width, 3), dtype=np.uint8), dirty)
-        left, top, right, bottom = kept.dirty.update(self._data, share)
+            self._kept[camera] = dirty, np.empty((height, width, 3), dtype=np.uint8)
+        dirty, picture = self._kept[camera]
+        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
+        left, top, right, bottom = dirty.update(self._data, share, look)
         if left < right and top < bottom:
-            picture = kept.picture.copy()
             changed = _grown((left, top, right, bottom), camera.size)
             seen = _grown(changed, camera.size)
             fresh = self._smooth(view, camera.size, seen)
             picture[changed[1] : changed[3], changed[0] : changed[2]] = fresh[
                 changed[1] - seen[1] : changed[3] - seen[1], changed[0] - seen[0] : changed[2] - seen[0]
             ]
-            kept.picture = picture
-        return kept.picture
+        return picture.copy()
 
     def _smooth(self, view: mujoco.MjvCamera, size: tuple[int, int], box: PixelBox) -> np.ndarray:
         """Return a box of a picture with smooth edges, its rim aside."""

@@ -207,7 +207,7 @@ def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
     glass = rounded(np.array([*size[:2] - 0.004, 0.001]), corner=0.009, edge=0.0005)
     draw_solid(spec, body, f"{station.name}_glass", glass, "studio_glass", pos=[0, 0, 2 * size[2] - 0.001])
     for slot in station.slots:
-        middle = station.outline.axes @ (slot.position[:2] - station.outline.centre)
+        middle = station.outline.local(slot.position[:2])
         for k, radius in enumerate(np.arange(float(size[0]) - 0.010, 0.012, -0.010)):
             ring = tray(np.array([radius, radius, 0.0012]), wall=0.0055, corner=radius)
             name = f"{station.name}_ring{slot.index}_{k}"

@@ -121,11 +121,10 @@ def _wood(width: int, height: int) -> np.ndarray:
         rows = min(plank, board_height - top)
         warp = _noise(rng, (4, 6), (board_width, rows))
         growth = np.linspace(0, 3.0, rows, dtype=np.float32)[:, None]
-        rings = np.sin(np.float32(2 * np.pi) * (growth + np.float32(1.6) * warp + np.float32(rng.uniform(0, 1))))
+        rings = np.sin(2 * np.pi * (growth + 1.6 * warp + rng.uniform(0, 1)))
         fibre = _noise(rng, (rows, 24), (board_width, rows))
         fine = _noise(rng, (rows, 160), (board_width, rows))
-        tone = np.float32(0.035) * rings + np.float32(0.07) * fibre + np.float32(0.035) * fine
-        tone += np.float32(rng.uniform(-0.05, 0.05))
+        tone = 0.035 * rings + 0.07 * fibre + 0.035 * fine + rng.uniform(-0.05, 0.05)
         tone[:2] -= 0.22
         shown = tone[: height - top, :width, None]
         wood[top : top + plank] = 255 * np.clip(WOOD * (1 + shown), 0, 1)
