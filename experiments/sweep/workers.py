@@ -89,9 +89,11 @@ def work(
                     tell(stage, done, count, _words(records.done))
         except KeyboardInterrupt:
             interrupted = True
-    # Ctrl-C may have come after a record was written and before it was counted: the file decides.
-    with Journal(path, header, key=batch.key) as records:
-        return [records.done[number] for number in range(count) if number in records.done], interrupted
+    if interrupted:
+        # Ctrl-C may have come after a record was written and before it was counted: the file decides.
+        with Journal(path, header, key=batch.key) as records:
+            pass
+    return [records.done[number] for number in range(count) if number in records.done], interrupted
 
 
 def _words(done: Mapping[int, Record]) -> str:
