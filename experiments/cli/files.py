@@ -74,10 +74,10 @@ def lock(descriptor: int, path: Path) -> None:
         raise PrefplanError(f"{path}: another process is writing to it; wait for it or give another --out") from None
 
 
-def check_new(path: Path, *, force: bool = False, mend: str = "--force replaces it") -> None:
+def check_new(path: Path, *, force: bool = False, fix: str = "--force replaces it") -> None:
     """Raise PrefplanError if there is something at a path that must not be replaced."""
     if path.exists() and not force:
-        raise PrefplanError(f"{path}: already exists; {mend}")
+        raise PrefplanError(f"{path}: already exists; {fix}")
 
 
 def write_bytes(path: Path, data: bytes) -> None:

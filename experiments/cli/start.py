@@ -106,6 +106,6 @@ def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:
     if error.name == "mujoco":  # what `sim` loads first
         tell(f"{command} needs the simulation: {SIMULATION}")
     else:
-        mend = f"{sys.executable} -m pip install {error.name}"
-        tell(f"the Python package {error.name} is missing; install it: {mend}")
+        fix = f"{sys.executable} -m pip install {error.name}"
+        tell(f"the Python package {error.name} is missing; install it: {fix}")
     return FAILED

@@ -25,7 +25,7 @@ def init(file: Path, kind: str) -> int:
     """
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")
-    check_new(file, mend="choose another name, or remove it first")
+    check_new(file, fix="choose another name, or remove it first")
     make_folder(file.parent)
     write_bytes(file, starter(kind, file=file.name).encode())
     say(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")
