@@ -10,6 +10,9 @@ BIN := .venv/bin
 READY := .venv/ready
 TOOLS := .venv/tools
 
+# What is imported is compiled to bytecode once, not again in each process that imports it.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: setup demo test lint paper docs clean
 
 setup: $(TOOLS)

@@ -166,7 +166,8 @@ def _eased(on: np.ndarray, fps: int) -> np.ndarray:
     level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT_S))
     for i in range(1, len(on)):
         level[i] = level[i - 1] + share * (on[i] - level[i - 1])
-    return np.where(level < 0.01, 0.0, level)
+    # Whole steps, so that it comes to an end: as long as a lamp changes, so do all pixels.
+    return level.round(2)
 
 
 def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
