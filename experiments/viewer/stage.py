@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import mujoco
 import numpy as np
+import trimesh
 import viser
 from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
@@ -42,6 +43,13 @@ class Subtree:
     def show(self, visible: bool) -> None:
         """Show or hide all nodes."""
         self._frame.visible = visible
+
+    def add_mesh_trimesh(self, name: str, mesh: trimesh.Trimesh, **options: Any) -> Any:
+        """Add a mesh, its texture as JPEG: as PNG the wood of the table takes 0.8 s."""
+        texture = getattr(getattr(mesh.visual, "material", None), "baseColorTexture", None)
+        if texture is not None and texture.mode == "RGB":
+            texture.format = "JPEG"
+        return self._below(self._server.scene.add_mesh_trimesh)(name, mesh, **options)
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the scene or the server; methods `add_...` add below the root."""
