@@ -91,13 +91,16 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
     """Return the largest rational that an inclusive bound admits.
 
     A printed value is the float nearest to an exact one, so a bound that is a float or decimal admits all exact values
-    that round to it.
+    that round to it. Whole values are printed exactly, so one that is written without a point or exponent is exact.
 
     Raises:
         ModelError: as in `exact`.
     """
     limit = exact(bound, where)
-    if isinstance(bound, (numbers.Integral, Fraction)) or abs(limit) >= 2**1022:
+    is_whole = isinstance(bound, (numbers.Integral, Fraction))
+    if isinstance(bound, Decimal):
+        is_whole = bound.as_tuple().exponent == 0
+    if is_whole or abs(limit) >= 2**1022:
         return limit
     nearest = float(bound)
     halfway = (Fraction(nearest) + Fraction(math.nextafter(nearest, math.inf))) / 2

@@ -128,6 +128,14 @@ def test_two_ways_of_adding_the_same_costs_make_one_point(dimes: TransitionSyste
     assert front[0].task_costs == {"one": 0.3 if isinstance(preference, Order) else 0.1, "two": 0.3}
 
 
+def test_a_bound_written_as_a_whole_number_is_exact() -> None:
+    """Of two whole values with the same nearest float, the lesser one as a bound leaves out the greater one."""
+    lesser, greater = 12 * 10**45 + 2 * 10**30, 12 * 10**45 + 3 * 10**30
+    assert float(lesser) == float(greater)
+    assert not admits(Decimal(str(lesser)), greater)
+    assert admits(Decimal(str(float(lesser))), greater)
+
+
 @pytest.mark.parametrize(("bound", "found"), [(0.3, True), (Decimal("0.3"), True), (0.29, False), (1, True)])
 def test_a_bound_on_cost_is_inclusive_and_exact(dimes: TransitionSystem, bound: float, found: bool) -> None:
     front = pareto_front(Problem(dimes, [Task("one", "F a"), Task("two", "F b")], Order()), max_cost=bound)
