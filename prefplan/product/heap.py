@@ -55,10 +55,8 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer, ranks: np.ndar
 
 @bare_kernel
 def _precedes(key: Any, item: Any, other_key: Any, other_item: Any, ranks: np.ndarray | None) -> bool:
-    if key != other_key:
-        return bool(key < other_key)
-    if ranks is not None:
+    if ranks is not None and key == other_key:
         for e in range(ranks.shape[1]):
             if ranks[item, e] != ranks[other_item, e]:
                 return bool(ranks[item, e] < ranks[other_item, e])
-    return bool(item >= other_item)
+    return bool(key < other_key or (key == other_key and item >= other_item))

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
 ROWS_AT_FIRST, LABELS_AT_FIRST, GOALS_AT_FIRST = 2**14, 2**15, 2**8
 
+GOALS_AT_ONCE = 2**8
+"""Goals that a run of a kernel may find; each run takes 0.5 ms to begin."""
+
 INTERPRETED_POPS = 100
 """Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""
 
@@ -107,7 +110,7 @@ class LabelSearch:
         if begin.max(initial=0) >= PRODUCT_LIMIT:
             raise OverflowError
         counters = np.zeros(len(AT), dtype=np.int64)
-        counters[[AT.FOUND, AT.PARENT, AT.COUNT]] = NONE, NONE, len(starts)
+        counters[[AT.PARENT, AT.COUNT]] = NONE, len(starts)
         rows, parents, steps, siblings = np.empty((4, LABELS_AT_FIRST), np.int32)
         self.memory = Memory(
             States(
@@ -116,6 +119,7 @@ class LabelSearch:
             ),
             Labels(rows, parents, steps, siblings, np.empty((LABELS_AT_FIRST, width), np.int64)),
             Queue(*np.empty((2, LABELS_AT_FIRST), np.int64)),
+            np.empty(1 if self.single else GOALS_AT_ONCE, np.int32),
             np.empty(GOALS_AT_FIRST, np.int32),
             counters,
             np.array([self._limit(name, o) for o, name in enumerate(self.problem.objective_names)], dtype=np.int64),
@@ -156,11 +160,11 @@ class LabelSearch:
         """
         ended = None
         try:
-            while not self._is_done and (self._is_pending or self.memory.counters[AT.EXPANDED] < most_expanded):
+            while not self.is_done and (self._is_pending or self.memory.counters[AT.EXPANDED] < most_expanded):
                 pops = INTERPRETED_POPS if is_interpreted() else self.pops
                 pops = max(1, min(pops, most_expanded - self.memory.counters[AT.EXPANDED]))
                 self._advance(int(pops), limits)
-                if not self._is_done and limits.out_of_time:
+                if not self.is_done and limits.out_of_time:
                     raise LimitError("time")
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
@@ -194,19 +198,20 @@ class LabelSearch:
         """Run the kernel once; raise LimitError if the search needs more memory than there is."""
         end = self._run(pops)
         self._require_measured()
+        for label in self.memory.found[: self.memory.counters[AT.FOUND]].tolist():
+            self._accept(label)
+        self.memory.counters[AT.FOUND] = 0
         if end == END.EXHAUSTED:
             self._lowest = math.inf
             return
         self._lowest = self._rank(int(self.memory.counters[AT.LOWEST]))
-        if end == END.GOAL:
-            self._accept(int(self.memory.counters[AT.FOUND]))
-        elif end in (END.FALLS, END.TOO_LARGE):
+        if end in (END.FALLS, END.TOO_LARGE):
             if self._values is not None and end == END.FALLS:
                 self._values.require_rise(self._objectives(int(self.memory.counters[AT.PARENT])))
             elif self._values is not None:
                 self._values.require_values()
             raise OverflowError
-        elif end != END.PAUSED and not self._grow(end, limits):
+        elif end not in (END.GOALS, END.PAUSED) and not self._grow(end, limits):
             raise LimitError("memory")
 
     def _accept(self, label: int) -> None:
@@ -225,7 +230,8 @@ class LabelSearch:
         return first if self._first else first >> self.product.shift
 
     @property
-    def _is_done(self) -> bool:
+    def is_done(self) -> bool:
+        """Whether all goals are found."""
         return self._lowest == math.inf or (self.single and bool(self._found) and not self._is_pending)
 
     @property

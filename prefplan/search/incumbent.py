@@ -33,7 +33,7 @@ def run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
                 weights.pop(0)
             expanded *= 2
             result = search.run(limits, most_expanded=expanded)
-        if result.ended is None:
+        if result.ended is None and not search.is_done:
             result = search.run(limits)
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))

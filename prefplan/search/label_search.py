@@ -49,7 +49,7 @@ from prefplan.search.labels import (
 
 @bare_kernel
 def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer) -> Integer:
-    """Expand labels until a goal is found, memory runs out or enough were popped; return which (`END`).
+    """Expand labels until enough goals are found, memory runs out or enough were popped; return which (`END`).
 
     Args:
         space: what is searched.
@@ -84,13 +84,16 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
         if keys.lazy:
             insert(keys, space.shift, labels, row, label)
         if row[SATISFIED] < 0:
-            counters[AT.FOUND] = label
+            memory.found[counters[AT.FOUND]] = label
+            counters[AT.FOUND] += 1
             if keys.objectives == 2:
                 # Goals are found in order of the first objective: better ones have less of the other.
                 limits[1 - keys.first] = labels.key[label, 1 - keys.first] - 1
             else:
                 _add_goal(keys, labels.key, memory.goals, counters, label)
-            return END.GOAL
+            if counters[AT.FOUND] == memory.found.shape[0]:
+                return END.GOALS
+            continue
         counters[AT.EXPANDED] += 1
         counters[AT.PARENT], counters[AT.NEXT] = label, 0
         counters[AT.COUNT] = successors(

@@ -32,7 +32,7 @@ SATISFIED, HEAD, CODE = range(LOOKED)
 GOAL_BIT = -(2**31)
 
 # Why a run of a kernel ended; ENTERED: it did not; FALLS: mu falls along a trajectory.
-Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOAL PAUSED MORE_ROWS MORE_LABELS MORE_GOALS TOO_LARGE FALLS")
+Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOALS PAUSED MORE_ROWS MORE_LABELS MORE_GOALS TOO_LARGE FALLS")
 END = Ends(*range(9))
 
 
@@ -79,7 +79,8 @@ class Memory(NamedTuple):
         states: product states met.
         labels: of the search.
         queue: the open list.
-        goals: (G,) int32, labels of the goals found, if there are more than two objectives.
+        found: (F,) int32, labels of the goals found since a run of a kernel ended.
+        goals: (G,) int32, labels of the goals that prune most, if there are more than two objectives.
         counters: int64, by index `AT`.
         limits: (O,) int64, inclusive, of the objectives.
         begin: (S, K) int64, the keys of the starts' labels.
@@ -89,6 +90,7 @@ class Memory(NamedTuple):
     states: States
     labels: Labels
     queue: Queue
+    found: np.ndarray
     goals: np.ndarray
     counters: np.ndarray
     limits: np.ndarray

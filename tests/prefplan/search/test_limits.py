@@ -80,6 +80,10 @@ def test_little_memory_leaves_a_beginning(problem: Problem, whole: Front, megaby
     assert is_a_true_beginning(front, whole)
 
 
+POPS = 20
+"""Labels popped at once, so few that a search of `problem` is interrupted between two plans."""
+
+
 @pytest.mark.parametrize("slices", [1, 2, 4, 7])
 def test_ctrl_c_leaves_a_beginning(
     problem: Problem, whole: Front, slices: int, monkeypatch: pytest.MonkeyPatch
@@ -93,6 +97,7 @@ def test_ctrl_c_leaves_a_beginning(
         return run(self, pops)
 
     monkeypatch.setattr(LabelSearch, "_run", interrupted)
+    monkeypatch.setattr(LabelSearch, "pops", POPS)
     front = Planner(problem).front(keep_on_interrupt=True)
     assert front.ended == "interrupt"
     assert is_a_true_beginning(front, whole)
@@ -117,6 +122,7 @@ def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, mo
         return end
 
     monkeypatch.setattr(LabelSearch, "_run", noted)
+    monkeypatch.setattr(LabelSearch, "pops", POPS)
     monkeypatch.setattr(Limits, "out_of_time", property(lambda self: reached[-1] > first.cost))
     with pytest.raises(UnfinishedError, match="time limit: a better plan may exist") as caught:
         preferred_plan(problem, max_seconds=600)
@@ -148,7 +154,7 @@ def test_a_cheapest_plan_that_may_not_be_the_best_of_its_cost_is_not_given_as_th
         return ends[-1]
 
     monkeypatch.setattr(LabelSearch, "_run", noted)
-    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: not is_found_in_time or END.GOAL in ends))
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: not is_found_in_time or END.GOALS in ends))
     with pytest.raises(UnfinishedError) as caught:
         cheapest_plan(problem, max_seconds=600)
     best = caught.value.best
