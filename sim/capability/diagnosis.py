@@ -16,6 +16,7 @@ from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.simulation.kinematic_cell import KinematicCell
+from sim.skills.grasp import GraspSkill
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of
 from sim.skills.skill import Skill, SkillError
@@ -37,11 +38,15 @@ GRASPS_TRIED = 12
 
 
 class FailureDiagnosis:
-    """Finds the least change of a scene after which a failed rehearsal would succeed."""
+    """Finds the least change of a scene after which a failed rehearsal would succeed, without dragging or regrasping."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:
         """Search for changes of a scene, in a cell in which to try them out with skills by kind of action."""
-        self._scene, self._cell, self._skills = scene, cell, skills
+        self._scene, self._cell = scene, cell
+        grasp = skills["grasp"]
+        # Dragging is searched for long, and where it alone would help, a greater change lets the hand grasp directly.
+        direct = replace(grasp, max_preparations=0) if isinstance(grasp, GraspSkill) else grasp
+        self._skills = {**skills, "grasp": direct}
         self._last: dict[tuple[str, str], int] = {}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,9 +63,6 @@ rates 124 %; now 78 and 50 %."""
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
 
-MAX_PREPARATIONS = 2
-"""How often at most an object is dragged free or turned over before it is grasped."""
-
 MORE_GRASPS = 3
 """Number of other grasps, with a tilted hand, that are tried if the approach to one, or the retreat, is blocked."""
 
@@ -75,8 +73,15 @@ MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
 
 
+@dataclass(frozen=True)
 class GraspSkill(Grasp, Skill):
-    """Lower the hand on the object below it, close it until both pads press the object firmly, and raise it."""
+    """Lower the hand on the object below it, close it until both pads press the object firmly, and raise it.
+
+    Attributes:
+        max_preparations: how often at most an object is dragged free or turned over before it is grasped.
+    """
+
+    max_preparations: int = 2
 
     def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`; the grasp is one in which the object can be put down where it is released next."""
@@ -90,7 +95,7 @@ class GraspSkill(Grasp, Skill):
     def _take(self, cell: Workcell, obj: str, destination: str | None) -> None:
         slot = _slot_below(cell, obj)
         cell.touch(obj)
-        for tries_left in reversed(range(MAX_PREPARATIONS + 1)):
+        for tries_left in reversed(range(self.max_preparations + 1)):
             pose = cell.measure(obj)
             try:
                 forces = self._lift(cell, obj, pose, slot.yaw, destination)
