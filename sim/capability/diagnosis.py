@@ -38,7 +38,7 @@ GRASPS_TRIED = 12
 
 
 class FailureDiagnosis:
-    """Finds the least change of a scene after which a failed rehearsal would succeed, without dragging or regrasping."""
+    """Finds the least change of a scene after which a failed rehearsal would succeed, without dragging objects."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:
         """Search for changes of a scene, in a cell in which to try them out with skills by kind of action."""
