@@ -103,7 +103,7 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:
     """Print on stderr how to install the library that a command needs, and return the exit status."""
-    if error.name == "mujoco":  # what `sim` loads first
+    if error.name in ("lazy_loader", "mujoco"):  # what `sim` loads first
         tell(f"{command} needs the simulation: {SIMULATION}")
     else:
         fix = f"{sys.executable} -m pip install {error.name}"

@@ -103,7 +103,7 @@ def test_what_was_never_installed_has_no_version(run: Run, monkeypatch: pytest.M
 
 NO_SIMULATION = """
 import sys
-sys.modules["mujoco"] = None
+sys.modules.update(dict.fromkeys(sys.argv.pop(1).split()))
 from experiments.program import main
 for call in sys.argv[1:]:
     sys.argv[1:] = call.split()
@@ -111,10 +111,11 @@ for call in sys.argv[1:]:
 """
 
 
-def test_only_what_needs_the_simulation_asks_to_install_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("absent", ["mujoco", "lazy_loader mujoco mink"])
+def test_only_what_needs_the_simulation_asks_to_install_it(absent: str, tmp_path: Path) -> None:
     (tmp_path / "cup.toml").write_text(CUP)
     calls = ["run cup", "verify run.npz", "check cup -q", "report example -q"]
-    command = [sys.executable, "-c", NO_SIMULATION, *calls]
+    command = [sys.executable, "-c", NO_SIMULATION, absent, *calls]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert re.findall(r"^\d+$", done.stdout, re.MULTILINE) == ["4", "4", "0", "0"]
     install = "pip install '.[sim]', in a clone of prefplan"
