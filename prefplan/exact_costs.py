@@ -97,10 +97,8 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
         ModelError: as in `exact`.
     """
     limit = exact(bound, where)
-    is_whole = isinstance(bound, (numbers.Integral, Fraction))
-    if isinstance(bound, Decimal):
-        is_whole = bound.as_tuple().exponent == 0
-    if is_whole or abs(limit) >= 2**1022:
+    written_whole = isinstance(bound, Decimal) and bound.as_tuple().exponent == 0
+    if written_whole or isinstance(bound, (numbers.Integral, Fraction)) or abs(limit) >= 2**1022:
         return limit
     nearest = float(bound)
     halfway = (Fraction(nearest) + Fraction(math.nextafter(nearest, math.inf))) / 2

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 ROWS_AT_FIRST, LABELS_AT_FIRST, GOALS_AT_FIRST = 2**14, 2**15, 2**8
 
 GOALS_AT_ONCE = 2**8
-"""Goals that a run of a kernel may find; each run takes 0.5 ms to begin."""
+"""Goals that a run of a kernel may find; each run takes 0.7 ms to begin."""
 
 INTERPRETED_POPS = 100
 """Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""

@@ -38,13 +38,13 @@ GRASPS_TRIED = 12
 
 
 class FailureDiagnosis:
-    """Finds the least change of a scene after which a failed rehearsal would succeed, without dragging objects."""
+    """Finds the least change of a scene after which a rehearsal would succeed with no object dragged or turned."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:
         """Search for changes of a scene, in a cell in which to try them out with skills by kind of action."""
         self._scene, self._cell = scene, cell
         grasp = skills["grasp"]
-        # Dragging is searched for long, and where it alone would help, a greater change lets the hand grasp directly.
+        # Dragging and turning take long to search for, and a greater change lets the hand grasp without them.
         direct = replace(grasp, max_preparations=0) if isinstance(grasp, GraspSkill) else grasp
         self._skills = {**skills, "grasp": direct}
         self._last: dict[tuple[str, str], int] = {}

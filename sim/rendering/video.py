@@ -166,7 +166,7 @@ def _eased(on: np.ndarray, fps: int) -> np.ndarray:
     level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT_S))
     for i in range(1, len(on)):
         level[i] = level[i - 1] + share * (on[i] - level[i - 1])
-    # Whole steps, so that it comes to an end: as long as a lamp changes, so do all pixels.
+    # In hundredths, so that the change ends: as long as a lamp changes, the whole picture is rendered.
     return level.round(2)
 
 
