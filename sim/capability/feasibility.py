@@ -141,5 +141,5 @@ class Feasibility:
     def _may_change(self, error: SimulationError) -> bool:
         """Return whether a plan could remove the cause of an error by moving an object first."""
         movable = {other.name for other in self._scene.model.objects if not other.fixed}
-        # Here a SkillError means that there is no space, or that the supports do not fit.
+        # Here a SkillError means that the supports do not fit.
         return isinstance(error, SkillError) or (isinstance(error, BlockedError) and not movable.isdisjoint(error.by))

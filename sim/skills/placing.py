@@ -12,7 +12,7 @@ from sim.geometry.rectangle import Rectangle, overlap, overlap_depth
 from sim.perception.grounding import middle_of_supports, resting
 from sim.perception.sensors import ObjectPose, Poses, Posture
 from sim.simulation.workcell import Workcell
-from sim.skills.skill import SkillError
+from sim.skills.skill import NoSpaceError, SkillError
 from sim.world.places import OBJECT_GAP_M, Slot
 
 MAX_OVERHANG_M = 0.005
@@ -35,7 +35,8 @@ def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
     """Return a location's slot into which an object fits, of several the farthest from the other objects on its level.
 
     Raises:
-        SkillError: the object fits into none, or would not rest on all its supports there.
+        NoSpaceError: the object fits into none.
+        SkillError: it would not rest on all its supports there.
     """
 
     def preference(slot: Slot) -> tuple[bool, float]:
@@ -48,11 +49,12 @@ def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
 
 
 def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
-    """Raise SkillError unless an object fits into a slot and would rest on all its supports there."""
+    """Raise NoSpaceError unless an object fits into a slot, SkillError unless it would rest on all its supports."""
     other, lacking, _ = _clearance(cell, obj, slot)
     if lacking:
         missing = np.ceil(1000 * lacking) / 10
-        raise SkillError(f"no room for {obj} on {slot.location}: {other} is {missing:.1f} cm too close")
+        words = f"no room for {obj} on {slot.location}: {other} is {missing:.1f} cm too close"
+        raise NoSpaceError(words, [other], at_goal=True)
     poses, under = _supports(cell, obj, slot)
     place = Rectangle(resting_centre(cell, obj, slot)[:2], cell.scene.shapes[obj].half[:2], slot.yaw)
     tops = {other: poses[other].top for other in under.values()}

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 
 from prefplan.models.manipulation.operators import Operator
 from prefplan.models.manipulation.symbolic import Action
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 
 
 class SkillError(SimulationError):
     """A skill ended without its effect; the message says why."""
+
+
+class NoSpaceError(SkillError, BlockedError):
+    """An object does not fit between others where it should be put down; the message says by how much."""
 
 
 class Skill(Operator, ABC):

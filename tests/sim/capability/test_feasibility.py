@@ -95,6 +95,18 @@ def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distanc
     assert check(-float(match[1]) / 100 - 0.002).reason is None
 
 
+def test_what_does_not_fit_beside_another_object_is_excluded_while_that_one_stands_there() -> None:
+    """Boxes there point so that they are wide where they are near to each other."""
+    box, post = Object("box", "here", kind="box", size=(0.05, 0.09, 0.05)), Object("post", "x", size=(0.04,))
+    beside = Location("x", at=(0.57, 0.1)), Location("y", at=(0.5, 0.16))
+    places = Location("here", at=(0.5, -0.2)), Location("a", at=(0.5, 0.1)), *beside
+    model = ManipulationModel("home", COSTS, places, (box, replace(box, name="other", start="y"), post))
+    answer = Feasibility(build_scene(model, meshes=False)).check("box", "a")
+    words = r"to put it there: no room for box on a: other is \d\.\d cm too close"
+    assert re.fullmatch(words, answer.reason or "") and answer.put, "a plan may move it first"
+    assert answer.barred == [({"other_y"}, "release box a")]
+
+
 def low_pantry() -> Scene:
     """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
