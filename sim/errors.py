@@ -45,9 +45,12 @@ class BlockedError(SimulationError):
         self.by, self.at_goal = tuple(sorted(by)), at_goal
 
     @classmethod
-    def on_the_way(cls, by: Collection[str]) -> Self:
-        """Return the error of a motion with bodies on its path."""
-        return cls(f"the way is blocked by {' and '.join(sorted(by))}", by)
+    def on_the_way(cls, by: Collection[str], *, load: str | None = None) -> Self:
+        """Return the error of a motion with bodies on its path; the load is among them if it would touch the arm."""
+        names = sorted(set(by) - {load})
+        if load in by:
+            names.append(f"the arm, which {load} would touch")
+        return cls(f"the way is blocked by {' and '.join(names)}", by)
 
     @classmethod
     def beside_fingers(cls, by: Collection[str]) -> Self:

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from prefplan.errors import ModelError
 from prefplan.models.system import Barred
-from sim.capability.arrangement import arranged
+from sim.capability.arrangement import Places, arranged
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import Rehearsal, unable_to_begin
@@ -26,6 +26,9 @@ from sim.world.scene import Scene, initial_state
 
 TAKEN, BROUGHT = 2, 4
 """Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
+
+MORE_ORIGINS = 2
+"""Number of free locations from which an object is brought to one before it is said to be impossible."""
 
 
 class Feasibility:
@@ -76,41 +79,67 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        take, put = f"grasp {obj}", f"release {obj} {location}"
-        brought, refused = 0, None
+        bringing, brought, refused = _bringing(obj, start, location, places), 0, None
         if start != location:
-            actions = f"transit {start}", take, f"transport {obj} {location}", put, take
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
-                brought, refused = self._run(Rehearsal(actions, {**places, obj: start}, obj, location))
+                brought, refused = self._run(bringing)
                 if refused is None:
                     return PlaceCheck(obj, location)
-        staying = Rehearsal((f"transit {location}", take, put), places, obj, location)
+        staying = Rehearsal((f"transit {location}", f"grasp {obj}", f"release {obj} {location}"), places, obj, location)
         done, error = self._run(staying)
-        if isinstance(error, BlockedError) and self._may_change(error):
+        if error is not None:
             staying, done, error = self._if_moved_away(staying, done, error)
         if error is None:
             unbrought = f"from {start}: {refused}" if refused is not None and brought < BROUGHT else None
             return PlaceCheck(obj, location, unbrought)
         if done >= TAKEN and brought >= BROUGHT:
             return PlaceCheck(obj, location)
-        may_change, unless = self._may_change(error), self._neighbours(staying, error)
+        may_change, unless = self._may_change(error, obj), self._neighbours(staying, error)
+        put = may_change or brought >= BROUGHT or self._can_be_brought(bringing, brought, refused)
         if done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(staying, error)}"
-            return PlaceCheck(obj, location, reason, put=may_change, put_unless=unless)
+            return PlaceCheck(obj, location, reason, put=put, put_unless=unless)
         return PlaceCheck(
             *(obj, location, self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)),
             take=may_change,
-            put=may_change or brought >= BROUGHT,
+            put=put,
             take_unless=unless,
             put_unless=self._neighbours(staying, refused) if TAKEN <= brought < BROUGHT else (),
         )
+
+    def _can_be_brought(self, bringing: Rehearsal, done: int, error: SimulationError | None) -> bool:
+        """Return whether an object may be brought to a location otherwise than in a rehearsal that began at its start.
+
+        Other objects may be moved away first. Or it is put down at one of the first free locations in between: where
+        it starts, walls may leave only grasps that do not fit at the location.
+
+        Args:
+            bringing: the rehearsal.
+            done: how many of its actions succeeded.
+            error: of the next one; None if objects cannot be arranged for it.
+        """
+        obj, location = bringing.obj, bringing.location
+        start = bringing.places[obj]
+        if error is not None:
+            _, done, error = self._if_moved_away(bringing, done, error)
+            if done < TAKEN or self._may_change(error, obj):
+                return self._may_change(error, obj)
+        elif start == location:
+            return False
+        taken = {location, start, *bringing.places.values()}
+        free = [place.name for place in self._scene.model.locations if place.name not in taken and not place.on]
+        for origin in free[:MORE_ORIGINS]:
+            done, error = self._run(_bringing(obj, origin, location, bringing.places))
+            if error is None or done >= BROUGHT or self._may_change(error, obj):
+                return True
+        return False
 
     def _neighbours(self, refused: Rehearsal, error: SimulationError | None) -> Neighbours:
         """Return the movable objects that leave no room for the fingers in a rehearsal, each with its location.
 
         None where a location has several slots: then it is not known which of them the objects are in.
         """
-        if not (isinstance(error, BlockedError) and error.at_goal and self._may_change(error)):
+        if not (isinstance(error, BlockedError) and error.at_goal and self._may_change(error, refused.obj)):
             return ()
         found = tuple((other, refused.places[other]) for other in error.by if other in refused.places)
         locations = (refused.location, *(place for _, place in found))
@@ -121,25 +150,34 @@ class Feasibility:
         return rehearsal.run(self._cell, self._scene, self._skills)
 
     def _if_moved_away(
-        self, staying: Rehearsal, done: int, error: SimulationError
+        self, rehearsal: Rehearsal, done: int, error: SimulationError
     ) -> tuple[Rehearsal, int, SimulationError]:
         """Return a failed rehearsal without movable objects in the way, the number of its actions done and its error.
 
         The supports of its object stay. If it succeeds without the others, the arguments are returned.
         """
+        if not isinstance(error, BlockedError) or not self._may_change(error, rehearsal.obj):
+            return rehearsal, done, error
         model = self._scene.model
-        carriers = under(model, staying.location)
-        kept = {other.name for other in model.objects if other.fixed} | {staying.obj}
-        places = {other: place for other, place in staying.places.items() if other in kept or place in carriers}
-        alone = replace(staying, places=places)
+        carriers = under(model, rehearsal.location)
+        kept = {other.name for other in model.objects if other.fixed} | {rehearsal.obj}
+        places = {other: place for other, place in rehearsal.places.items() if other in kept or place in carriers}
+        alone = replace(rehearsal, places=places)
         with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
-            if left is not None and not self._may_change(left):
+            if left is not None and not self._may_change(left, rehearsal.obj):
                 return alone, went, left
-        return staying, done, error
+        return rehearsal, done, error
 
-    def _may_change(self, error: SimulationError) -> bool:
-        """Return whether a plan could remove the cause of an error by moving an object first."""
-        movable = {other.name for other in self._scene.model.objects if not other.fixed}
+    def _may_change(self, error: SimulationError, obj: str) -> bool:
+        """Return whether a plan could remove the cause of an error with an object by moving another one first."""
+        movable = {other.name for other in self._scene.model.objects if not other.fixed} - {obj}
         # Here a SkillError means that the supports do not fit.
         return isinstance(error, SkillError) or (isinstance(error, BlockedError) and not movable.isdisjoint(error.by))
+
+
+def _bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
+    """Return the rehearsal that brings an object from one location to another and grasps it again there."""
+    take = f"grasp {obj}"
+    actions = f"transit {origin}", take, f"transport {obj} {location}", f"release {obj} {location}", take
+    return Rehearsal(actions, {**places, obj: origin}, obj, location)

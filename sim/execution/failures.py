@@ -86,7 +86,7 @@ class Failures:
         """
         symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
-        if run.steps[-1].observed.held != obj or not _is_blocked_by_fixtures(run):
+        if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj):
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
         known = source and at(obj, target) in problem.system.propositions
@@ -98,9 +98,9 @@ class Failures:
         return True
 
 
-def _is_blocked_by_fixtures(run: Execution) -> bool:
-    """Return whether the last action was blocked by fixtures alone, or its goal was out of reach."""
-    return run.blocked is not None and not any(name in run.scene.shapes for name in run.blocked)
+def _blockers(run: Execution, obj: str) -> set[str]:
+    """Return the objects that blocked the last action, without its own, which may be in the arm's way itself."""
+    return {name for name in run.blocked or () if name in run.scene.shapes} - {obj}
 
 
 def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
@@ -115,7 +115,7 @@ def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
     obj = symbolic.obj
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
-    blockers = {name for name in run.blocked or () if name in run.scene.shapes} - {obj}
+    blockers = _blockers(run, obj)
     if not obj or run.blocked is None or not blockers <= state.place.keys():
         return state.label
     places = {at(name, state.place[name]) for name in blockers}

@@ -114,7 +114,7 @@ def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, t
     checker = cell.collision_checker(touching=touched, held=held or cell.attached, width=width)
     met = checker.blockers(np.vstack([cell.angles, cell.blended(movement.references)]), clearance=clearance)
     if met:
-        raise BlockedError.on_the_way(met)
+        raise BlockedError.on_the_way(met, load=held or cell.attached)
 
 
 def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) -> tuple[ToolPose, JointTrajectory]:

@@ -73,7 +73,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         cell.follow(slow, within=BLEND_M)
         return
     if blockers:
-        raise BlockedError.on_the_way(blockers)
+        raise BlockedError.on_the_way(blockers, load=cell.attached)
     cell.arm.reach(goals, near=cell.reference, margin=PLACING_MARGIN_RAD)  # raises if none is in reach
     raise SimulationError(RECONFIGURED)
 

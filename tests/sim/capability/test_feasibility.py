@@ -107,6 +107,19 @@ def test_what_does_not_fit_beside_another_object_is_excluded_while_that_one_stan
     assert answer.barred == [({"other_y"}, "release box a")]
 
 
+def test_what_cannot_be_brought_from_its_start_may_be_brought_from_elsewhere() -> None:
+    """The box starts below the place, so that what it is put on has to be there first. It is not taken from there."""
+    grid = {f"r{i}c{j}": (0.545 + 0.1455 * i, -0.039 + 0.1455 * j) for i in range(3) for j in range(3)}
+    places = *(Location(name, at=at) for name, at in grid.items()), Location("top", on=("r2c1",))
+    box, tall = (
+        Object("box", "r2c1", kind="box", size=(0.031, 0.085, 0.039)),
+        Object("tall", "r1c1", kind="cylinder", size=(0.054, 0.086)),
+    )
+    low = Object("low", "r0c1", kind="cylinder", size=(0.046, 0.06))
+    answer = Feasibility(build_scene(ManipulationModel("r0c0", COSTS, places, (box, tall, low)))).check("box", "top")
+    assert answer.reason is not None and answer.barred == [({"box_top"}, "grasp box")]
+
+
 def low_pantry() -> Scene:
     """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
