@@ -89,26 +89,21 @@ class Feasibility:
         done, error = self._run(staying)
         if error is not None:
             staying, done, error = self._if_moved_away(staying, done, error)
-        if error is None:
-            unbrought = f"from {start}: {refused}" if refused is not None and brought < BROUGHT else None
-            return PlaceCheck(obj, location, unbrought)
-        if done >= TAKEN and brought >= BROUGHT:
+        if brought >= BROUGHT and done >= TAKEN or error is None and refused is None:
             return PlaceCheck(obj, location)
+        put, put_unless = (True, ()) if brought >= BROUGHT else self._bringable(bringing, brought, refused)
+        if error is None:
+            return PlaceCheck(obj, location, f"from {start}: {refused}", put=put, put_unless=put_unless)
         may_change, unless = self._may_change(error, obj), self._neighbours(staying, error)
-        put = may_change or brought >= BROUGHT or self._can_be_brought(bringing, brought, refused)
         if done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(staying, error)}"
-            return PlaceCheck(obj, location, reason, put=put, put_unless=unless)
-        return PlaceCheck(
-            *(obj, location, self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)),
-            take=may_change,
-            put=put,
-            take_unless=unless,
-            put_unless=self._neighbours(staying, refused) if TAKEN <= brought < BROUGHT else (),
-        )
+            return PlaceCheck(obj, location, reason, put=put or may_change, put_unless=unless)
+        reason = self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
+        exceptions = {"take_unless": unless, "put_unless": put_unless}
+        return PlaceCheck(obj, location, reason, take=may_change, put=put or may_change, **exceptions)
 
-    def _can_be_brought(self, bringing: Rehearsal, done: int, error: SimulationError | None) -> bool:
-        """Return whether an object may be brought to a location otherwise than in a rehearsal that began at its start.
+    def _bringable(self, bringing: Rehearsal, done: int, error: SimulationError | None) -> tuple[bool, Neighbours]:
+        """Return whether an object may be brought to a location other than in a rehearsal that began at its start.
 
         Other objects may be moved away first. Or it is put down at one of the first free locations in between: where
         it starts, walls may leave only grasps that do not fit at the location.
@@ -116,23 +111,28 @@ class Feasibility:
         Args:
             bringing: the rehearsal.
             done: how many of its actions succeeded.
-            error: of the next one; None if objects cannot be arranged for it.
+            error: of the next one; None if it was not tried.
+
+        Returns:
+            Whether it may, and the objects that have to be moved away first.
         """
-        obj, location = bringing.obj, bringing.location
-        start = bringing.places[obj]
+        obj, location, start = bringing.obj, bringing.location, bringing.places[bringing.obj]
         if error is not None:
-            _, done, error = self._if_moved_away(bringing, done, error)
-            if done < TAKEN or self._may_change(error, obj):
-                return self._may_change(error, obj)
+            _, done, left = self._if_moved_away(bringing, done, error)
+            if done < TAKEN or self._may_change(left, obj):
+                return self._may_change(left, obj), self._neighbours(bringing, left) if done >= TAKEN else ()
         elif start == location:
-            return False
+            return False, ()
         taken = {location, start, *bringing.places.values()}
         free = [place.name for place in self._scene.model.locations if place.name not in taken and not place.on]
         for origin in free[:MORE_ORIGINS]:
-            done, error = self._run(_bringing(obj, origin, location, bringing.places))
+            other = _bringing(obj, origin, location, bringing.places)
+            done, error = self._run(other)
+            if error is not None:
+                _, done, error = self._if_moved_away(other, done, error)
             if error is None or done >= BROUGHT or self._may_change(error, obj):
-                return True
-        return False
+                return True, ()
+        return False, ()
 
     def _neighbours(self, refused: Rehearsal, error: SimulationError | None) -> Neighbours:
         """Return the movable objects that leave no room for the fingers in a rehearsal, each with its location.
@@ -159,7 +159,7 @@ class Feasibility:
         if not isinstance(error, BlockedError) or not self._may_change(error, rehearsal.obj):
             return rehearsal, done, error
         model = self._scene.model
-        carriers = under(model, rehearsal.location)
+        carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[rehearsal.obj])}
         kept = {other.name for other in model.objects if other.fixed} | {rehearsal.obj}
         places = {other: place for other, place in rehearsal.places.items() if other in kept or place in carriers}
         alone = replace(rehearsal, places=places)
