@@ -301,6 +301,45 @@ def test_a_task_that_would_spoil_one_left_out_is_left_out_too(
     assert outcome.ledger.final.satisfied == {"last"} and outcome.executed[-1] == "release jug rack"
 
 
+CROWDED = """
+[model]
+kind = "manipulation"
+start = "home"
+costs = { transit = 1, grasp = 1, transport = 1, release = 1 }
+[model.locations]
+here = { at = [0.5, -0.2] }
+free = { at = [0.4, -0.3] }
+a = { at = [0.5, 0.1] }
+x = { at = [0.57, 0.1] }
+y = { at = [0.5, 0.16] }
+[model.objects]
+box = { start = "here", kind = "box", size = [0.05, 0.09, 0.05] }
+other = { start = "y", kind = "box", size = [0.05, 0.09, 0.05] }
+post = { start = "x", size = 0.04 }
+
+[[tasks]]
+name = "beside"
+formula = "F box_a"
+
+[preference]
+kind = "order"
+"""
+
+
+def test_what_failed_for_another_object_is_not_tried_again_while_that_one_stands_there(tmp_path: Path) -> None:
+    """A plan that did not ask the arm brings the box to where the other one leaves no room for it."""
+    (tmp_path / "crowded.toml").write_text(CROWDED)
+    scenario = load(tmp_path / "crowded.toml")
+    (plan,) = pareto_front(scenario.problem())
+    assert plan.actions == ("transit here", "grasp box", "transport box a", "release box a")
+    outcome = run_plan(scenario, scene_of(scenario), plan)
+    assert outcome.completed, outcome.reason
+    tries = [k for k, action in enumerate(outcome.executed) if action == "transport box a"]
+    moved = outcome.executed.index("grasp other")
+    assert len(tries) == 2 and tries[0] < moved < tries[1]
+    assert outcome.run.replans == 1 and outcome.run.retries == 0
+
+
 def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
