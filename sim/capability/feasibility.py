@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import islice
 
 from prefplan.errors import ModelError
 from prefplan.models.system import Barred
@@ -28,7 +29,24 @@ TAKEN, BROUGHT = 2, 4
 """Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
 
 MORE_ORIGINS = 2
-"""Number of free locations from which an object is brought to one before it is said to be impossible."""
+"""Number of free locations from which an object is brought, or the hand comes, before that is said to be impossible."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """How a rehearsal went.
+
+    Attributes:
+        rehearsal: what was tried; if it fails for good, without the objects that could be in the way.
+        done: how many of its actions succeeded.
+        error: of the next one; None if all succeeded.
+        for_good: whether it fails whatever other objects are moved away.
+    """
+
+    rehearsal: Rehearsal
+    done: int
+    error: SimulationError | None = None
+    for_good: bool = False
 
 
 class Feasibility:
@@ -37,6 +55,7 @@ class Feasibility:
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
         self._known: dict[tuple[str, str], PlaceCheck] = {}
+        self._movable = {obj.name for obj in scene.model.objects if not obj.fixed}
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
         self._diagnosis = FailureDiagnosis(scene, self._cell, skills)
@@ -79,101 +98,113 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        bringing, brought, refused = _bringing(obj, start, location, places), 0, None
+        brought = None
         if start != location:
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
-                brought, refused = self._run(bringing)
-                if refused is None:
-                    return PlaceCheck(obj, location)
-        staying = Rehearsal((f"transit {location}", f"grasp {obj}", f"release {obj} {location}"), places, obj, location)
-        done, error = self._run(staying)
-        if error is not None:
-            staying, done, error = self._if_moved_away(staying, done, error)
-        if brought >= BROUGHT and done >= TAKEN or error is None and refused is None:
+                brought = self._attempt(_bringing(obj, start, location, places))
+        if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
-        put, put_unless = (True, ()) if brought >= BROUGHT else self._bringable(bringing, brought, refused)
-        if error is None:
-            return PlaceCheck(obj, location, f"from {start}: {refused}", put=put, put_unless=put_unless)
-        may_change, unless = self._may_change(error, obj), self._neighbours(staying, error)
-        if done >= TAKEN:
-            reason = f"to put it there: {self._diagnosis.reason(staying, error)}"
-            return PlaceCheck(obj, location, reason, put=put or may_change, put_unless=unless)
-        reason = self._diagnosis.reason(replace(staying, actions=staying.actions[:TAKEN]), error)
-        exceptions = {"take_unless": unless, "put_unless": put_unless}
-        return PlaceCheck(obj, location, reason, take=may_change, put=put or may_change, **exceptions)
+        stayed = self._stayed(Rehearsal(_taking(obj, location), places, obj, location))
+        arrives = brought is not None and brought.done >= BROUGHT
+        if stayed.done >= TAKEN and (arrives or (brought is None and stayed.error is None)):
+            return PlaceCheck(obj, location)
+        put, put_unless = (True, ()) if arrives else self._bringable(obj, location, places, brought)
+        if stayed.error is None:
+            assert brought is not None
+            return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
+        take, unless = not stayed.for_good, self._neighbours(stayed)
+        if stayed.done >= TAKEN:
+            reason = f"to put it there: {self._diagnosis.reason(stayed.rehearsal, stayed.error)}"
+            return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
+        reason = self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error)
+        return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
 
-    def _bringable(self, bringing: Rehearsal, done: int, error: SimulationError | None) -> tuple[bool, Neighbours]:
-        """Return whether an object may be brought to a location other than in a rehearsal that began at its start.
+    def _stayed(self, staying: Rehearsal) -> Attempt:
+        """Attempt to grasp an object where it is and to put it back; if the way there is blocked, from elsewhere, too.
 
-        Other objects may be moved away first. Or it is put down at one of the first free locations in between: where
-        it starts, walls may leave only grasps that do not fit at the location.
+        A grasp in which it cannot be put back counts as well.
+        """
+        stayed = self._attempt(staying)
+        if not stayed.for_good:
+            return stayed
+        for via in self._free(staying.location, staying.places) if isinstance(stayed.error, BlockedError) else ():
+            if stayed.done:
+                break
+            other = self._attempt(replace(stayed.rehearsal, via=via))
+            stayed = other if other.done or not other.for_good else stayed
+        if stayed.done < TAKEN and self._attempt(stayed.rehearsal.beginning(TAKEN)).error is None:
+            return replace(stayed, done=TAKEN)
+        return stayed
+
+    def _bringable(self, obj: str, location: str, places: Places, brought: Attempt | None) -> tuple[bool, Neighbours]:
+        """Return whether an object may be brought to a location, and the objects that have to be moved away first.
+
+        It may also be put down at one of the first free locations in between: where it starts, walls may leave only
+        grasps that do not fit at the location.
 
         Args:
-            bringing: the rehearsal.
-            done: how many of its actions succeeded.
-            error: of the next one; None if it was not tried.
-
-        Returns:
-            Whether it may, and the objects that have to be moved away first.
+            obj: the object.
+            location: not its start, or it cannot be grasped or put down there.
+            places: of all objects.
+            brought: how it went from its start; None if that was not tried.
         """
-        obj, location, start = bringing.obj, bringing.location, bringing.places[bringing.obj]
-        if error is not None:
-            _, done, left = self._if_moved_away(bringing, done, error)
-            if done < TAKEN or self._may_change(left, obj):
-                return self._may_change(left, obj), self._neighbours(bringing, left) if done >= TAKEN else ()
-        elif start == location:
-            return False, ()
-        taken = {location, start, *bringing.places.values()}
-        free = [place.name for place in self._scene.model.locations if place.name not in taken and not place.on]
-        for origin in free[:MORE_ORIGINS]:
-            other = _bringing(obj, origin, location, bringing.places)
-            done, error = self._run(other)
-            if error is not None:
-                _, done, error = self._if_moved_away(other, done, error)
-            if error is None or done >= BROUGHT or self._may_change(error, obj):
+        if brought is not None and (not brought.for_good or brought.done < TAKEN):
+            return True, self._neighbours(brought)  # what cannot be grasped at its start is never brought anywhere
+        start = self._scene.model.initial_state.place[obj]
+        for origin in self._free(location, {**places, obj: start}) if start != location else ():
+            other = self._attempt(_bringing(obj, origin, location, places))
+            if other.done >= BROUGHT or not other.for_good:
                 return True, ()
         return False, ()
 
-    def _neighbours(self, refused: Rehearsal, error: SimulationError | None) -> Neighbours:
-        """Return the movable objects that leave no room for the fingers in a rehearsal, each with its location.
+    def _free(self, location: str, places: Places) -> list[str]:
+        """Return the first other locations at which no object is."""
+        taken = {location, *places.values()}
+        free = (place.name for place in self._scene.model.locations if place.name not in taken and not place.on)
+        return list(islice(free, MORE_ORIGINS))
+
+    def _neighbours(self, attempt: Attempt) -> Neighbours:
+        """Return the movable objects that leave no room for the fingers in an attempt, each with its location.
 
         None where a location has several slots: then it is not known which of them the objects are in.
         """
-        if not (isinstance(error, BlockedError) and error.at_goal and self._may_change(error, refused.obj)):
+        error, places = attempt.error, attempt.rehearsal.places
+        if attempt.for_good or not (isinstance(error, BlockedError) and error.at_goal):
             return ()
-        found = tuple((other, refused.places[other]) for other in error.by if other in refused.places)
-        locations = (refused.location, *(place for _, place in found))
+        found = tuple((other, places[other]) for other in error.by if other in self._movable and other in places)
+        locations = (attempt.rehearsal.location, *(place for _, place in found))
         alone = all(self._scene.model.location(place).capacity == 1 for place in locations)
         return found if alone else ()
+
+    def _attempt(self, rehearsal: Rehearsal) -> Attempt:
+        """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
+
+        If it fails there, too, for another reason than that something is missing, it fails for good.
+        """
+        done, error = self._run(rehearsal)
+        if error is None or (isinstance(error, SkillError) and not isinstance(error, BlockedError)):
+            return Attempt(rehearsal, done, error)  # the supports do not fit, or something slips
+        model, obj = self._scene.model, rehearsal.obj
+        carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[obj])}
+        places = {
+            other: place
+            for other, place in rehearsal.places.items()
+            if other == obj or other not in self._movable or place in carriers
+        }
+        alone = replace(rehearsal, places=places)
+        with suppress(ModelError):  # fixed objects may rest on movable ones
+            went, left = self._run(alone)
+            by = left.by if isinstance(left, BlockedError) else ()
+            if isinstance(left, SimulationError) and self._movable.isdisjoint({*by} - {obj}):
+                return Attempt(alone, went, left, for_good=True)
+        return Attempt(rehearsal, done, error)
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene, self._skills)
 
-    def _if_moved_away(
-        self, rehearsal: Rehearsal, done: int, error: SimulationError
-    ) -> tuple[Rehearsal, int, SimulationError]:
-        """Return a failed rehearsal without movable objects in the way, the number of its actions done and its error.
 
-        The supports of its object stay. If it succeeds without the others, the arguments are returned.
-        """
-        if not isinstance(error, BlockedError) or not self._may_change(error, rehearsal.obj):
-            return rehearsal, done, error
-        model = self._scene.model
-        carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[rehearsal.obj])}
-        kept = {other.name for other in model.objects if other.fixed} | {rehearsal.obj}
-        places = {other: place for other, place in rehearsal.places.items() if other in kept or place in carriers}
-        alone = replace(rehearsal, places=places)
-        with suppress(ModelError):  # fixed objects may rest on movable ones
-            went, left = self._run(alone)
-            if left is not None and not self._may_change(left, rehearsal.obj):
-                return alone, went, left
-        return rehearsal, done, error
-
-    def _may_change(self, error: SimulationError, obj: str) -> bool:
-        """Return whether a plan could remove the cause of an error with an object by moving another one first."""
-        movable = {other.name for other in self._scene.model.objects if not other.fixed} - {obj}
-        # Here a SkillError means that the supports do not fit.
-        return isinstance(error, SkillError) or (isinstance(error, BlockedError) and not movable.isdisjoint(error.by))
+def _taking(obj: str, location: str) -> tuple[str, ...]:
+    return f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
 
 
 def _bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
