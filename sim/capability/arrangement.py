@@ -96,7 +96,7 @@ def staged(scene: Scene, places: Places) -> Scene:
     first = model.initial_state
     known = {place.name: place.capacity for place in model.locations}
     before = slots_at_start(first.places, dict(first.slots), known)
-    slots = {obj: before[obj] for obj, place in places.items() if first.place[obj] == place}
+    slots = {obj: before[obj] for obj, place in places.items() if first.place.get(obj) == place}
     for obj, place in places.items():
         if obj not in slots:
             taken = [slots[other] for other, there in places.items() if there == place and other in slots]

@@ -17,16 +17,12 @@ from prefplan.models.system import Barred
 from sim.capability.arrangement import Places, arranged
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
-from sim.capability.rehearsal import Rehearsal, unable_to_begin
+from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, dispensable, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
 from sim.skills.skill import Skill, SkillError
-from sim.world.places import under
 from sim.world.scene import Scene, initial_state
-
-TAKEN, BROUGHT = 2, 4
-"""Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
 
 MORE_ORIGINS = 2
 """Number of free locations from which an object is brought, or the hand comes, before that is said to be impossible."""
@@ -101,7 +97,7 @@ class Feasibility:
         brought = None
         if start != location:
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
-                brought = self._attempt(_bringing(obj, start, location, places))
+                brought = self._attempt(bringing(obj, start, location, places))
         if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
         stayed = self._stayed(Rehearsal(_taking(obj, location), places, obj, location))
@@ -148,14 +144,15 @@ class Feasibility:
             places: of all objects.
             brought: how it went from its start; None if that was not tried.
         """
-        if brought is not None and (not brought.for_good or brought.done < TAKEN):
-            return True, self._neighbours(brought)  # what cannot be grasped at its start is never brought anywhere
+        if brought is not None and brought.done < TAKEN:
+            return True, ()  # what cannot be grasped at its start is never brought anywhere
         start = self._scene.model.initial_state.place[obj]
+        may_change = brought is not None and not brought.for_good
         for origin in self._free(location, {**places, obj: start}) if start != location else ():
-            other = self._attempt(_bringing(obj, origin, location, places))
-            if other.done >= BROUGHT or not other.for_good:
+            other = self._attempt(bringing(obj, origin, location, places))
+            if other.done >= BROUGHT or not (may_change or other.for_good):
                 return True, ()
-        return False, ()
+        return may_change, self._neighbours(brought) if brought is not None else ()
 
     def _free(self, location: str, places: Places) -> list[str]:
         """Return the first other locations at which no object is."""
@@ -164,17 +161,22 @@ class Feasibility:
         return list(islice(free, MORE_ORIGINS))
 
     def _neighbours(self, attempt: Attempt) -> Neighbours:
-        """Return the movable objects that leave no room for the fingers in an attempt, each with its location.
+        """Return the movable objects because of which an attempt fails, each with its location.
 
-        None where a location has several slots: then it is not known which of them the objects are in.
+        They leave no room for the fingers, or a rehearsal without any one of them does not fail. None where a location
+        has several slots: then it is not known which of them the objects are in.
         """
-        error, places = attempt.error, attempt.rehearsal.places
-        if attempt.for_good or not (isinstance(error, BlockedError) and error.at_goal):
+        error, places, obj = attempt.error, attempt.rehearsal.places, attempt.rehearsal.obj
+        if attempt.for_good or error is None:
             return ()
-        found = tuple((other, places[other]) for other in error.by if other in self._movable and other in places)
-        locations = (attempt.rehearsal.location, *(place for _, place in found))
-        alone = all(self._scene.model.location(place).capacity == 1 for place in locations)
-        return found if alone else ()
+        if isinstance(error, BlockedError) and error.at_goal:
+            found = [other for other in error.by if other in self._movable and other in places]
+        else:
+            failing = attempt.rehearsal if attempt.done >= TAKEN else attempt.rehearsal.beginning(TAKEN)
+            found = culprits(failing, self._cell, self._scene, self._skills)
+        stations = (attempt.rehearsal.location, *(places[other] for other in found))
+        alone = all(self._scene.model.location(place).capacity == 1 for place in stations)
+        return tuple((other, places[other]) for other in found if other != obj) if alone else ()
 
     def _attempt(self, rehearsal: Rehearsal) -> Attempt:
         """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
@@ -184,18 +186,13 @@ class Feasibility:
         done, error = self._run(rehearsal)
         if error is None or (isinstance(error, SkillError) and not isinstance(error, BlockedError)):
             return Attempt(rehearsal, done, error)  # the supports do not fit, or something slips
-        model, obj = self._scene.model, rehearsal.obj
-        carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[obj])}
-        places = {
-            other: place
-            for other, place in rehearsal.places.items()
-            if other == obj or other not in self._movable or place in carriers
-        }
+        others = dispensable(rehearsal, self._scene.model)
+        places = {name: place for name, place in rehearsal.places.items() if name not in others}
         alone = replace(rehearsal, places=places)
         with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
             by = left.by if isinstance(left, BlockedError) else ()
-            if isinstance(left, SimulationError) and self._movable.isdisjoint({*by} - {obj}):
+            if isinstance(left, SimulationError) and self._movable.isdisjoint({*by} - {rehearsal.obj}):
                 return Attempt(alone, went, left, for_good=True)
         return Attempt(rehearsal, done, error)
 
@@ -205,10 +202,3 @@ class Feasibility:
 
 def _taking(obj: str, location: str) -> tuple[str, ...]:
     return f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
-
-
-def _bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
-    """Return the rehearsal that brings an object from one location to another and grasps it again there."""
-    take = f"grasp {obj}"
-    actions = f"transit {origin}", take, f"transport {obj} {location}", f"release {obj} {location}", take
-    return Rehearsal(actions, {**places, obj: origin}, obj, location)

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from prefplan.errors import ModelError
+from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import Places, positions, staged
 from sim.errors import SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import perform
 from sim.skills.skill import Skill
+from sim.world.places import under
 from sim.world.scene import Scene
+
+TAKEN, BROUGHT = 2, 4
+"""Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,44 @@ class Rehearsal:
             except SimulationError as error:
                 return done, error
         return len(self.actions), None
+
+
+def bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
+    """Return the rehearsal that brings an object from one location to another and grasps it again there."""
+    take = f"grasp {obj}"
+    actions = f"transit {origin}", take, f"transport {obj} {location}", f"release {obj} {location}", take
+    return Rehearsal(actions, {**places, obj: origin}, obj, location)
+
+
+def dispensable(rehearsal: Rehearsal, model: ManipulationModel) -> list[str]:
+    """Return the movable objects in a rehearsal other than its own and those that carry it."""
+    carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[rehearsal.obj])}
+    movable = {obj.name for obj in model.objects if not obj.fixed} - {rehearsal.obj}
+    return [other for other, place in rehearsal.places.items() if other in movable and place not in carriers]
+
+
+def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> list[str]:
+    """Return movable objects because of which a rehearsal fails, while without any one of them it would succeed.
+
+    They are found by a deletion filter (J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint
+    sets in linear programs", 1991).
+
+    Nothing if it succeeds, or fails without all of them.
+    """
+    found = list[str]()
+    if failing.run(cell, scene, skills)[1] is None:
+        return found
+    for other in dispensable(failing, scene.model):
+        fewer = replace(failing, places={name: place for name, place in failing.places.items() if name != other})
+        try:
+            succeeds = fewer.run(cell, scene, skills)[1] is None
+        except ModelError:  # others rest on it
+            continue
+        if succeeds:
+            found.append(other)
+        else:
+            failing = fewer
+    return found
 
 
 def unable_to_begin(scene: Scene, error: SimulationError) -> str:

@@ -11,12 +11,12 @@ from typing import Any, cast
 import mujoco
 import numpy as np
 
-from prefplan.errors import choices
+from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.manipulation.symbolic import Action, at
 from prefplan.models.system import System
 from sim.capability.graspable import ungraspable_because
-from sim.capability.rehearsal import unable_to_begin
+from sim.capability.rehearsal import BROUGHT, Rehearsal, bringing, culprits, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.execution.faults.fault import Fault
 from sim.execution.faults.injector import FaultInjector
@@ -24,6 +24,7 @@ from sim.execution.observation import await_grip, observed_poses, poses_at_rest
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
+from sim.simulation.kinematic_cell import KinematicCell
 from sim.simulation.run import Run, Step
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform
@@ -48,6 +49,7 @@ class Execution:
         lost_sensor: whether an observation timed out, which ends the execution.
         blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
             its goal was out of reach; None if the action may succeed when it is tried again.
+        hindering: objects because of which the last action failed, though they did not block it; empty if unknown.
         lost: objects that the arm cannot grasp, by name, with the reason.
         injector: injects the faults.
     """
@@ -89,6 +91,7 @@ class Execution:
         self.reason: str | None = None
         self.lost_sensor = False
         self.blocked: tuple[str, ...] | None = None
+        self.hindering: tuple[str, ...] = ()
         self.lost: Mapping[str, str] = {}
         self.injector = FaultInjector(self.cell, self._skills, faults, seed=seed)
         self._began = time.perf_counter()
@@ -216,7 +219,7 @@ class Execution:
         Raises:
             ObservationTimeoutError: an object is not observed for too long.
         """
-        self.blocked = None
+        self.blocked, self.hindering = None, ()
         try:
             self._skills[action.kind].perform(self.cell, action, ahead)
             await_grip(self.cell)
@@ -229,9 +232,29 @@ class Execution:
                 self.blocked = error.by
             elif not isinstance(error, SkillError):
                 self.blocked = ()
+            if self.blocked is not None:
+                self.hindering = self._hindering(action, ahead)
             self.cell.wait(SETTLE_AFTER_FAILURE_S)
             return str(error)
         return None
+
+    def _hindering(self, action: Action, ahead: Sequence[Action]) -> tuple[str, ...]:
+        """Return the objects because of which a motion to a location fails, in a rehearsal without any one of them."""
+        before, obj = self._states(self.state), action.obj
+        via = before.hand if before.hand in self.scene.slots else ""
+        if action.kind == "transport" and via and self.scene.shapes.keys().isdisjoint(self.blocked or ()):
+            failing = bringing(obj, via, action.location, before.place).beginning(BROUGHT)
+        elif action.kind == "transit" and ahead and ahead[0].kind == "grasp":
+            obj = ahead[0].obj
+            failing = Rehearsal((str(action), str(ahead[0])), before.place, obj, action.location, via)
+        else:
+            return ()
+        cell = KinematicCell(self.scene, initial_state(self.scene))
+        try:
+            found = culprits(failing, cell, self.scene, self._skills)
+        except (ModelError, SimulationError):  # something lies off every location
+            return ()
+        return (obj, *found) if found else ()
 
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool

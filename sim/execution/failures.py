@@ -99,8 +99,8 @@ class Failures:
 
 
 def _blockers(run: Execution, obj: str) -> set[str]:
-    """Return the objects that blocked the last action, without its own, which may be in the arm's way itself."""
-    return {name for name in run.blocked or () if name in run.scene.shapes} - {obj}
+    """Return the objects that blocked the last action or made it fail, without its own, which may be in its own way."""
+    return (set(run.hindering) or {name for name in run.blocked or () if name in run.scene.shapes}) - {obj}
 
 
 def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
@@ -108,15 +108,16 @@ def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
 
     An action that other objects block is barred until one of these or its own object moves, whatever else does. One
     that a fixture blocks, or whose goal is out of reach, is barred until its own object moves. A transit has no object,
-    and its path depends on how high the objects are piled up: it is barred until any object moves, or if a fixture
-    keeps the hand from where an object lies off every location, until that one does.
+    and its path depends on how high the objects are piled up: where it is not known which of them make it fail, it is
+    barred until any object moves, or if a fixture keeps the hand from where an object lies off every location, until
+    that one does.
     """
     symbolic = run.scene.model.action(run.steps[-1].action)
     obj = symbolic.obj
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
     blockers = _blockers(run, obj)
-    if not obj or run.blocked is None or not blockers <= state.place.keys():
+    if not (obj or run.hindering) or run.blocked is None or not blockers <= state.place.keys():
         return state.label
     places = {at(name, state.place[name]) for name in blockers}
     return state.label & {holding(obj), at(obj, state.place.get(obj, "")), *places} or state.label

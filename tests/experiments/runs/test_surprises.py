@@ -185,6 +185,9 @@ def test_a_transit_that_is_blocked_is_barred_only_until_an_object_is_moved(
 
     def refuse(cell: Workcell, goal: np.ndarray) -> None:
         over_desk = np.hypot(*(cell.arm.tool(goal).position - desk)[:2]) < 0.01
+        # What makes an action fail is found by leaving out one object after the other.
+        if "jug" not in cell.scene.shapes:
+            return
         jug_on_shelf = np.hypot(*(cell.observe("jug").position - shelf)[:2]) < 0.01
         if over_desk and jug_on_shelf:
             raise BlockedError(f"the way is blocked by {blocker}", [blocker])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from prefplan.scenario.decode import loads
 from sim.capability.arrangement import allowed_places, arranged
 from sim.capability.feasibility import Feasibility
 from sim.capability.place_check import PlaceCheck
+from sim.capability.rehearsal import Rehearsal, culprits
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.motion.kinematics import Arm
@@ -118,6 +120,43 @@ def test_what_cannot_be_brought_from_its_start_may_be_brought_from_elsewhere() -
     low = Object("low", "r0c1", kind="cylinder", size=(0.046, 0.06))
     answer = Feasibility(build_scene(ManipulationModel("r0c0", COSTS, places, (box, tall, low)))).check("box", "top")
     assert answer.reason is not None and answer.barred == [({"box_top"}, "grasp box")]
+
+
+def test_a_pile_over_which_the_hand_does_not_come_excludes_a_grasp_while_it_is_there() -> None:
+    """The arm only just reaches the box, and not from as high as the hand has to pass above the pile."""
+    below, far = Location("below", at=(0.398, 0.475)), Location("far", at=(0.569, 0.585))
+    places = below, far, Location("pile", on=("below",)), Location("here", at=(0.4, -0.3))
+    box = Object("box", "far", kind="box", size=(0.031, 0.085, 0.091))
+    pile = Object("cube", "below", size=(0.043,)), Object("post", "pile", kind="box", size=(0.037, 0.053, 0.079))
+    model = ManipulationModel("home", COSTS, places, (box, *pile, Object("cup", "here")))
+    answer = Feasibility(build_scene(model)).check("box", "far")
+    assert answer.barred == [({"box_far", "post_pile"}, "grasp box")]
+
+
+@dataclass(frozen=True)
+class Fails(Rehearsal):
+    """A rehearsal that fails while certain objects are there together."""
+
+    together: tuple[frozenset[str], ...] = ()
+
+    def run(self, *given: object) -> tuple[int, SimulationError | None]:
+        """See `Rehearsal.run`."""
+        failing = any(each <= self.places.keys() for each in self.together)
+        return 0, SimulationError("in the way") if failing else None
+
+
+@pytest.mark.parametrize(
+    ("together", "found"),
+    [("ab", {"ab"}), ("ab bc", {"bc", "ab"}), ("a b", {"b", "a"}), ("", {""}), ("o", {""}), ("oc", {"c"})],
+)
+def test_culprits_are_objects_that_make_a_rehearsal_fail_only_together(together: str, found: set[str]) -> None:
+    places = {name: name.upper() for name in "oabc"}
+    locations = tuple(Location(name, at=(0.4, 0.1 * k)) for k, name in enumerate(places.values()))
+    model = ManipulationModel("home", COSTS, locations, tuple(Object(*each) for each in places.items()))
+    sets = tuple(map(frozenset, together.split()))
+    failing = Fails(("grasp o",), places, "o", "O", together=sets)
+    scene = SimpleNamespace(model=model)
+    assert "".join(culprits(failing, None, scene, {})) in found  # type: ignore[arg-type]
 
 
 def low_pantry() -> Scene:
