@@ -181,20 +181,25 @@ class Feasibility:
     def _attempt(self, rehearsal: Rehearsal) -> Attempt:
         """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
 
-        If it fails there, too, for another reason than that something is missing, it fails for good.
+        If it fails there, too, and not because of what carries it, it fails for good.
         """
         done, error = self._run(rehearsal)
-        if error is None or (isinstance(error, SkillError) and not isinstance(error, BlockedError)):
-            return Attempt(rehearsal, done, error)  # the supports do not fit, or something slips
+        if error is None:
+            return Attempt(rehearsal, done)
         others = dispensable(rehearsal, self._scene.model)
         places = {name: place for name, place in rehearsal.places.items() if name not in others}
         alone = replace(rehearsal, places=places)
         with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
-            by = left.by if isinstance(left, BlockedError) else ()
-            if isinstance(left, SimulationError) and self._movable.isdisjoint({*by} - {rehearsal.obj}):
+            if left is not None and not self._depends_on_others(left, rehearsal.obj):
                 return Attempt(alone, went, left, for_good=True)
         return Attempt(rehearsal, done, error)
+
+    def _depends_on_others(self, error: SimulationError, obj: str) -> bool:
+        """Return whether other movable objects are the cause of an error: one in the way, or those below an object."""
+        if isinstance(error, BlockedError):
+            return not self._movable.isdisjoint({*error.by} - {obj})
+        return isinstance(error, SkillError)
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene, self._skills)
