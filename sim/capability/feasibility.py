@@ -1,19 +1,18 @@
 """What the arm can do: each object at each location is tried out with the skills of a run, but without physics.
 
 feasibility = Feasibility(build_scene(model))
-feasibility.unavailable_because("grasp", "blue", "bin")        # "out of reach by 5 cm", or None if it can be done
-system.without(feasibility.barred([("blue", "bin")]))          # the model without what the arm cannot do
+answer = feasibility.check("blue", "bin")       # answer.reason: "out of reach by 5 cm", or None if all can be done
+system.without(answer.barred)                   # the model without what the arm cannot do
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 
 from prefplan.errors import ModelError
-from prefplan.models.system import Barred
 from sim.capability.arrangement import Places, arranged
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
@@ -46,11 +45,10 @@ class Attempt:
 
 
 class Feasibility:
-    """Finds what the arm can do in a scene with the objects at their starts; each answer is found once."""
+    """Finds what the arm can do in a scene with the objects at their starts."""
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
-        self._known: dict[tuple[str, str], PlaceCheck] = {}
         self._movable = {obj.name for obj in scene.model.objects if not obj.fixed}
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
@@ -64,33 +62,11 @@ class Feasibility:
         _, error = self._run(Rehearsal((f"transit {start}",), dict(model.initial_state.place), "", start))
         return None if error is None else unable_to_begin(self._scene, error)
 
-    def unavailable_because(self, kind: str, obj: str, location: str) -> str | None:
-        """Return why the arm cannot do an action in any state in which the model allows it; None if it may do it.
-
-        Args:
-            kind: `grasp` or `release`; other kinds depend on where they begin, and are never said to be impossible.
-            obj: a movable object.
-            location: where it is grasped or released; the model must allow it there (`allowed_places`).
-        """
-        if kind not in ("grasp", "release"):
-            return None
-        found = self.check(obj, location)
-        return None if (found.take if kind == "grasp" else found.put) else found.reason
-
-    def barred(self, pairs: Iterable[tuple[str, str]]) -> Barred:
-        """Return what the arm cannot do with pairs of an object and a location, as `System.without` takes it."""
-        return [entry for obj, location in pairs for entry in self.check(obj, location).barred]
-
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return whether an object can be brought to a location, put down and grasped again; the model must allow it.
 
         Other objects are at their starts; those on it or in its place are left out.
         """
-        if (obj, location) not in self._known:
-            self._known[obj, location] = self._check(obj, location)
-        return self._known[obj, location]
-
-    def _check(self, obj: str, location: str) -> PlaceCheck:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]

@@ -259,9 +259,9 @@ def test_what_the_arm_cannot_do_is_left_out_of_the_model() -> None:
     places = (Location("here", at=(0.5, 0.0)), Location("far", at=(0.83, 0.0)))
     model = ManipulationModel("home", COSTS, places, (CUP,), fixtures=(POST,), robot="panda_suction")
     feasibility = Feasibility(build_scene(model, meshes=False))
-    assert feasibility.unavailable_because("grasp", "cup", "here") is None
-    assert re.fullmatch(r"out of reach by \d cm", feasibility.unavailable_because("release", "cup", "far") or "")
-    barred = feasibility.barred([("cup", "here"), ("cup", "far")])
+    here, far = feasibility.check("cup", "here"), feasibility.check("cup", "far")
+    assert here == PlaceCheck("cup", "here") and re.fullmatch(r"out of reach by \d cm", far.reason or "")
+    barred = [*here.barred, *far.barred]
     assert set(barred) == {(frozenset({"cup_far"}), "grasp cup"), (frozenset(), "release cup far")}
     system = model.transition_system().without(barred)
     state = system.start
