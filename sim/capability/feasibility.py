@@ -49,6 +49,7 @@ class Feasibility:
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
+        self._immovable: dict[str, Attempt] = {}  # how bringing an object went that cannot be grasped at its start
         self._movable = {obj.name for obj in scene.model.objects if not obj.fixed}
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
@@ -70,10 +71,12 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        brought = None
-        if start != location:
+        brought = None if start == location else self._immovable.get(obj)
+        if start != location and brought is None:
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
                 brought = self._attempt(bringing(obj, start, location, places))
+                if brought.for_good and brought.done < TAKEN:
+                    self._immovable[obj] = brought
         if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
         stayed = self._stayed(Rehearsal(_taking(obj, location), places, obj, location))
@@ -104,7 +107,8 @@ class Feasibility:
                 break
             other = self._attempt(replace(stayed.rehearsal, via=via))
             stayed = other if other.done or not other.for_good else stayed
-        if stayed.done < TAKEN and self._attempt(stayed.rehearsal.beginning(TAKEN)).error is None:
+        without_release = stayed.rehearsal.beginning(TAKEN)
+        if stayed.done < TAKEN and not _is_at_goal(stayed.error) and self._run(without_release)[1] is None:
             return replace(stayed, done=TAKEN)
         return stayed
 
@@ -145,7 +149,7 @@ class Feasibility:
         error, places, obj = attempt.error, attempt.rehearsal.places, attempt.rehearsal.obj
         if attempt.for_good or error is None:
             return ()
-        if isinstance(error, BlockedError) and error.at_goal:
+        if isinstance(error, BlockedError) and _is_at_goal(error):
             found = [other for other in error.by if other in self._movable and other in places]
         else:
             failing = attempt.rehearsal if attempt.done >= TAKEN else attempt.rehearsal.beginning(TAKEN)
@@ -157,11 +161,12 @@ class Feasibility:
     def _attempt(self, rehearsal: Rehearsal) -> Attempt:
         """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
 
-        If it fails there, too, and not because of what carries it, it fails for good.
+        If it fails there, too, and not because of what carries it, it fails for good; so it does without a trial if
+        only what is fixed leaves no room for the fingers.
         """
         done, error = self._run(rehearsal)
-        if error is None:
-            return Attempt(rehearsal, done)
+        if error is None or (_is_at_goal(error) and not self._depends_on_others(error, rehearsal.obj)):
+            return Attempt(rehearsal, done, error, for_good=error is not None)
         others = dispensable(rehearsal, self._scene.model)
         places = {name: place for name, place in rehearsal.places.items() if name not in others}
         alone = replace(rehearsal, places=places)
@@ -183,3 +188,8 @@ class Feasibility:
 
 def _taking(obj: str, location: str) -> tuple[str, ...]:
     return f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
+
+
+def _is_at_goal(error: SimulationError | None) -> bool:
+    """Return whether an error is about the fingers at their goal, wherever the hand comes from and goes next."""
+    return isinstance(error, BlockedError) and error.at_goal
