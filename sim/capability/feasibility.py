@@ -149,9 +149,9 @@ class Feasibility:
         error, places, obj = attempt.error, attempt.rehearsal.places, attempt.rehearsal.obj
         if attempt.for_good or error is None:
             return ()
-        if isinstance(error, BlockedError) and _is_at_goal(error):
-            found = [other for other in error.by if other in self._movable and other in places]
-        else:
+        by = error.by if isinstance(error, BlockedError) and error.at_goal else ()
+        found = [other for other in by if other in self._movable and other in places]
+        if not found:
             failing = attempt.rehearsal if attempt.done >= TAKEN else attempt.rehearsal.beginning(TAKEN)
             found = culprits(failing, self._cell, self._scene, self._skills)
         stations = (attempt.rehearsal.location, *(places[other] for other in found))
@@ -162,11 +162,13 @@ class Feasibility:
         """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
 
         If it fails there, too, and not because of what carries it, it fails for good; so it does without a trial if
-        only what is fixed leaves no room for the fingers.
+        only what is fixed leaves no room for the fingers at the object. (Where it is put down, another grasp may do.)
         """
         done, error = self._run(rehearsal)
-        if error is None or (_is_at_goal(error) and not self._depends_on_others(error, rehearsal.obj)):
-            return Attempt(rehearsal, done, error, for_good=error is not None)
+        if error is None:
+            return Attempt(rehearsal, done)
+        if done < TAKEN and _is_at_goal(error) and not self._depends_on_others(error, rehearsal.obj):
+            return Attempt(rehearsal, done, error, for_good=True)
         others = dispensable(rehearsal, self._scene.model)
         places = {name: place for name, place in rehearsal.places.items() if name not in others}
         alone = replace(rehearsal, places=places)

@@ -120,7 +120,8 @@ class KinematicCell(Workcell):
             self.contacts.pad_forces[:] = 2 * gripper.firm_force_n
             self.contacts.pressed, width = float(self.data.time), self._extent(obj)
         else:
-            self._in_hand = None
+            # What is let go is not held for another moment, as it is for a sensor of real pads.
+            self._in_hand, self.contacts.pressed = None, -np.inf
             self.contacts.pad_forces[:] = PRESSED_N if self._presses() else 0.0
         self.data.qpos[self._finger_qpos] = gripper.positions(max(width, 0.0))
         mujoco.mj_kinematics(self.scene.mujoco, self.data)

@@ -122,6 +122,13 @@ def test_what_cannot_be_brought_from_its_start_may_be_brought_from_elsewhere() -
     assert answer.reason is not None and answer.barred == [({"box_top"}, "grasp box")]
 
 
+def test_another_grasp_is_tried_where_an_object_cannot_be_raised_in_the_first_one() -> None:
+    shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, 0.359), yaw=180, boards=(0.0, 0.159))
+    box = Object("box", "low", kind="box", size=(0.043, 0.068, 0.071))
+    model = ManipulationModel("home", COSTS, (Location("low", at=(0.55, 0.39)),), (box,), fixtures=(shelf,))
+    assert Feasibility(build_scene(model)).check("box", "low").take
+
+
 def test_a_pile_over_which_the_hand_does_not_come_excludes_a_grasp_while_it_is_there() -> None:
     """The arm only just reaches the box, and not from as high as the hand has to pass above the pile."""
     below, far = Location("below", at=(0.398, 0.475)), Location("far", at=(0.569, 0.585))
