@@ -1,4 +1,4 @@
-"""What `sim.capability` says that the arm cannot do, tried in physics: `PYTHONPATH=tests python -m judge.arm`.
+"""What `sim.capability` says that the arm cannot do, tried in physics: `PYTHONPATH=tests python -m judge.physics`.
 
 The cheapest plans of random scenes are searched for; each exclusion that they meet is tried from five starts: the hand
 comes from five places to grasp the object, or brings it from five locations, with the other objects in their places and
