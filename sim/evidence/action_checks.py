@@ -40,6 +40,9 @@ GRIP_TOLERANCE_N, GRIP_TOLERANCE = 2.0, 0.3
 PLACEMENT_TOLERANCE_M = 0.001
 """Greatest difference of a recorded placement error from the frames', where observations have no noise."""
 
+AVERAGED_FRAMES = 3
+"""Number of frames during which a position is observed that is averaged over noise."""
+
 LAST_EVENT_S = 1.0
 """An event is recorded at most this long after the last frame."""
 
@@ -181,7 +184,8 @@ def _objection_to_place(log: Log, world: RecordedWorld, action: Action, event: E
         return "its release is recorded of another object or location"
     # An object that was knocked may still move, and bounce off a wall between the two frames.
     frame = world.frame_at(event.time)
-    around, (_, rates) = slice(frame, frame + 2), columns(world.mujoco, action.obj)
+    first = max(0, frame - AVERAGED_FRAMES) if world.noise else frame
+    around, (_, rates) = slice(first, frame + 2), columns(world.mujoco, action.obj)
     recorded, centres = float(event.detail["error_mm"]) / 1000, world.path(action.obj)[around, :2] + world.bias[:2]
     moving = float(np.linalg.norm(log.qvel[around, rates][:, :2], axis=1).max()) / FRAME_RATE_HZ
     far = [np.linalg.norm(slot.position[:2] - centres, axis=1) for slot in world.scene.slots[action.location]]

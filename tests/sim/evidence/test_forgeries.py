@@ -80,6 +80,19 @@ def test_what_moves_is_placed_somewhere_between_two_frames(cup_log: Log) -> None
         assert certify(replace(told, qpos=qpos)).check("events").holds == holds
 
 
+@pytest.mark.parametrize(("noise", "holds"), [(0.0, False), (1.0, True)])
+def test_what_moves_while_its_noisy_position_is_averaged_may_have_been_where_it_was(
+    cup_log: Log, noise: float, holds: bool
+) -> None:
+    (placed,) = (event for event in cup_log.about.events if event.kind == "placed")
+    x, after = cup_log.about.joints["cup"], int(np.searchsorted(cup_log.times, placed.time + 1e-9))
+    noisy = telling(cup_log, setting=cup_log.about.setting | {"noise_mm": noise})
+    qpos = cup_log.qpos.copy()
+    qpos[after - 4 : after - 2, x] += 0.03
+    told = detail("placed", error_mm=placed.detail["error_mm"] + 15)(noisy)
+    assert certify(replace(told, qpos=qpos)).check("events").holds == holds
+
+
 @pytest.mark.parametrize("forgery", PLAIN, ids=named)
 def test_default_options_refute(cup_log: Log, scenario: Scenario, forgery: Forgery) -> None:
     forged = forgery.forge(cup_log)
