@@ -98,12 +98,18 @@ def tasks_out_of_reach(
     `wanted` says for each task whether it could be achieved by an arm that can do everything.
     """
     unusable = [found for found in places if found.barred]
+    # What fails only while other objects stand somewhere tells all of them apart, which makes searches long.
+    never = [found for found in unusable if not (found.take and found.put)]
     for i, task in enumerate(problem.tasks):
-        if not unusable or not wanted[i] or _achievable_without(problem, task, unusable, achievable):
+        if not unusable or not wanted[i]:
+            continue
+        groups = (group for group in (never, unusable) if not _achievable_without(problem, task, group, achievable))
+        blamed = next(groups, None)
+        if blamed is None:
             continue
         needed: list[PlaceCheck] = []
         spared: list[PlaceCheck] = []
-        for found in unusable:
+        for found in blamed:
             needs = not _achievable_without(problem, task, [*spared, found], achievable)
             (needed if needs else spared).append(found)
         what = " and ".join(f"{found.obj} at {found.location} ({found.reason})" for found in needed)
