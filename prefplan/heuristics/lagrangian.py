@@ -25,7 +25,7 @@ import numpy as np
 
 from prefplan.heuristics.sweep import MOST, Layout, Stages, sweep
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.models.kernels import INFINITE, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, Integer, inner_kernel
 
 LARGEST = MOST[np.dtype(np.uint16)]
 """Stands for no path in a table; sums are less, in its units."""
@@ -116,7 +116,7 @@ def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: i
     return Lagrangian(weights, layout, table)
 
 
-@bare_kernel
+@inner_kernel
 def lagrangian_bound(lagrangian: Lagrangian | None, node: Integer, automata: np.ndarray, growth: Integer) -> Integer:
     """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
     if lagrangian is None:

@@ -19,7 +19,7 @@ import numpy as np
 
 from prefplan.heuristics.backward_dijkstra import steps_of
 from prefplan.limits import check_limits
-from prefplan.models.kernels import INFINITE, Integer, bare_kernel, kernel
+from prefplan.models.kernels import INFINITE, Integer, inner_kernel, kernel
 from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product
 
@@ -170,10 +170,11 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
     for _ in range(ROUNDS):
         for m in range(count + 1):
             price[m] = round(exact[m])
-        priced.price[:], here[0] = price[:count], price[count]
-        ahead[0] = plain.ahead[node] + price[:count] + price[count]
+        here[0] = price[count]
         for m in range(count):
-            priced.between[m] = plain.between[m] + price[m] + price[:count]
+            priced.price[m], ahead[0, m] = price[m], plain.ahead[node, m] + price[m] + price[count]
+            for n in range(count):
+                priced.between[m, n] = plain.between[m, n] + price[m] + price[n]
         bound = float(_tree_bound(priced, 0, bits, degrees))
         if bound > best:
             best = bound
@@ -194,7 +195,7 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
     return best_price[:count], best_price[count]
 
 
-@bare_kernel
+@inner_kernel
 def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray) -> Integer:
     """Return a lower bound of the cost-to-go of a product state; `INFINITE` if not all landmarks can be visited."""
     if marks is None:
@@ -210,7 +211,7 @@ def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray)
     return np.int64(max(0, (bound + SCALE - 1) // SCALE))
 
 
-@bare_kernel
+@inner_kernel
 def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees | None) -> Integer:
     """Return the scaled bound by a minimum spanning tree over a node and some landmarks (Prim's algorithm).
 

@@ -24,7 +24,7 @@ from prefplan.heuristics.cost_to_go import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays, place_of
-from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, inner_kernel
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OrderRate
 
@@ -209,7 +209,7 @@ def scaled(tables: Tables, weight: float) -> Tables:
     return tables._replace(table=table, add_up=True)
 
 
-@bare_kernel
+@inner_kernel
 def bound_of(
     tables: Tables, projections: ProjectionArrays | None, node: Integer, automata: np.ndarray, e: Integer
 ) -> Integer:
@@ -222,7 +222,7 @@ def bound_of(
     return bound
 
 
-@bare_kernel
+@inner_kernel
 def raise_bound(
     tables: Tables, marks: Landmarks | None, node: Integer, automata: np.ndarray, row: np.ndarray, limit: Integer
 ) -> Integer:
@@ -247,7 +247,7 @@ def raise_bound(
     return bound
 
 
-@bare_kernel
+@inner_kernel
 def _entry(tables: Tables, node: Integer, automata: np.ndarray, p: Integer) -> np.int64:
     """Return the entry of table p; `node` is that of the table's projection."""
     entry = tables.base[p] + node

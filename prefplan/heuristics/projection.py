@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, inner_kernel
 from prefplan.models.manipulation.action_costs import cost_tables
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
@@ -153,12 +153,12 @@ def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> Projectio
         places[m, : len(one.merged)] = [space.locations.index(name) for name in one.merged]
         numbers.append(np.zeros(space.bound, dtype=np.int32))
         numbers[m][one.listing.codes] = np.arange(one.system.size)
-    slots = np.array([[*one.places, one.space.held] for one in projections])[:, whole.location]
+    slots = np.array([[*one.places, one.space.held] for one in projections])
     first = np.cumsum([0, *map(len, numbers)])[:-1].astype(np.int64)
     radices = np.array(whole.radices, dtype=np.int64)
     return ProjectionArrays(
         weights=weights,
-        slots=slots,
+        slots=np.ascontiguousarray(slots[:, whole.location]),  # kernels are compiled for each order in memory
         hands=np.array([one.hands for one in projections]),
         places=places,
         above=whole.above.astype(np.int64),
@@ -169,14 +169,14 @@ def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> Projectio
     )
 
 
-@bare_kernel
+@inner_kernel
 def observe(projections: ProjectionArrays | None, node: Integer) -> None:
     """Write the digits of a state whose bounds are looked up; nothing to do where states are listed."""
     if projections is not None:
         unpack(projections.radices, node, projections.digits)
 
 
-@bare_kernel
+@inner_kernel
 def place_of(projections: ProjectionArrays | None, projection: Any, p: Integer, node: Integer) -> Integer:
     """Return the node that table p has for the observed state: that of its projection; the state's, if there is none.
 
@@ -191,7 +191,7 @@ def place_of(projections: ProjectionArrays | None, projection: Any, p: Integer, 
     return _projected(projections, projection[p], projections.digits)
 
 
-@bare_kernel
+@inner_kernel
 def _projected(projections: ProjectionArrays, m: Integer, digits: np.ndarray) -> Integer:
     """Return the node of a projection for the digits of a state."""
     hand, held = digits[0], projections.slots.shape[1] - 1

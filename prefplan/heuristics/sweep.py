@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.limits import check_limits
-from prefplan.models.kernels import INFINITE, NO_EDGE, UNREACHABLE, Integer, bare_kernel, kernel
+from prefplan.models.kernels import INFINITE, NO_EDGE, UNREACHABLE, Integer, inner_kernel, kernel
 from prefplan.product.contraction import NODE_LIMIT, Graph, active_nodes, bits_of
 from prefplan.product.product_automaton import Product
 
@@ -247,7 +247,7 @@ def fill(sweep: SweepInput, table: np.ndarray, stop: np.ndarray) -> None:
         ranks[changed - 1] += 1
 
 
-@bare_kernel
+@inner_kernel
 def _least_sums(
     sweep: SweepInput,
     kind: Integer,

@@ -137,12 +137,17 @@ def kernel(function: F) -> F:
 
 
 def bare_kernel(function: F) -> F:
-    """Compile a function that allocates no arrays, without reference counting, and inline it into its callers.
+    """Compile a function that allocates no arrays, without reference counting, which takes half the time."""
+    return _kernel(function, _nrt=False)
 
-    Small functions take half the time without reference counts, and inlining, which avoids passing tuples of arrays,
-    saves another third.
+
+def inner_kernel(function: F) -> F:
+    """Compile such a function for other kernels alone, and inline it into them.
+
+    Inlining, which avoids passing tuples of arrays, saves another third; that Python cannot call it, a fifth of the
+    time of compiling.
     """
-    return _kernel(function, _nrt=False, forceinline=True)
+    return _kernel(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
 
 
 def _kernel(function: F, **options: Any) -> F:

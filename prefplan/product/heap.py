@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, inner_kernel
 
 
-@bare_kernel
+@inner_kernel
 def heap_push(
     keys: np.ndarray, items: np.ndarray, count: Integer, key: Integer, item: Integer, ranks: np.ndarray | None
 ) -> Integer:
@@ -31,7 +31,7 @@ def heap_push(
     return count + 1
 
 
-@bare_kernel
+@inner_kernel
 def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer, ranks: np.ndarray | None) -> Integer:
     """Remove the first pair and return the new count; `ranks` as for `heap_push`."""
     count -= 1
@@ -53,7 +53,7 @@ def heap_pop(keys: np.ndarray, items: np.ndarray, count: Integer, ranks: np.ndar
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _precedes(key: Any, item: Any, other_key: Any, other_item: Any, ranks: np.ndarray | None) -> bool:
     if ranks is not None and key == other_key:
         for e in range(ranks.shape[1]):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, inner_kernel
 from prefplan.product.contraction import Graph, bits_of, changes
 from prefplan.product.moves import Generated
 from prefplan.product.product_automaton import Product
@@ -146,7 +146,7 @@ def _through(graph: Graph) -> np.ndarray:
     return bits_of((least[:, :, None] + least[None, :, :] < graph.near[:, None, :]).transpose(0, 2, 1))
 
 
-@bare_kernel
+@inner_kernel
 def decode(nodes: Integer, sizes: np.ndarray, code: Integer, automata: np.ndarray) -> Integer:
     """Write the states of the first automata of a product state, as many as there is room for, and return its node."""
     rest = code // nodes
@@ -156,7 +156,7 @@ def decode(nodes: Integer, sizes: np.ndarray, code: Integer, automata: np.ndarra
     return code % nodes
 
 
-@bare_kernel
+@inner_kernel
 def masks(ends: np.ndarray, automata: np.ndarray) -> tuple[Integer, Integer]:
     """Return the sets of satisfied tasks, and of satisfied or skipped tasks, as bits."""
     satisfied = done = 0

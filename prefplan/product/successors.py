@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import NO_EDGE, Integer, bare_kernel
+from prefplan.models.kernels import NO_EDGE, Integer, inner_kernel
 from prefplan.models.manipulation.successors import pack, write_steps
 from prefplan.product.moves import Generated
 from prefplan.product.space import Automata, Edges, Shortcuts, Space, decode
@@ -48,7 +48,7 @@ def successor_buffer(space: Space, least: int) -> Successors:
     )
 
 
-@bare_kernel
+@inner_kernel
 def successors(
     automata: Automata,
     edges: Edges | None,
@@ -74,7 +74,7 @@ def successors(
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _generate(automata: Automata, model: Generated, node: Integer, buffer: Successors) -> Integer:
     """Write the successors of a state of a manipulation model, in the order of its actions."""
     count: Integer = np.int64(0)
@@ -88,7 +88,7 @@ def _generate(automata: Automata, model: Generated, node: Integer, buffer: Succe
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _read_letters(
     automata: Automata,
     letters: np.ndarray,
@@ -114,7 +114,7 @@ def _read_letters(
     return count + 1
 
 
-@bare_kernel
+@inner_kernel
 def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer: Successors) -> Integer:
     """Write the macro-moves: to every node that changes some automaton, by least cost through nodes that change none.
 
@@ -146,7 +146,7 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: np.ndarray, via: np.ndarray) -> Integer:
     """Write some nodes and the least costs of reaching them through one another (Dijkstra), and return how many."""
     count = 0
@@ -167,7 +167,7 @@ def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: 
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _read(
     automata: Automata, node: Integer, label: Integer, step: Integer, buffer: Successors, count: Integer
 ) -> Integer:
@@ -185,7 +185,7 @@ def _read(
     return _read_relaxed(automata, label, buffer, count) if automata.relaxed.shape[0] else count + 1
 
 
-@bare_kernel
+@inner_kernel
 def _read_relaxed(automata: Automata, label: Integer, buffer: Successors, first: Integer) -> Integer:
     """Write, after the state of the free reading, those of all others, and return the new count."""
     jump, first_relaxed, relaxed, count = automata.jump, automata.first_relaxed, automata.relaxed, 1

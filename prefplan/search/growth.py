@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, bare_kernel
+from prefplan.models.kernels import Integer, inner_kernel
 
 PRODUCT_LIMIT = 2**61
 """Products of a cost and a weight stay below this."""
@@ -55,13 +55,13 @@ class Keys(NamedTuple):
     evaluate: Any
 
 
-@bare_kernel
+@inner_kernel
 def spent(shift: Integer, key: np.ndarray, d: Integer) -> Integer:
     """Return one of the total costs, in units: without the low bits of the first cost, which count actions."""
     return key[d] >> shift if d == 0 else key[d]
 
 
-@bare_kernel
+@inner_kernel
 def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violation: np.ndarray, key: np.ndarray) -> bool:
     """Replace a label's key by that of a successor, except for values; return whether it fits 64 bits for sure.
 
@@ -98,7 +98,7 @@ def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violatio
     return True
 
 
-@bare_kernel
+@inner_kernel
 def _before(keys: Keys, shift: Integer, key: np.ndarray, d: Integer, step: Integer) -> Integer:
     """Return a total cost before the step that the costs in `key` already count."""
     before = key[d] - (keys.edge_costs[d, step] if keys.edge_costs.shape[1] else step)

@@ -26,7 +26,7 @@ from prefplan.heuristics.landmarks import Landmarks
 from prefplan.heuristics.pattern_database import BOUND, LIKELY, LOOKED, Tables, bound_of, raise_bound
 from prefplan.heuristics.prepare import Bounds
 from prefplan.heuristics.projection import ProjectionArrays, observe
-from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel
+from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel, inner_kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.space import Automata, Space, decode
 from prefplan.product.successors import successors
@@ -101,7 +101,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
         )
 
 
-@bare_kernel
+@inner_kernel
 def _estimate(
     automata: Automata, shift: Integer, keys: Keys, bounds: Bounds, memory: Memory, label: Integer
 ) -> Integer:
@@ -126,7 +126,7 @@ def _estimate(
     return estimate if estimate <= limits[first] else np.int64(UNBOUNDED)
 
 
-@bare_kernel
+@inner_kernel
 def _enter(
     automata: Automata,
     shift: Integer,
@@ -189,7 +189,7 @@ def _enter(
     return END.ENTERED
 
 
-@bare_kernel
+@inner_kernel
 def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: Integer, key: np.ndarray) -> bool:
     """Write the key of the label of successor k; return whether it fits 64 bits for sure."""
     labels, buffer = memory.labels, memory.buffer
@@ -201,7 +201,7 @@ def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: I
     return bool(grow(keys, shift, satisfied, buffer.step[k], buffer.violation[k], key))
 
 
-@bare_kernel
+@inner_kernel
 def _bound_state(
     automata: Automata,
     tables: Tables,
@@ -226,7 +226,7 @@ def _bound_state(
         raise_bound(tables, landmarks, node, states, row, most)
 
 
-@bare_kernel
+@inner_kernel
 def _is_beaten(
     keys: Keys,
     key: np.ndarray,
@@ -252,7 +252,7 @@ def _is_beaten(
     return False
 
 
-@bare_kernel
+@inner_kernel
 def _add_goal(keys: Keys, key: np.ndarray, goals: np.ndarray, counters: np.ndarray, label: Integer) -> None:
     """Add a goal, in place of those that prune no more than it does.
 

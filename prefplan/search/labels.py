@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.heuristics.pattern_database import LOOKED
 from prefplan.limits import check_limits
-from prefplan.models.kernels import Integer, bare_kernel, kernel
+from prefplan.models.kernels import Integer, inner_kernel, kernel
 from prefplan.product.space import masks
 from prefplan.product.successors import Successors
 from prefplan.search.growth import Keys, spent
@@ -98,7 +98,7 @@ class Memory(NamedTuple):
     buffer: Successors
 
 
-@bare_kernel
+@inner_kernel
 def slot_of(states: States, code: Integer) -> Integer:
     """Return the slot of a product state in the hash table: that of its row, or the empty one for it."""
     mask = states.slots.shape[0] - 1
@@ -108,7 +108,7 @@ def slot_of(states: States, code: Integer) -> Integer:
     return slot
 
 
-@bare_kernel
+@inner_kernel
 def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, row: np.ndarray) -> None:
     """Write what a new product state's row says of it, but for bounds."""
     satisfied, done = masks(ends, automata)
@@ -116,7 +116,7 @@ def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, row: np.ndar
     row[HEAD], row[CODE] = NONE, code
 
 
-@bare_kernel
+@inner_kernel
 def _first_slot(code: Integer, mask: Integer) -> Integer:
     """Return where to start looking for a product state in a hash table of mask + 1 slots."""
     return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
@@ -158,7 +158,7 @@ def _longer(array: np.ndarray) -> np.ndarray:
     return longer
 
 
-@bare_kernel
+@inner_kernel
 def no_worse(keys: Keys, shift: Integer, one: np.ndarray, other: np.ndarray) -> bool:
     """Return whether a label's key shows that it is no worse than another label of its product state."""
     for t in range(keys.compared.shape[0]):
@@ -175,7 +175,7 @@ def no_worse(keys: Keys, shift: Integer, one: np.ndarray, other: np.ndarray) -> 
     return True
 
 
-@bare_kernel
+@inner_kernel
 def is_dominated(keys: Keys, shift: Integer, labels: Labels, head: Integer, new: Integer) -> bool:
     """Return whether some label of a product state, of which `head` is the last, is no worse than a new one."""
     label = head
@@ -186,7 +186,7 @@ def is_dominated(keys: Keys, shift: Integer, labels: Labels, head: Integer, new:
     return False
 
 
-@bare_kernel
+@inner_kernel
 def insert(keys: Keys, shift: Integer, labels: Labels, row: np.ndarray, new: Integer) -> None:
     """Make a new label the last of its product state's, and mark those that it dominates."""
     label, last = np.int64(row[HEAD]), np.int64(new)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,6 +12,7 @@ from prefplan.ledger import Ledger
 from prefplan.models.kernels import Integer, kernel
 from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph
+from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
 
@@ -125,26 +125,40 @@ def cheapest_path(
         target: where it ends, with at least one edge.
         limit: cost of the path.
     """
-    links, taken = [np.int64(-1)], [np.int64(-1)]
-    # Links are numbered as they are made: ties go to the path purchases first.
-    queue = [(np.int64(0), 0, np.int64(0), np.int64(source))]
-    passed = {np.int64(-1)}
-    while queue:
-        cost, length, link, state = heapq.heappop(queue)
-        if link > 0:
-            if state == target and cost == limit:
-                path = np.empty(length, dtype=np.int64)
-                for k in range(length - 1, -1, -1):
-                    path[k] = taken[link]
-                    link = links[link]
-                return path
-            if state in passed or not passable[classes[state]]:
-                continue
-            passed.add(state)
+    # A link of a path has a number, an edge and the link before it. Of equal costs the heap has the largest item first,
+    # so that ties go to the link made first. A state is left at most once, the source perhaps twice.
+    most = 2 * targets.shape[0]
+    edges, before = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    costs_so_far, links = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    passed = np.zeros(classes.shape[0], dtype=np.bool_)
+    waiting: Integer = np.int64(0)
+    state, link, cost, made = np.int64(source), np.int64(-1), np.int64(0), np.int64(0)
+    while True:
         for edge in range(offsets[state], offsets[state + 1]):
-            end = np.int64(targets[edge])
-            if cost + costs[edge] <= limit and end not in passed:
-                links.append(np.int64(link))
-                taken.append(np.int64(edge))
-                heapq.heappush(queue, (cost + costs[edge], length + 1, np.int64(len(links) - 1), end))
-    return np.empty(0, dtype=np.int64)
+            if cost + costs[edge] <= limit and not passed[targets[edge]]:
+                edges[made], before[made] = edge, link
+                waiting = heap_push(costs_so_far, links, waiting, cost + costs[edge], -made, None)
+                made += 1
+        while waiting > 0:
+            cost, link = costs_so_far[0], -links[0]
+            waiting = heap_pop(costs_so_far, links, waiting, None)
+            state = np.int64(targets[edges[link]])
+            if state == target and cost == limit:
+                return _edges_to(link, edges, before)
+            if passable[classes[state]] and not passed[state]:
+                break
+        else:
+            return np.empty(0, dtype=np.int64)
+        passed[state] = True
+
+
+@kernel
+def _edges_to(link: Integer, edges: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return the edges of the path that ends with a link."""
+    length, at = 0, link
+    while at >= 0:
+        length, at = length + 1, before[at]
+    path = np.empty(length, dtype=np.int64)
+    for k in range(length - 1, -1, -1):
+        path[k], link = edges[link], before[link]
+    return path

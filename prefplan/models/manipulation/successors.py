@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, bare_kernel, kernel
+from prefplan.models.kernels import Integer, inner_kernel, kernel
 from prefplan.models.manipulation.slots import free_slot as any_free_slot
 
 TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
@@ -23,7 +23,7 @@ TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 EXCHANGEABLE = 2**40
 """This, and its class, stands for a neutral location while alike objects are sorted; larger than any location."""
 
-free_slot = bare_kernel(any_free_slot)
+free_slot = inner_kernel(any_free_slot)
 
 
 class Moves(NamedTuple):
@@ -91,7 +91,7 @@ def steps_of(moves: Moves) -> Steps:
     return Steps(np.zeros((most, digits), dtype=np.int64), actions, prices, before, counts)
 
 
-@bare_kernel
+@inner_kernel
 def unpack(radices: np.ndarray, state: Integer, digits: np.ndarray) -> None:
     """Write the digits of a state."""
     for d in range(radices.shape[0]):
@@ -99,7 +99,7 @@ def unpack(radices: np.ndarray, state: Integer, digits: np.ndarray) -> None:
         state //= radices[d]
 
 
-@bare_kernel
+@inner_kernel
 def pack(moves: Moves, digits: np.ndarray) -> Integer:
     """Return the state of some digits."""
     state = np.int64(0)
@@ -108,7 +108,7 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
     return state
 
 
-@bare_kernel
+@inner_kernel
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
@@ -142,14 +142,14 @@ def standardize(moves: Moves, digits: np.ndarray) -> None:
     digits[0] = moved
 
 
-@bare_kernel
+@inner_kernel
 def _next_place(moves: Moves, kind: Integer) -> Integer:
     """Return the next neutral location of a class, of which one more is taken then."""
     moves.ranks[kind] += 1
     return moves.places[kind, moves.ranks[kind] - 1]
 
 
-@bare_kernel
+@inner_kernel
 def _sort_alike(moves: Moves, digits: np.ndarray, first: Integer, end: Integer, hand: Integer) -> bool:
     """Sort alike objects of one class by location, and return whether the hand is over one at a neutral location.
 
@@ -169,7 +169,7 @@ def _sort_alike(moves: Moves, digits: np.ndarray, first: Integer, end: Integer, 
     return is_under
 
 
-@bare_kernel
+@inner_kernel
 def _accepts(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
     """Return whether an object can be put at a location."""
     if counts[location] >= moves.capacity[location]:
@@ -181,7 +181,7 @@ def _accepts(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
     return True
 
 
-@bare_kernel
+@inner_kernel
 def _is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
     """Return whether nothing prevents grasping an object at a location."""
     for other in range(counts.shape[0]):
@@ -190,7 +190,7 @@ def _is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
     return True
 
 
-@bare_kernel
+@inner_kernel
 def _count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Integer:
     """Write how many objects each location holds, and return the one in the hand, or -1."""
     held = -1
@@ -205,7 +205,7 @@ def _count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Inte
     return held
 
 
-@bare_kernel
+@inner_kernel
 def _is_excluded(moves: Moves, digits: np.ndarray, action: Integer) -> bool:
     """Return whether an action does not exist in a state."""
     for b in range(moves.excluded[action], moves.excluded[action + 1]):
@@ -220,7 +220,7 @@ def _is_excluded(moves: Moves, digits: np.ndarray, action: Integer) -> bool:
     return False
 
 
-@bare_kernel
+@inner_kernel
 def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     """Write the actions of a state, in the order of the model, and return how many there are.
 
@@ -273,20 +273,20 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     return count
 
 
-@bare_kernel
+@inner_kernel
 def _slot_at(moves: Moves, digits: np.ndarray, location: Integer) -> Integer:
     """Return the slot of a location into which an object is put."""
     slots, bounds = digits[1 : 1 + moves.movable.shape[0]], moves.first_slot[location : location + 2]
     return free_slot(slots, bounds[0], bounds[1])
 
 
-@bare_kernel
+@inner_kernel
 def _copy(source: np.ndarray, target: np.ndarray) -> None:
     for d in range(source.shape[0]):
         target[d] = source[d]
 
 
-@bare_kernel
+@inner_kernel
 def _end_step(moves: Moves, steps: Steps, k: Integer, kind: Integer) -> Integer:
     """Write an action's price, replace its state by the canonical one, and return k + 1."""
     hands = moves.over.shape[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import product
+from typing import Any
 
 import judge
 import numpy as np
@@ -11,12 +12,18 @@ import pytest
 from judge.problems import GraphProblem
 
 from prefplan import Order, Planner, Problem, Task, TransitionSystem
+from prefplan.heuristics import landmarks as heuristic
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.landmarks import Landmarks, landmark_bound, landmarks
-from prefplan.models.kernels import INFINITE
+from prefplan.heuristics.landmarks import Landmarks, landmarks
+from prefplan.models.kernels import INFINITE, kernel
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
+
+
+@kernel
+def _bound_of(marks: Landmarks | None, node: int, automata: np.ndarray) -> Any:
+    return heuristic.landmark_bound(marks, node, automata)
 
 
 def repriced(marks: Landmarks, rng: random.Random) -> Landmarks:
@@ -41,7 +48,7 @@ def bounds_and_costs(problem: GraphProblem, seed: int) -> list[tuple[int, int]]:
         for k, automata in enumerate(states):
             for node in range(graph.size):
                 reached = np.array(automata[::-1], dtype=np.int64)
-                found.append((int(landmark_bound(each, node, reached)), int(table[node + graph.size * k])))
+                found.append((int(_bound_of(each, node, reached)), int(table[node + graph.size * k])))
     return found
 
 
@@ -69,7 +76,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     assert graph is not None
     marks = landmarks(whole, graph)
     automata = whole.starts[0].automata
-    bound = int(landmark_bound(marks, graph.start, np.array(automata))) >> whole.shift
+    bound = int(_bound_of(marks, graph.start, np.array(automata))) >> whole.shift
     assert bound * whole.units.cost == Planner(problem).cheapest().cost == 24
 
 

@@ -5,21 +5,28 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
-from prefplan.heuristics import projected_backward
+from prefplan.heuristics import pattern_database, projected_backward, projection
 from prefplan.heuristics.cost_to_go import Backward
-from prefplan.heuristics.pattern_database import bound_of
 from prefplan.heuristics.prepare import Prepared
-from prefplan.heuristics.projection import observe
-from prefplan.models.kernels import INFINITE
+from prefplan.models.kernels import INFINITE, kernel
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
+
+
+@kernel
+def _bound_of(
+    tables: pattern_database.Tables, projections: projection.ProjectionArrays, code: np.int64, states: np.ndarray
+) -> Any:
+    projection.observe(projections, code)
+    return pattern_database.bound_of(tables, projections, code, states, np.int64(0))
 
 
 @pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
@@ -42,8 +49,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
 
     def cost_bound(code: np.int64, states: np.ndarray) -> int:
-        observe(bounds.projections, code)
-        return int(bound_of(bounds.tables, bounds.projections, code, states, 0))
+        return int(_bound_of(bounds.tables, bounds.projections, code, states))
 
     found = np.empty_like(exact)
     for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):
