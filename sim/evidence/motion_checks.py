@@ -34,8 +34,9 @@ def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]
     """Check the arm's joint positions, and its loads when it was simulated again, against their limits.
 
     Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
-    and torque rates are differences between two steps of the simulation. Jerks are those of the commanded trajectory,
-    to which a manufacturer's limit applies: measured jerks show every contact.
+    and torque rates are differences between two steps of the simulation, except where MuJoCo misses a contact
+    (`sim.simulation.recorder.missed_contacts`). Jerks are those of the commanded trajectory, to which a manufacturer's
+    limit applies: measured jerks show every contact.
 
     Args:
         log: of the run.

@@ -6,6 +6,7 @@ bit by bit: the commands of every step, and every state that was set by somethin
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -21,6 +22,9 @@ COMMANDS_PER_UNIT = 2**24
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
 """The state on which a step of MuJoCo depends besides the commands."""
 
+MISSED_STEPS, RECOVERY_STEPS = 2, 3
+"""Greatest number of steps for which MuJoCo misses a contact, mostly of a cylinder with a pad, and number of steps that
+the arm then needs to recover."""
 
 FIRST_ROWS = 2**15
 """Number of steps for which memory is reserved at first: 65 s. Memory that is not written to costs nothing."""
@@ -48,6 +52,7 @@ class Recorder:
         self._felt: list[int] = []
         # Loads at every step; more rows than steps, doubled when they are full.
         self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
+        self._constraints, self._lopsided = list[int](), list[int]()
         self._samples = 0
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
         self._references = [np.zeros((0, len(self._dofs)))]
@@ -91,6 +96,11 @@ class Recorder:
         self._torques[row] = data.qfrc_actuator
         if self._cup is not None:
             self._torques[row] -= self._pull(data, self._cup)
+        if data.nefc < max(self._constraints[-MISSED_STEPS:], default=0):
+            touching = len(self._pads.keys() & set(data.contact.geom.ravel().tolist()))
+            if 0 < touching < len(self._pads):
+                self._lopsided.append(row)
+        self._constraints.append(data.nefc)
         self._samples = row + 1
         return bool(data.time >= self._due)
 
@@ -128,7 +138,7 @@ class Recorder:
     def arrays(self) -> dict[str, np.ndarray]:
         """The recorded arrays by their names in `Run`; the last frame has the loads up to now as well."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        speeds, torques = self._of_arm(self._speeds), self._of_arm(self._torques)
+        speeds, torques = (self._bridged(self._of_arm(rows)) for rows in (self._speeds, self._torques))
         samples = {
             "speeds": (speeds, 0),
             "accelerations": (speeds, 1),
@@ -144,6 +154,14 @@ class Recorder:
     def _of_arm(self, rows: np.ndarray, first: int = 0) -> np.ndarray:
         """Return the (K, n) values of the arm's joints from those of all joints, from step `first` on."""
         return rows[first : self._samples, self._dofs]
+
+    def _bridged(self, rows: np.ndarray) -> np.ndarray:
+        """Return (K, n) loads, with those of steps that a missed contact affects between those before and after."""
+        missed = missed_contacts(np.array(self._constraints), self._lopsided)
+        if missed.any():
+            steps, kept = np.arange(len(rows)), ~missed
+            return np.stack([np.interp(steps, steps[kept], column[kept]) for column in rows.T], axis=1)
+        return rows
 
     def _filtered(self, torques: np.ndarray) -> np.ndarray:
         """Return (K, n) torques, N m, after the low-pass filter of the arm's controller."""
@@ -176,3 +194,23 @@ class Recorder:
                 # The first row of an elliptic cone is the normal force.
                 forces[self._pads[geom]] += normal_forces[rows[i // 2]]
         return forces
+
+
+def missed_contacts(constraints: np.ndarray, lopsided: Sequence[int]) -> np.ndarray:
+    """Return (K,) bool, which steps are affected by contacts of a pad that MuJoCo misses.
+
+    Contacts come and go, but those that are lost and found again within `MISSED_STEPS` were missed.
+
+    Args:
+        constraints: (K,) number of constraints in each step.
+        lopsided: the steps in which something touches one pad only.
+    """
+    missed, one_pad = np.zeros((2, len(constraints)), dtype=bool)
+    one_pad[lopsided] = True
+    for steps in range(1, MISSED_STEPS + 1):
+        after = constraints[steps + 1 :]
+        before, *within = (constraints[k : k + len(after)] for k in range(steps + 1))
+        alone = [one_pad[k + 1 : k + 1 + len(after)] for k in range(steps)]
+        for first in np.flatnonzero((before == after) & ((within < before) & alone).all(axis=0)) + 1:
+            missed[first : first + steps + RECOVERY_STEPS] = True
+    return missed

@@ -8,7 +8,7 @@ from sim.execution.executor import execute
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
-from sim.simulation.recorder import Recorder
+from sim.simulation.recorder import Recorder, missed_contacts
 from sim.simulation.run import Run
 from sim.world.scene import Scene, initial_state
 
@@ -61,3 +61,22 @@ def test_a_rollout_holds_the_loads_of_every_frame(grasp: Run) -> None:
     assert len(shares) == 5 and all(0.01 < share < 1 for share in shares.values()), shares
     assert np.median(grasp.pad_forces[-10:], axis=0) == pytest.approx([15, 15], abs=2)
     assert not grasp.pad_forces[grasp.times < grasp.steps[0].end].any()
+
+
+@pytest.mark.parametrize(
+    ("constraints", "lopsided", "missed"),
+    [
+        ([9, 9, 5, 9, 9, 9, 9, 9], [2], [2, 3, 4, 5]),
+        ([9, 9, 5, 5, 9, 9, 9, 9], [2, 3], [2, 3, 4, 5, 6]),
+        ([9, 9, 5, 5, 5, 9, 9, 9], [2, 3, 4], []),  # lost for too long
+        ([9, 9, 5, 9, 9, 9, 9, 9], [], []),  # not between the pads
+        ([9, 9, 5, 5, 9, 9, 9, 9], [2], []),
+        ([9, 9, 5, 7, 7, 7, 7, 7], [2], []),  # something else has changed
+        ([9, 5], [1], []),
+        ([], [], []),
+    ],
+)
+def test_a_pad_that_loses_contact_for_a_step_or_two_did_not_lose_it(
+    constraints: list[int], lopsided: list[int], missed: list[int]
+) -> None:
+    assert np.flatnonzero(missed_contacts(np.array(constraints, dtype=int), lopsided)).tolist() == missed
