@@ -14,7 +14,7 @@ from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.problem import Task
 
-LIST_TIMEOUT_S = 10.0
+LIST_TIMEOUT_S = 3.0
 """Time limit for listing all states, which planning does not need."""
 
 

@@ -48,7 +48,7 @@ MAX_FREE_STEPS, FREE_DAMPING, MAX_FREE_TURN_RAD = 200, 1e-3, 0.3
 """Number of steps of the search without limits, their damping, and the greatest turn of a joint in one, rad."""
 
 
-ELBOW_SWINGS_RAD = (1.4, -1.4)
+ELBOW_SWINGS_RAD = (1.4, -1.4, 0.7, -0.7, 2.1, -2.1)
 """Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
 
 MIN_VERTICAL_COMPONENT = 0.999
@@ -79,7 +79,7 @@ class InverseKinematics:
             mink.VelocityLimit(self.model, dict(zip(robot.joints, robot.velocity_limits, strict=True))),
         ]
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
-        self._known: dict[tuple[bytes, bytes, bytes, float], np.ndarray | None] = {}
+        self._known: dict[tuple[bytes, bytes, bytes], np.ndarray | None] = {}
         self._home = self.tool(robot.home)
         self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -154,15 +154,17 @@ class InverseKinematics:
 
         Grasps that differ only in the hand's opening have the same pose, so solutions are cached.
         """
-        question = goal.position.tobytes(), goal.rotation.tobytes(), seed.tobytes(), margin
+        question = goal.position.tobytes(), goal.rotation.tobytes(), seed.tobytes()
         if question not in self._known:
             if len(self._known) >= MAX_KNOWN:
                 self._known.clear()
-            self._known[question] = self._search(goal, seed, margin)
-        return self._known[question]
+            self._known[question] = self._search(goal, seed)
+        q, (low, high) = self._known[question], self.model.jnt_range.T
+        margin = 0.0 if goal.points_down else margin
+        return None if q is None or ((q <= low + margin) | (q >= high - margin)).any() else q
 
-    def _search(self, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
-        """Search for a solution, see `nearby`."""
+    def _search(self, goal: ToolPose, seed: np.ndarray) -> np.ndarray | None:
+        """Search for a solution, see `nearby`, without a margin."""
         if self._reach.excludes(goal):
             return None
         self._configuration.update(seed)
@@ -177,10 +179,7 @@ class InverseKinematics:
             self._configuration.update(self._configuration.data.qpos + step)
             if np.abs(step).max() < CONVERGED_RAD:
                 break
-        q = self._configuration.q
-        low, high = self.model.jnt_range.T
-        margin = 0.0 if goal.points_down else margin
-        return q if self._arrived() and (q > low + margin).all() and (q < high - margin).all() else None
+        return self._configuration.q if self._arrived() else None
 
     def _search_step(self, longest: float) -> tuple[np.ndarray, float]:
         """Return a step (n,) of a search, rad, and the weighted error of the tool before it.

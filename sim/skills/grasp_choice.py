@@ -100,7 +100,8 @@ def find_grasp(
     """Return the first suitable grasp, or None.
 
     A grasp is suitable if it is possible both where the object is and where it is released next, provided that this is
-    known and has space now. For a standing object, one that is possible where it is will do if there is no other.
+    known and has space now. For a standing object, one that is barely possible there will do, or one that is possible
+    where the object is, if there is no other.
 
     Args:
         cell: the running simulation.
@@ -114,22 +115,19 @@ def find_grasp(
         refusals: the reasons why other grasps are not suitable are added here.
     """
     frame, refusals = frame_of(pose, yaw), refusals or Refusals()
-    shape, slot = cell.scene.shapes[obj], _next_slot(cell, obj, destination)
-    placeable: dict[bytes, bool] = {}
-    first: Choice | None = None
+    slot, others = _next_slot(cell, obj, destination), dict[bytes, Choice]()
     for grasp, before, tool in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
         if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
-        if slot is None:
+        alike = _placed_alike(cell.scene.shapes[obj], grasp)
+        if slot is None or (alike not in others and _can_place(cell, obj, slot, grasp)):
             return grasp, before, tool
-        alike = _placed_alike(shape, grasp)
-        if alike not in placeable:
-            placeable[alike] = _can_place(cell, obj, slot, grasp)
-        if placeable[alike]:
-            return grasp, before, tool
-        first = first or (grasp, before, tool)
-    refusals.unplaceable = first is not None
-    return first if pose.posture == Posture.UPRIGHT and not certain else None
+        others.setdefault(alike, (grasp, before, tool))
+    refusals.unplaceable = bool(others)
+    if slot is None or pose.posture != Posture.UPRIGHT or certain:
+        return None
+    barely = (other for other in others.values() if _can_place(cell, obj, slot, other[0], barely=True))
+    return next(barely, next(iter(others.values()), None))
 
 
 def _free_grasps(
@@ -144,7 +142,7 @@ def _free_grasps(
         tool = grasp.at(pose.position, frame)
         if tilted and tool.points_down:
             continue
-        if all(cell.hand_is_inside(goal, touching=obj, width=grasp.opening) for goal in tool.symmetric_poses()):
+        if _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
             refusals.inside.append(grasp)
             continue
         with suppress(SimulationError):
@@ -173,6 +171,7 @@ def choose_placement(
     near: np.ndarray | None = None,
     margin: float,
     clearance: float = FINGER_CLEARANCE_M,
+    foreseen: bool = False,
 ) -> tuple[ToolPose, ToolPose, float]:
     """Return how to set an object, in a given grasp, upright into a slot where the fingers can open.
 
@@ -188,6 +187,7 @@ def choose_placement(
         near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
         margin: distance from the joints' position limits if the hand is tilted, rad.
         clearance: from other bodies if the hand is tilted, m.
+        foreseen: whether the object is not held yet; then errors need not name all that is in the way.
 
     Raises:
         BlockedError: bodies are in the way.
@@ -197,6 +197,8 @@ def choose_placement(
     unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
+            if foreseen and _is_inside(cell, obj, goals, option.opening):
+                continue
             try:
                 before, pose = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
                 return before, pose, option.opening
@@ -286,9 +288,19 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
     return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()
 
 
-def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose) -> bool:
+def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely: bool = False) -> bool:
+    """Return whether an object that is not held yet can be put into a slot in a grasp, if need be `barely`."""
+    place = partial(choose_placement, cell, obj, slot, grasp, foreseen=True)
     try:
-        choose_placement(cell, obj, slot, grasp, margin=FORESEEN_MARGIN_RAD, clearance=FORESEEN_CLEARANCE_M)
+        if barely:
+            place(near=cell.reference, margin=PLACING_MARGIN_RAD)
+        else:
+            place(margin=FORESEEN_MARGIN_RAD, clearance=FORESEEN_CLEARANCE_M)
     except SimulationError:
         return False
     return True
+
+
+def _is_inside(cell: Workcell, obj: str, goals: Sequence[ToolPose], width: float) -> bool:
+    """Return whether the hand, opened to a width, m, would be inside a body at all of several poses at an object."""
+    return all(cell.hand_is_inside(goal, touching=obj, width=width) for goal in goals)

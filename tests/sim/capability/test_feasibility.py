@@ -166,6 +166,14 @@ def test_culprits_are_objects_that_make_a_rehearsal_fail_only_together(together:
     assert "".join(culprits(failing, None, scene, {})) in found  # type: ignore[arg-type]
 
 
+def test_an_object_is_set_down_below_a_board_with_the_elbow_far_to_one_side() -> None:
+    shelf = Fixture("shelf", "shelf", at=(0.62, -0.3, 0.0), size=(0.24, 0.5, 0.378), yaw=180, boards=(0.0, 0.178))
+    wall = Fixture("wall", "box", at=(0.418, 0.245, 0.175), size=(0.06, 0.13, 0.35), yaw=104)
+    places = Location("low", at=(0.55, -0.21)), Location("out", at=(0.607, 0.177))
+    model = ManipulationModel("home", COSTS, places, (Object("cube", "out", size=(0.055,)),), fixtures=(shelf, wall))
+    assert Feasibility(build_scene(model)).check("cube", "low").reason is None
+
+
 def low_pantry() -> Scene:
     """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
@@ -178,9 +186,9 @@ def test_that_a_board_is_too_low_for_the_hand_is_found_without_the_arm(monkeypat
     searches: list[np.ndarray] = []
     search = Arm._search
 
-    def counted(arm: Arm, goal: ToolPose, seed: np.ndarray, margin: float) -> np.ndarray | None:
+    def counted(arm: Arm, goal: ToolPose, seed: np.ndarray) -> np.ndarray | None:
         searches.append(seed)
-        return search(arm, goal, seed, margin)
+        return search(arm, goal, seed)
 
     monkeypatch.setattr(Arm, "_search", counted)
     missing(Feasibility(low_pantry()).check("jar", "deep"), r"(?:out of reach below pantry|.* too low .*) by (\d+) cm")

@@ -12,14 +12,13 @@ from sim.world.scene import Scene, build_scene
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 
-SHELF = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, 0.359), yaw=180, boards=(0.0, 0.159))
 
-
-def scene_of(height: float) -> Scene:
-    """Return a box of a height, m, under a board."""
+def scene_of(height: float, *, board: float = 0.159) -> Scene:
+    """Return a box of a height, m, under a board at another height, m."""
+    shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, board + 0.2), yaw=180, boards=(0.0, board))
     places = Location("low", at=(0.55, 0.39)), Location("free", at=(0.45, -0.2))
     box = Object("box", "low", kind="box", size=(0.043, 0.068, height))
-    return build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(SHELF,)), meshes=False)
+    return build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(shelf,)), meshes=False)
 
 
 def refuted(scene: Scene, found: PlaceCheck) -> bool:
@@ -33,6 +32,6 @@ def test_what_a_run_can_do_refutes_an_exclusion() -> None:
 
 
 def test_what_is_impossible_is_confirmed() -> None:
-    scene = scene_of(0.1)
+    scene = scene_of(0.1, board=0.13)
     found = Feasibility(scene).check("box", "low")
     assert not found.take and not refuted(scene, found)

@@ -34,3 +34,16 @@ def test_a_pose_is_excluded_where_the_wrist_would_be_too_far_and_not_by_the_tool
     outwards = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     assert not reach.excludes(ToolPose(np.array([0.95, 0.0, 0.4]), outwards))
     assert reach.excludes(ToolPose(np.array([0.95, 0.0, 0.4]), outwards * [-1.0, 1.0, -1.0]))
+
+
+def test_almost_every_pose_of_a_tilted_hand_that_an_arm_reaches_is_found() -> None:
+    robot = robot_named("panda")
+    kinematics, draw, poses = InverseKinematics(robot), np.random.default_rng(5), list[ToolPose]()
+    low, high = kinematics.model.jnt_range.T
+    while len(poses) < 200:
+        pose = kinematics.tool(draw.uniform(low + 0.1, high - 0.1))
+        bearing = np.arctan2(pose.position[1], pose.position[0])
+        if pose.rotation[2, 2] < -0.5 and 0.02 < pose.position[2] < 0.5 and abs(bearing) < 2.2:
+            poses.append(pose)
+    found = sum(next(kinematics.configurations([pose]), None) is not None for pose in poses)
+    assert found >= 0.95 * len(poses)  # 81 % from one seed, 93 % from three
