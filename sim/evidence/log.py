@@ -28,8 +28,11 @@ from sim.external.bundle import packed
 from sim.simulation.run import FRAME_RATE_HZ, Event, Frames, Run, Step
 from sim.world.scene import Scene
 
-FORMAT = 3
+FORMAT = 4
 """Version of the file format; raised when older files can no longer be read."""
+
+EVENTS = {"fault", "contact", "mismatch", "retry", "replan", "unaffected", "ended"}
+"""Kinds of events in a log: what went wrong, and what was done about it. All else, its frames show."""
 
 ORDER = 2
 """Order of the differences between neighbouring rows: motion at constant velocity becomes zeros."""
@@ -81,7 +84,7 @@ class About:
         setting: seed, perturbation, faults and other options of the run.
         joints: index of each joint in `qpos`, by name.
         actions: in order, failed attempts included.
-        events: in order of time.
+        events: of the kinds in `EVENTS`, in order of time.
         claims: of what was achieved.
         files: contents of the other files that the scenario names, in base64, by path.
     """
@@ -130,7 +133,7 @@ def log_of(
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
         actions=tuple(_logged(step) for step in run.steps),
-        events=tuple(event for event in run.events if event.time <= end),
+        events=tuple(event for event in run.events if event.kind in EVENTS and event.time <= end),
         claims=claims,
         files=packed(scene.model),
     )
