@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays, place_of

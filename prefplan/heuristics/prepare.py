@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.errors import LimitError
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.lagrangian import Lagrangian, lagrangian_table, sparse_layout, weights_for
 from prefplan.heuristics.landmarks import Landmarks, landmarks
 from prefplan.heuristics.pattern_database import (

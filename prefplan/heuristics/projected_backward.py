@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.projection import KINDS, Projection, ProjectionArrays, arrays_of
 from prefplan.models.costs import DEFAULT_COST, CostTable
 from prefplan.models.manipulation.action_costs import MeasuredCosts

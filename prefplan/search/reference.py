@@ -28,7 +28,7 @@ from typing import Any
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
-from prefplan.heuristics.max_min import max_min, task_distances
+from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Follower, Reading
 from prefplan.preferences.objective import PreferenceObjective

@@ -13,7 +13,7 @@ from judge.planners import PLANNERS
 from judge.verdict import verdict
 
 from prefplan.heuristics import prepare
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.lagrangian import (
     LARGEST,
     Weights,

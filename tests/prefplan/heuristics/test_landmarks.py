@@ -13,7 +13,7 @@ from judge.problems import GraphProblem
 
 from prefplan import Order, Planner, Problem, Task, TransitionSystem
 from prefplan.heuristics import landmarks as heuristic
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmarks
 from prefplan.models.kernels import INFINITE, kernel
 from prefplan.product.contraction import contract

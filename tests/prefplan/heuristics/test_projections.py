@@ -13,7 +13,7 @@ from random_manipulation import random_problem
 
 from prefplan import Options, Planner
 from prefplan.heuristics import pattern_database, projected_backward, projection
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.prepare import Prepared
 from prefplan.models.kernels import INFINITE, kernel
 from prefplan.product.contraction import whole_graph

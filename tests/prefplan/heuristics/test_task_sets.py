@@ -13,7 +13,7 @@ from judge.verdict import misjudged
 
 from prefplan import GridModel, Options, Order, Problem, Task, cheapest_plan
 from prefplan.heuristics import pattern_database, prepare
-from prefplan.heuristics.cost_to_go import Backward
+from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.pattern_database import joined_groups, sets_of_tasks
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
