@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from itertools import product
+from typing import Any
 
 import judge
 import numpy as np
@@ -12,20 +13,25 @@ import pytest
 from judge.planners import PLANNERS
 from judge.verdict import verdict
 
-from prefplan.heuristics import prepare
+from prefplan.heuristics import lagrangian, prepare
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.lagrangian import (
     LARGEST,
+    Lagrangian,
     Weights,
-    lagrangian_bound,
     lagrangian_table,
     sparse_layout,
     weights_for,
 )
-from prefplan.models.kernels import INFINITE
+from prefplan.models.kernels import INFINITE, kernel
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
+
+
+@kernel
+def _bound_of(table: Lagrangian, node: int, automata: np.ndarray, growth: int) -> Any:
+    return lagrangian.lagrangian_bound(table, node, automata, growth)
 
 
 @pytest.mark.parametrize("unit", [1, 3])
@@ -50,9 +56,9 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
                 if (after != automata).any():
                     # A search may come here, so that there is an entry.
                     assert (tables.layout.place[node, tasks, after] >= 0).all()
-                bound, total = lagrangian_bound(tables, node, automata, 0), least[node + graph.size * k]
+                bound, total = _bound_of(tables, node, automata, 0), least[node + graph.size * k]
                 growth = rng.randrange(20)
-                within = lagrangian_bound(tables, node, automata, growth)
+                within = _bound_of(tables, node, automata, growth)
                 assert within <= max(0, bound - growth * weights.mu // weights.cost)
                 assert weights.cost * (bound - 1) < total
                 if 0 < total < INFINITE and (tables.layout.place[node, tasks, automata] >= 0).all():
