@@ -7,10 +7,11 @@ system.without(answer.barred)                   # the model without what the arm
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+
+import numpy as np
 
 from prefplan.errors import ModelError
 from sim.capability.arrangement import Places, arranged
@@ -21,10 +22,11 @@ from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
 from sim.skills.skill import Skill, SkillError
+from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 MORE_ORIGINS = 2
-"""Number of free locations from which an object is brought, or the hand comes, before that is said to be impossible."""
+"""Number of near locations from which an object is brought, or the hand comes, before that is said to be impossible."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ class Feasibility:
         stayed = self._attempt(staying)
         if not stayed.for_good:
             return stayed
-        for via in self._free(staying.location, staying.places) if isinstance(stayed.error, BlockedError) else ():
+        for via in self._beside(staying.location) if isinstance(stayed.error, BlockedError) else ():
             if stayed.done:
                 break
             other = self._attempt(replace(stayed.rehearsal, via=via))
@@ -115,7 +117,7 @@ class Feasibility:
     def _bringable(self, obj: str, location: str, places: Places, brought: Attempt | None) -> tuple[bool, Neighbours]:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
-        It may also be put down at one of the first free locations in between: where it starts, walls may leave only
+        It may also be put down at one of the nearest free locations in between: where it starts, walls may leave only
         grasps that do not fit at the location.
 
         Args:
@@ -128,17 +130,19 @@ class Feasibility:
             return True, ()  # what cannot be grasped at its start is never brought anywhere
         start = self._scene.model.initial_state.place[obj]
         may_change = brought is not None and not brought.for_good
-        for origin in self._free(location, {**places, obj: start}) if start != location else ():
+        for origin in self._beside(location, {**places, obj: start}.values()) if start != location else ():
             other = self._attempt(bringing(obj, origin, location, places))
             if other.done >= BROUGHT or not (may_change or other.for_good):
                 return True, ()
         return may_change, self._neighbours(brought) if brought is not None else ()
 
-    def _free(self, location: str, places: Places) -> list[str]:
-        """Return the first other locations at which no object is."""
-        taken = {location, *places.values()}
-        free = (place.name for place in self._scene.model.locations if place.name not in taken and not place.on)
-        return list(islice(free, MORE_ORIGINS))
+    def _beside(self, location: str, occupied: Iterable[str] = ()) -> list[str]:
+        """Return the nearest other locations that rest on no objects and are not occupied."""
+        slots, model = self._scene.slots, self._scene.model
+        taken = {location, *under(model, location), *occupied}
+        others = [place.name for place in model.locations if place.name not in taken and not place.on]
+        here = slots[location][0].position
+        return sorted(others, key=lambda other: float(np.linalg.norm(slots[other][0].position - here)))[:MORE_ORIGINS]
 
     def _neighbours(self, attempt: Attempt) -> Neighbours:
         """Return the movable objects because of which an attempt fails, each with its location.
