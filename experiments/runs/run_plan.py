@@ -86,14 +86,6 @@ def scene_of(
     return scene
 
 
-def _require_reach(scenario: Scenario, scene: Scene, plan: Plan) -> None:
-    """Raise ScenarioError if a plan goes to a location that the layout found out of reach."""
-    visited = {f"locations.{scene.model.action(text).location}" for text in plan.actions}
-    faults = [f"model.{warning}" for warning in scene.warnings if warning.partition(":")[0] in visited]
-    if faults:
-        raise ScenarioError(f"{scenario.path}: " + "; ".join(faults))
-
-
 def run_plan(
     scenario: Scenario,
     scene: Scene,
@@ -118,11 +110,7 @@ def run_plan(
         captioned: whether the video has captions below the picture.
         tell: called with the progress.
         **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
-
-    Raises:
-        ScenarioError: the plan goes to a location that is out of reach; nothing has moved then.
     """
-    _require_reach(scenario, scene, plan)
     problem = scenario.problem()
 
     def acting(done: int, total: int, action: str) -> None:
