@@ -38,12 +38,14 @@ class Attempt:
         done: how many of its actions succeeded.
         error: of the next one; None if all succeeded.
         for_good: whether it fails whatever other objects are moved away.
+        succeeds_alone: whether all of it succeeds without these.
     """
 
     rehearsal: Rehearsal
     done: int
     error: SimulationError | None = None
     for_good: bool = False
+    succeeds_alone: bool = False
 
 
 class Feasibility:
@@ -85,11 +87,13 @@ class Feasibility:
         arrives = brought is not None and brought.done >= BROUGHT
         if stayed.done >= TAKEN and (arrives or (brought is None and stayed.error is None)):
             return PlaceCheck(obj, location)
-        put, put_unless = (True, ()) if arrives else self._bringable(obj, location, places, brought)
+        first = stayed if start == location else brought
+        put, put_unless = (True, ()) if arrives else self._bringable(obj, location, places, first)
         if stayed.error is None:
             assert brought is not None
             return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
-        take, unless = not stayed.for_good, self._neighbours(stayed)
+        take = not stayed.for_good or (brought is not None and brought.succeeds_alone)
+        unless = self._neighbours(stayed)
         if stayed.done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(stayed.rehearsal, stayed.error)}"
             return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
@@ -114,7 +118,7 @@ class Feasibility:
             return replace(stayed, done=TAKEN)
         return stayed
 
-    def _bringable(self, obj: str, location: str, places: Places, brought: Attempt | None) -> tuple[bool, Neighbours]:
+    def _bringable(self, obj: str, location: str, places: Places, first: Attempt | None) -> tuple[bool, Neighbours]:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
         It may also be put down at one of the nearest free locations in between: where it starts, walls may leave only
@@ -122,19 +126,19 @@ class Feasibility:
 
         Args:
             obj: the object.
-            location: not its start, or it cannot be grasped or put down there.
+            location: the location.
             places: of all objects.
-            brought: how it went from its start; None if that was not tried.
+            first: how it went from its start; None if that was not tried.
         """
-        if brought is not None and brought.done < TAKEN:
-            return True, ()  # what cannot be grasped at its start is never brought anywhere
         start = self._scene.model.initial_state.place[obj]
-        may_change = brought is not None and not brought.for_good
-        for origin in self._beside(location, {**places, obj: start}.values()) if start != location else ():
+        if first is not None and first.done < TAKEN:
+            return start != location, ()  # what cannot be grasped at its start is never brought anywhere
+        may_change = first is not None and not first.for_good
+        for origin in self._beside(location, {**places, obj: start}.values()):
             other = self._attempt(bringing(obj, origin, location, places))
             if other.done >= BROUGHT or not (may_change or other.for_good):
                 return True, ()
-        return may_change, self._neighbours(brought) if brought is not None else ()
+        return may_change, self._neighbours(first) if first is not None else ()
 
     def _beside(self, location: str, occupied: Iterable[str] = ()) -> list[str]:
         """Return the nearest other locations that rest on no objects and are not occupied."""
@@ -170,17 +174,18 @@ class Feasibility:
         """
         done, error = self._run(rehearsal)
         if error is None:
-            return Attempt(rehearsal, done)
+            return Attempt(rehearsal, done, succeeds_alone=True)
         if done < TAKEN and _is_at_goal(error) and not self._depends_on_others(error, rehearsal.obj):
             return Attempt(rehearsal, done, error, for_good=True)
         others = dispensable(rehearsal, self._scene.model)
         places = {name: place for name, place in rehearsal.places.items() if name not in others}
-        alone = replace(rehearsal, places=places)
+        alone, succeeds = replace(rehearsal, places=places), False
         with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
             if left is not None and not self._depends_on_others(left, rehearsal.obj):
                 return Attempt(alone, went, left, for_good=True)
-        return Attempt(rehearsal, done, error)
+            succeeds = left is None
+        return Attempt(rehearsal, done, error, succeeds_alone=succeeds)
 
     def _depends_on_others(self, error: SimulationError, obj: str) -> bool:
         """Return whether other movable objects are the cause of an error: one in the way, or those below an object."""

@@ -51,7 +51,10 @@ def excluded(scenario: Scenario, scene: Scene) -> list[PlaceCheck]:
 
 
 def trials(model: ManipulationModel, found: PlaceCheck) -> Iterator[Rehearsal]:
-    """Yield what refutes an exclusion if the arm can do it; nothing for one that holds only while something stands."""
+    """Yield what refutes an exclusion if the arm can do it; nothing for one that holds only while something stands.
+
+    What cannot be grasped where it starts is never put down there.
+    """
     obj, location, start = found.obj, found.location, model.initial_state.place[found.obj]
     places = arranged(model, obj, location)
     assert places is not None
@@ -60,7 +63,7 @@ def trials(model: ManipulationModel, found: PlaceCheck) -> Iterator[Rehearsal]:
     if not found.take:
         staying = Rehearsal((f"transit {location}", f"grasp {obj}"), places, obj, location)
         yield from (replace(staying, via=via) for via in islice(("", *free), STARTS))
-    if not found.put:
+    if not found.put and (found.take or location != start):
         origins = [place for place in (start, *free) if place != location]
         yield from (bringing(obj, origin, location, places).beginning(BROUGHT) for origin in origins[:STARTS])
 

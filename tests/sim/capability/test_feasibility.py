@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -17,8 +18,8 @@ from prefplan.scenario.decode import loads
 from sim.capability.arrangement import allowed_places, arranged
 from sim.capability.feasibility import Feasibility
 from sim.capability.place_check import PlaceCheck
-from sim.capability.rehearsal import Rehearsal, culprits
-from sim.errors import SimulationError
+from sim.capability.rehearsal import BROUGHT, Rehearsal, culprits
+from sim.errors import BlockedError, SimulationError
 from sim.execution.executor import Execution
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
@@ -26,6 +27,7 @@ from sim.robots.arms.panda import PANDA
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp_choice import ranked
 from sim.skills.hand import free_pose
+from sim.skills.skill import NoSpaceError
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -172,6 +174,28 @@ def test_an_object_is_set_down_below_a_board_with_the_elbow_far_to_one_side() ->
     places = Location("low", at=(0.55, -0.21)), Location("out", at=(0.607, 0.177))
     model = ManipulationModel("home", COSTS, places, (Object("cube", "out", size=(0.055,)),), fixtures=(shelf, wall))
     assert Feasibility(build_scene(model)).check("cube", "low").reason is None
+
+
+def asked(scene: Scene, tried: Callable[[Rehearsal], tuple[int, SimulationError | None]]) -> Feasibility:
+    """Return what asks a function in place of rehearsals."""
+    found = Feasibility(scene)
+    found._run = tried  # type: ignore[method-assign]
+    found._diagnosis = SimpleNamespace(reason=lambda refused, error: str(error))  # type: ignore[assignment]
+    return found
+
+
+def test_what_is_brought_without_the_others_and_grasped_again_can_be_grasped_there() -> None:
+    wall = BlockedError.on_the_way({"fixture wall"})
+
+    def tried(rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
+        if len(rehearsal.actions) < BROUGHT:
+            return 0, wall
+        return (2, NoSpaceError("no room", ["jar"], at_goal=True)) if "jar" in rehearsal.places else (5, None)
+
+    places = (Location(name, at=(0.5, 0.2 * k)) for k, name in enumerate(("here", "there", "by")))
+    model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "here"), Object("jar", "by")))
+    answer = asked(build_scene(model, meshes=False), tried).check("cup", "there")
+    assert answer.take and answer.put and answer.reason == str(wall)
 
 
 def low_pantry() -> Scene:
