@@ -16,14 +16,20 @@ from sim.evidence.log import ARRAYS, Log, log_of
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
 from sim.execution.faults.fault import Fault, spares_for
+from sim.simulation.run import Run
 from sim.world.randomization import perturbed, read_perturbation
 from sim.world.scene import build_scene, initial_state
 
 
-def log_of_run(
+def log_of_run(scenario: Scenario, **conditions: Any) -> Log:
+    """Return the log of the cheapest plan, carried out to its end; see `run_and_log`."""
+    return run_and_log(scenario, **conditions)[1]
+
+
+def run_and_log(
     scenario: Scenario, *, seed: int | None = None, faults: Sequence[Fault] = (), perturbation: str = ""
-) -> Log:
-    """Return the log of the cheapest plan, carried out to its end."""
+) -> tuple[Run, Log]:
+    """Carry the cheapest plan out to its end."""
     assert isinstance(scenario.model, ManipulationModel)
     problem = scenario.problem()
     scene = build_scene(scenario.model, spares=spares_for(faults))
@@ -43,14 +49,9 @@ def log_of_run(
         preference=plan.preference,
         relaxations=plan.relaxations,
     )
-    return log_of(
-        scene,
-        run.record(),
-        claims,
-        scenario=scenario.name,
-        text=scenario.text,
-        setting={"seed": seed, "faults": [str(fault) for fault in faults], "perturbation": perturbation or None},
-    )
+    setting = {"seed": seed, "faults": [str(fault) for fault in faults], "perturbation": perturbation or None}
+    done = run.record()
+    return done, log_of(scene, done, claims, scenario=scenario.name, text=scenario.text, setting=setting)
 
 
 def claiming(log: Log, **claims: Any) -> Log:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from forged_logs import log_of_run
+from forged_logs import run_and_log
 from scenario_texts import cup_scenario
 
 from prefplan.scenario.decode import loads
@@ -48,7 +48,7 @@ def test_what_was_knocked_over_beside_a_wall_is_taken(
     text = cup_scenario(places={"desk": "{ at = [0.45, -0.15] }", "tray": f"{{ at = {tray} }}"})
     text = text.replace('start = "desk"', f'start = "desk", {kind}')
     text = text.replace("[model.locations]", f'[model.fixtures]\nwall = {{ kind = "box", {wall} }}\n[model.locations]')
-    log = log_of_run(loads(text), seed=seed, faults=[Knock(1, "cup")])
-    told = [event.kind for event in log.about.events]
+    run, log = run_and_log(loads(text), seed=seed, faults=[Knock(1, "cup")])
+    told = [event.kind for event in run.events]
     assert [kind for kind in told if kind in {"drawn free", "grasped", "placed", "contact", "ended"}] == events
     assert certify(log).refuted == ()

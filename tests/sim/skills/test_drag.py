@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from forged_logs import log_of_run
+from forged_logs import run_and_log
 from scenario_texts import CORNER
 from scipy.spatial.transform import Rotation
 from skill_runs import assert_clean
@@ -28,9 +28,9 @@ LOW = (
 
 
 def test_a_low_object_in_a_corner_is_drawn_free_and_taken() -> None:
-    log = log_of_run(loads(LOW), seed=0)
+    run, log = run_and_log(loads(LOW), seed=0)
     assert log.about.claims.completed
-    drawn = [event.detail for event in log.about.events if event.kind == "drawn free"]
+    drawn = [event.detail for event in run.events if event.kind == "drawn free"]
     assert [detail["object"] for detail in drawn] == ["cup"]
     assert 15 < drawn[0]["distance_mm"] < 60
     assert certify(log).refuted == ()
