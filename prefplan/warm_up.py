@@ -48,7 +48,7 @@ def warm_up() -> None:
     whole = Planner(problem, options=Options(contraction=False))
     whole.front()
     whole.cheapest()
-    Planner(problem, options=Options(heuristic=1)).cheapest()
+    Planner(problem, options=Options(heuristic=1)).cheapest()  # with landmarks
     pareto_front(Problem(_arm(), [Task("x", "F b_there")], Order()))
     prepared = Prepared(Product(problem), Options())
     search = LabelSearch(prepared, bounds={})

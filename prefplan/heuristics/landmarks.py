@@ -173,7 +173,7 @@ def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, 
         here[0] = price[count]
         for m in range(count):
             priced.price[m], ahead[0, m] = price[m], plain.ahead[node, m] + price[m] + price[count]
-            for n in range(count):
+            for n in range(count):  # not a slice, for which numba compiles the text of an error, too
                 priced.between[m, n] = plain.between[m, n] + price[m] + price[n]
         bound = float(_tree_bound(priced, 0, bits, degrees))
         if bound > best:

@@ -38,9 +38,6 @@ UNREACHABLE = 2**29
 """Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer. Sums
 of three of them fit."""
 
-NOT_FOR_PYTHON = {"no_cpython_wrapper": True}
-"""Option of `numba.njit`: Python that calls the compiled function crashes."""
-
 UNBOUNDED = 2**62
 """A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""
 
@@ -66,11 +63,13 @@ class Kernel:
             return self.function(*arguments)
         if _interpreter.seconds_left <= 0:
             compile_kernels()
-        with _compiling if self.compiled is None else nullcontext():
-            # Meanwhile no other thread compiles what this one calls.
-            if self.compiled is None:
-                return self._interpret(arguments)
-        if self.compiled is not self.function and NOT_FOR_PYTHON.items() <= self.options.items():
+        if self.compiled is None:
+            with _compiling:  # meanwhile no other thread compiles what this one calls
+                if self.compiled is None:
+                    return self._interpret(arguments)
+        assert self.compiled is not None
+        if "no_cpython_wrapper" in self.options and self.compiled is not self.function:
+            # It would crash.
             raise TypeError(f"{self.function.__name__}: compiled, only kernels may call it")
         return self.compiled(*arguments)
 
@@ -158,7 +157,7 @@ def inner_kernel(function: F) -> F:
     Inlining, which avoids passing tuples of arrays, saves another third; that Python cannot call it, a fifth of the
     time of compiling.
     """
-    return _kernel(function, _nrt=False, forceinline=True, **NOT_FOR_PYTHON)
+    return _kernel(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
 
 
 def _kernel(function: F, **options: Any) -> F:

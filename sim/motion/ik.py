@@ -79,7 +79,7 @@ class InverseKinematics:
             mink.VelocityLimit(self.model, dict(zip(robot.joints, robot.velocity_limits, strict=True))),
         ]
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
-        self._known: dict[tuple[bytes, bytes, bytes], np.ndarray | None] = {}
+        self._known: dict[tuple[bytes, bytes, bytes], tuple[np.ndarray, float] | None] = {}
         self._home = self.tool(robot.home)
         self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
@@ -159,12 +159,11 @@ class InverseKinematics:
             if len(self._known) >= MAX_KNOWN:
                 self._known.clear()
             self._known[question] = self._search(goal, seed)
-        q, (low, high) = self._known[question], self.model.jnt_range.T
-        margin = 0.0 if goal.points_down else margin
-        return None if q is None or ((q <= low + margin) | (q >= high - margin)).any() else q
+        found = self._known[question]
+        return found[0] if found and found[1] > (0.0 if goal.points_down else margin) else None
 
-    def _search(self, goal: ToolPose, seed: np.ndarray) -> np.ndarray | None:
-        """Search for a solution, see `nearby`, without a margin."""
+    def _search(self, goal: ToolPose, seed: np.ndarray) -> tuple[np.ndarray, float] | None:
+        """Search for a solution, see `nearby`; return it with its distance from the joints' position limits, rad."""
         if self._reach.excludes(goal):
             return None
         self._configuration.update(seed)
@@ -179,7 +178,10 @@ class InverseKinematics:
             self._configuration.update(self._configuration.data.qpos + step)
             if np.abs(step).max() < CONVERGED_RAD:
                 break
-        return self._configuration.q if self._arrived() else None
+        if not self._arrived():
+            return None
+        q, (low, high) = self._configuration.q, self.model.jnt_range.T
+        return q, float(np.minimum(q - low, high - q).min())
 
     def _search_step(self, longest: float) -> tuple[np.ndarray, float]:
         """Return a step (n,) of a search, rad, and the weighted error of the tool before it.

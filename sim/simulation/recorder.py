@@ -138,7 +138,8 @@ class Recorder:
     def arrays(self) -> dict[str, np.ndarray]:
         """The recorded arrays by their names in `Run`; the last frame has the loads up to now as well."""
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
-        speeds, torques = (self._bridged(self._of_arm(rows)) for rows in (self._speeds, self._torques))
+        missed = missed_contacts(np.array(self._constraints), self._lopsided)
+        speeds, torques = (bridged(self._of_arm(rows), missed) for rows in (self._speeds, self._torques))
         samples = {
             "speeds": (speeds, 0),
             "accelerations": (speeds, 1),
@@ -154,14 +155,6 @@ class Recorder:
     def _of_arm(self, rows: np.ndarray, first: int = 0) -> np.ndarray:
         """Return the (K, n) values of the arm's joints from those of all joints, from step `first` on."""
         return rows[first : self._samples, self._dofs]
-
-    def _bridged(self, rows: np.ndarray) -> np.ndarray:
-        """Return (K, n) loads, with those of steps that a missed contact affects between those before and after."""
-        missed = missed_contacts(np.array(self._constraints), self._lopsided)
-        if missed.any():
-            steps, kept = np.arange(len(rows)), ~missed
-            return np.stack([np.interp(steps, steps[kept], column[kept]) for column in rows.T], axis=1)
-        return rows
 
     def _filtered(self, torques: np.ndarray) -> np.ndarray:
         """Return (K, n) torques, N m, after the low-pass filter of the arm's controller."""
@@ -214,3 +207,11 @@ def missed_contacts(constraints: np.ndarray, lopsided: Sequence[int]) -> np.ndar
         for first in np.flatnonzero((before == after) & ((within < before) & alone).all(axis=0)) + 1:
             missed[first : first + steps + RECOVERY_STEPS] = True
     return missed
+
+
+def bridged(rows: np.ndarray, missed: np.ndarray) -> np.ndarray:
+    """Return (K, n) loads; those of the (K,) steps that a missed contact affects lie between those before and after."""
+    if not missed.any():
+        return rows
+    steps, kept = np.arange(len(rows)), ~missed
+    return np.stack([np.interp(steps, steps[kept], column[kept]) for column in rows.T], axis=1)

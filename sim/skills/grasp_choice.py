@@ -119,8 +119,10 @@ def find_grasp(
     for grasp, before, tool in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
         if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
+        if slot is None:
+            return grasp, before, tool
         alike = _placed_alike(cell.scene.shapes[obj], grasp)
-        if slot is None or (alike not in others and _can_place(cell, obj, slot, grasp)):
+        if alike not in others and _can_place(cell, obj, slot, grasp):
             return grasp, before, tool
         others.setdefault(alike, (grasp, before, tool))
     refusals.unplaceable = bool(others)

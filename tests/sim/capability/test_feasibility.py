@@ -210,7 +210,7 @@ def test_that_a_board_is_too_low_for_the_hand_is_found_without_the_arm(monkeypat
     searches: list[np.ndarray] = []
     search = Arm._search
 
-    def counted(arm: Arm, goal: ToolPose, seed: np.ndarray) -> np.ndarray | None:
+    def counted(arm: Arm, goal: ToolPose, seed: np.ndarray) -> tuple[np.ndarray, float] | None:
         searches.append(seed)
         return search(arm, goal, seed)
 
