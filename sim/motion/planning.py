@@ -25,6 +25,10 @@ EDGE_STEPS_M = (0.02, 0.01, 0.005)
 """Distances between checks on an edge, as bounds on how far a point of the robot moves. The first one is coarse: the
 motion along the path is checked again, densely, and if that fails, the next distance is used."""
 
+MAX_EDGE_M = 0.2
+"""Longest edge of a search tree, as a bound on how far a point of the robot moves: with OMPL's default, a fifth of the
+extent of the space, paths out of a shelf take 10 times as many checks."""
+
 PATH_MARGIN_RAD = 0.02
 """Distance of planned paths from the joints' position limits, rad or m, unless they begin or end nearer to them."""
 
@@ -116,6 +120,7 @@ class _Search:
             return None
         problem.setStartAndGoalStates(*ends)
         planner = geometric.RRTConnect(self._info)
+        planner.setRange(MAX_EDGE_M)
         planner.setProblemDefinition(problem)
         planner.setup()
         planner.solve(base.PlannerTerminationCondition(lambda: self._checks >= MAX_CHECKS))

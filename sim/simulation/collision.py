@@ -120,6 +120,20 @@ class CollisionChecker:
         self._place(q)
         return self._named(clearance)
 
+    def distances(self, q: np.ndarray, *, within: float) -> dict[tuple[str, str], float]:
+        """Return the distances of bodies of the robot or its load from others, as far as they are within one, m."""
+        self._keep(within)
+        self._place(q)
+        contact, names, found = self._data.contact, self._names, dict[tuple[str, str], float]()
+        counted = self._pairs(contact.geom)
+        # Margins of two geoms that both move add up, as in `_near`.
+        rows = zip(contact.geom.tolist(), contact.dist.tolist(), contact.includemargin.tolist(), strict=True)
+        for (one, other), distance, margin in rows:
+            for pair in {(one, other), (other, one)} & counted:
+                first, second = (names[self._model.geom_bodyid[geom]] for geom in pair)
+                found[first, second] = min(distance * within / margin, found.get((first, second), np.inf))
+        return found
+
     def touches_hand(self, collision: tuple[str, str]) -> bool:
         """Return whether a collision of `touches` is one of the hand with what is not of the robot."""
         part, other = (self._names.index(name) for name in collision)

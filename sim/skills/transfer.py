@@ -12,6 +12,7 @@ from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.planning import EDGE_STEPS_M
 from sim.motion.timing import along, begun_late
 from sim.motion.trajectory import ToolPose
+from sim.simulation.collision import MAX_NEARING_M
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import (
     BLEND_M,
@@ -161,8 +162,8 @@ def _planned(
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
     """Return a path, (K, n) rad, to a goal from where the arm rests, or will rest when its movement ends.
 
-    Bodies within the clearance at the start may be within it on the whole path, but must not come into contact, unless
-    they are in contact at the start.
+    What is within the clearance at the start may come as near as a movement along the path may
+    (`CollisionChecker.blockers`).
 
     Args:
         cell: the running simulation.
@@ -174,17 +175,16 @@ def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: fl
         BlockedError: the goal is in collision, or no path was found.
     """
     checker = cell.collision_checker(held=cell.attached)
-    near = checker.touches(cell.reference, clearance=clearance)
-    touched = checker.touches(cell.reference)
+    least = {
+        pair: PATH_CLEARANCE_M if distance >= PATH_CLEARANCE_M else distance - MAX_NEARING_M
+        for pair, distance in checker.distances(cell.reference, within=clearance).items()
+    }
     known: dict[bytes, set[str]] = {}
 
     def met(q: np.ndarray) -> set[str]:
         if (question := q.tobytes()) not in known:  # a search checks the ends of its edges repeatedly
-            close = checker.touches(q, clearance=clearance)
-            found = close - near
-            if not found and close - touched:
-                found = checker.touches(q) - touched
-            known[question] = {other for _, other in found}
+            near = checker.distances(q, within=clearance)
+            known[question] = {pair[1] for pair, distance in near.items() if distance < least.get(pair, clearance)}
         return known[question]
 
     return cell.planner.plan(cell.reference, goal, met, step=step)

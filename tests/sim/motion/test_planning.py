@@ -80,3 +80,16 @@ def test_without_a_path_what_is_in_the_way_is_named(touches: Touches, blocker: s
     with pytest.raises(BlockedError, match=words) as raised:
         planner().plan(START, GOAL, touches)
     assert raised.value.by == (blocker,)
+
+
+def test_narrow_passages_such_as_those_out_of_a_shelf_are_found() -> None:
+    """Six joints leave a tube of 24 cm, from the middle to where all is free."""
+
+    def touches(q: np.ndarray) -> set[str]:
+        return {"shelf"} if q[0] < 0.5 and np.abs(q[1:]).max() > 0.12 else set()
+
+    start, goal = np.zeros(6), np.full(6, 0.7)
+    for seed in range(5):
+        joints = MotionPlanner(np.tile([-1.0, 1.0], (6, 1)), np.ones(6), seed=seed, searches=1)
+        path = joints.plan(start, goal, touches)
+        assert np.array_equal(path[[0, -1]], [start, goal])

@@ -74,6 +74,28 @@ def test_the_seed_decides_the_way_round(table: Scene) -> None:
     assert np.array_equal(first, again) and not np.array_equal(first[1], other[1])
 
 
+@pytest.mark.parametrize("gap", [0.003, 0.007])
+def test_a_path_that_begins_near_a_board_keeps_the_distance_that_motions_keep(table: Scene, gap: float) -> None:
+    """Motions may come as near as 6 mm, or 1 mm nearer than at the start; planned paths keep 8 mm from what is afar."""
+    home = Workcell(table, initial_state(table)).arm.tool(table.robot.home).position
+
+    def beside(hand_to_board: float) -> Workcell:
+        board: dict[str, Box] = {"board": ((home[0], home[1] + hand_to_board, home[2]), (0.1, 0.01, 0.1))}
+        return Workcell(scene := with_boxes(table, board), initial_state(scene))
+
+    def distance(cell: Workcell, q: np.ndarray) -> float:
+        near = cell.collision_checker().distances(q, within=0.05)
+        return min((near[pair] for pair in near if pair[1] == "board"), default=np.inf)
+
+    apart = distance(beside(0.15), table.robot.home)
+    cell = beside(0.15 - apart + gap)
+    assert distance(cell, cell.reference) == pytest.approx(gap, abs=1e-4)
+    goal, _ = cell.arm.reach([ToolPose.down(home + [0.0, 0.3, 0.0], 0.0)])
+    path = planned_path(cell, goal, clearance=0.008)
+    corners = path[1:-1]
+    assert len(corners) and min(distance(cell, q) for q in corners) >= min(0.006, gap - 0.001) - 1e-6
+
+
 def test_a_path_whose_motion_collides_is_planned_again_with_denser_checks(
     table: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
