@@ -5,16 +5,16 @@ from __future__ import annotations
 import io
 import sys
 
-from experiments.cli.start import loading, missing
+from experiments.cli.start import handle_ctrl_c, missing
 
 
 def main() -> int:
     """Load the command line, run it and return its exit status."""
-    with loading():
-        try:
-            from experiments.commands.command_line import main as run
-        except ModuleNotFoundError as error:
-            return missing(error)
+    handle_ctrl_c()
+    try:
+        from experiments.commands.command_line import main as run
+    except ModuleNotFoundError as error:
+        return missing(error)
     if isinstance(sys.stdout, io.TextIOWrapper):  # its encoding may lack characters of the user's names
         sys.stdout.reconfigure(errors="backslashreplace")
     return run()

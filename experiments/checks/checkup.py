@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from experiments.checks.propositions import size_of, uncarried
 from experiments.cli.progress import Tell
-from experiments.cli.start import has_simulation, loading
+from experiments.cli.start import has_simulation
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
@@ -195,8 +195,8 @@ def _arm_model(scenario: Scenario) -> ManipulationModel | None:
     model = scenario.model
     if not isinstance(model, ManipulationModel) or not has_simulation():
         return None
-    with loading():
-        import sim.capability.scene_check  # noqa: F401
+    import sim.capability.scene_check  # noqa: F401
+
     return model
 
 

@@ -11,7 +11,6 @@ from typing import Any, TypedDict
 import click
 
 from experiments import scenarios
-from experiments.cli.start import loading
 from experiments.cli.values import (
     PATH,
     FileName,
@@ -35,7 +34,7 @@ class FaultOption(click.Option):
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """Return the option and its help."""
-        with loading(), suppress(ModuleNotFoundError):  # without the simulation there are no faults
+        with suppress(ModuleNotFoundError):  # without the simulation there are no faults
             from sim.execution.faults.fault import kinds
 
             self.help = f"{str(self.help).partition(':')[0]}: {', '.join(kind.form() for kind in kinds().values())}."
@@ -128,8 +127,8 @@ def _robot(context: click.Context, parameter: click.Parameter, name: str | None)
     """Return the name of a robot, if there is one of that name."""
     if name is None or context.resilient_parsing:
         return name
-    with loading():
-        from sim.robots.catalogue import ROBOTS
+    from sim.robots.catalogue import ROBOTS
+
     check_known("--robot", "name", name, ROBOTS, PrefplanError)
     return name
 
@@ -205,8 +204,7 @@ def limits(found: str = "what is known by then") -> Decorator:
     def decorate(function: Function) -> Function:
         @wraps(function)
         def limited(*, max_seconds: float | None, max_memory: float | None, **values: Any) -> Any:
-            with loading():
-                from prefplan.limits import Limits
+            from prefplan.limits import Limits
 
             time, memory = (math.inf if limit is None else limit for limit in (max_seconds, max_memory))
             return function(limits=Limits(time, memory), **values)

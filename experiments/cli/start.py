@@ -7,10 +7,9 @@ import resource
 import signal
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
-from threading import current_thread, main_thread
 from types import FrameType
 
 from experiments.cli.status import FAILED, INTERRUPTED, tell
@@ -47,8 +46,8 @@ def check_address_space() -> None:
 
 def load_planner(*, quiet: bool = False) -> None:
     """Load the planner; unless `quiet`, print on stderr if it is compiled later, which takes up to a minute."""
-    with loading():
-        from prefplan.models import kernels
+    from prefplan.models import kernels
+
     kernels.loading = partial(_loading_numba, quiet)
 
 
@@ -56,7 +55,7 @@ def load_planner(*, quiet: bool = False) -> None:
 def _loading_numba(quiet: bool) -> Iterator[None]:
     """Load numba without what it does not need; once its functions are made, say if they are still to be compiled."""
     check_address_space()
-    with _hidden(UNNEEDED), loading() if current_thread() is main_thread() else nullcontext():
+    with _hidden(UNNEEDED):
         import numba.core.typing.cffi_utils
         import numba.np.arraymath  # noqa: F401
     yield
@@ -79,26 +78,34 @@ def _hidden(names: Iterable[str]) -> Iterator[None]:
 
 
 @contextmanager
-def loading(what: str | None = None) -> Iterator[None]:
-    """End the process at once on Ctrl-C: while libraries load, they drop a KeyboardInterrupt or print a traceback.
-
-    On a terminal `what` is named meanwhile, in a line that goes away.
-    """
-    shown = what is not None and sys.stderr.isatty()
+def loading_simulation(*, quiet: bool) -> Iterator[None]:
+    """On a terminal, say in a line that goes away that the simulation loads, unless `quiet`."""
+    shown = not quiet and sys.stderr.isatty()
     if shown:
-        print(f"loading {what} ...", end="\r", file=sys.stderr, flush=True)
-    before = signal.signal(signal.SIGINT, _end)
+        print("loading the simulation ...", end="\r", file=sys.stderr, flush=True)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
         if shown:
             print(CLEARED_LINE, end="", file=sys.stderr, flush=True)
 
 
-def _end(number: int, frame: FrameType | None) -> None:
-    tell("interrupted")
-    os._exit(INTERRUPTED)
+def handle_ctrl_c() -> None:
+    """From now on, let Ctrl-C end the process at once while a library loads, unless Ctrl-C is ignored.
+
+    Libraries drop a KeyboardInterrupt while they load, or print a traceback.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            tell("interrupted")
+            os._exit(INTERRUPTED)
+        frame = frame.f_back
+    raise KeyboardInterrupt
 
 
 def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:

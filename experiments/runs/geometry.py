@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import prefplan as pp
-from experiments.cli.start import has_simulation, loading
+from experiments.cli.start import has_simulation
 from experiments.cli.status import tell
 
 if TYPE_CHECKING:
@@ -62,8 +62,8 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False
         if not quiet:
             tell(f"{NOT_CHECKED} the simulation is not installed; see `prefplan doctor`")
         return scenario
-    with loading():
-        from sim.capability.answers import Capability
+    from sim.capability.answers import Capability
+
     return replace(scenario, feasible=AskedArm(Capability(scenario.model)))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from experiments.cli import options
 from experiments.cli.command import command, is_quiet
 from experiments.cli.files import only_writer
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner
 from experiments.cli.status import INTERRUPTED
 
 
@@ -23,10 +23,9 @@ def demo(out: Path | None, no_open: bool) -> int:
 
     It takes about two minutes on two cores. Both videos and the page are in one folder.
     """
-    with loading():
-        from experiments import case_study_3
-        from experiments.cli.browser import open_page
-        from experiments.report.page import INDEX
+    from experiments import case_study_3
+    from experiments.cli.browser import open_page
+    from experiments.report.page import INDEX
 
     load_planner(quiet=is_quiet())
     folder = out or case_study_3.OUT

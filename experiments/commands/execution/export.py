@@ -10,7 +10,6 @@ import prefplan as pp
 from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
-from experiments.cli.start import loading
 from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH, Choice
 from prefplan.errors import PrefplanError
@@ -53,9 +52,8 @@ def export(source: str, to: str, out: Path | None, robot: str | None, force: boo
     if path.suffix.lower() != ".glb":
         raise PrefplanError(f"{path}: the file's name ends in .glb")
     check_new(path, force=force)
-    with loading():
-        from sim.evidence.log import read_log
-        from sim.export.gltf import encode_glb
+    from sim.evidence.log import read_log
+    from sim.export.gltf import encode_glb
 
     data = encode_glb({run.stem: read_log(run)})
     make_folder(path.parent)
@@ -71,9 +69,8 @@ def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bo
     scenario = pp.load(source)
     folder = out or Path("out", scenario.name, "mjcf")
     check_new(folder, force=force)
-    with loading():
-        from experiments.runs.run_plan import scene_of
-        from sim.export.mjcf import encode_mjcf
+    from experiments.runs.run_plan import scene_of
+    from sim.export.mjcf import encode_mjcf
 
     files = encode_mjcf(scene_of(scenario, robot=robot))
     for name, data in files.items():

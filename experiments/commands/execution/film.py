@@ -9,7 +9,6 @@ import click
 
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder
-from experiments.cli.start import loading
 from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH
 from prefplan.errors import PrefplanError
@@ -36,8 +35,8 @@ def film(videos: Sequence[Path], file: Path, force: bool) -> int:
       prefplan film out/tidy/cost.mp4 out/tidy/preference.mp4 both.mp4
       prefplan film out/tidy/cost.mp4 short.webp
     """
-    with loading():
-        from sim.rendering.clips import compose
+    from sim.rendering.clips import compose
+
     path = file.with_suffix(file.suffix.lower())
     if path.suffix not in ENDINGS:
         raise PrefplanError(

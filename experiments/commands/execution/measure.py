@@ -14,7 +14,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console, table
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading
+from experiments.cli.start import loading_simulation
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import PATH
 
@@ -42,7 +42,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
     Earlier measurements of the same model and robot by the same sources are kept.
     """
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from joblib import cpu_count
 
         from experiments.runs.run_plan import scene_of

@@ -17,7 +17,7 @@ from experiments.cli.choice import plan_at
 from experiments.cli.command import command, is_quiet
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import plan_numbers
 
@@ -61,7 +61,7 @@ def report(
     Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with the same
     options in the same folder are reused, so that an interrupted report continues.
     """
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from experiments.report.page import write_page
 
     load_planner(quiet=is_quiet())
@@ -104,7 +104,7 @@ def _with_recorder(
     """
     if not isinstance(scenario.model, pp.ManipulationModel):
         return scenario, None
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from experiments.cli.simulation_options import look_of
         from experiments.report.recordings import record_all
         from experiments.runs.geometry import asking_in

@@ -19,7 +19,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import number
 from experiments.runs.geometry import asking_in
@@ -62,7 +62,7 @@ def run(
       prefplan run case_study_3 --plan preference
       prefplan run case_study_3 --plan 0 --seed 7 --no-video --json
     """
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from experiments.cli import simulation_options as simulation
         from experiments.runs.evidence import prove
         from experiments.runs.outcome import no_outcome_json, outcome_json

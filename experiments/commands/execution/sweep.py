@@ -17,7 +17,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import positive, whole
 from prefplan.errors import prefixed
@@ -69,7 +69,7 @@ def sweep(
       prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
       prefplan sweep case_study_3 --find-boundary bias --rollouts 40
     """
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from experiments.cli.simulation_options import checked, perturbation_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import scene_of

@@ -15,7 +15,7 @@ from experiments.cli import options
 from experiments.cli.choice import choose, continuation
 from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, say
 from experiments.cli.values import port as port_number
 from prefplan.errors import PreferenceError, PrefplanError
@@ -66,7 +66,7 @@ def view(
     """
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
-    with loading(None if is_quiet() else "the simulation"):
+    with loading_simulation(quiet=is_quiet()):
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of
         from experiments.runs.geometry import asking_in

@@ -11,7 +11,6 @@ from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading
 from experiments.cli.status import DONE, FAILED
 
 if TYPE_CHECKING:
@@ -31,8 +30,7 @@ def doctor(as_json: bool) -> int:
 
     The exit status is 4 if a needed part does not work. A missing optional part is a warning.
     """
-    with loading():
-        from experiments.checks import diagnosis
+    from experiments.checks import diagnosis
 
     found: list[Diagnosis] = []
     checks = list(diagnosis.CHECKS)

@@ -8,7 +8,6 @@ from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
-from experiments.cli.start import loading
 from experiments.cli.status import DONE
 
 if TYPE_CHECKING:
@@ -26,8 +25,7 @@ def robots(as_json: bool) -> int:
 
     `--robot NAME`, or `robot = "NAME"` under `[model]` in a scenario file, chooses one.
     """
-    with loading():
-        from sim.robots.catalogue import ROBOTS
+    from sim.robots.catalogue import ROBOTS
 
     found: list[dict[str, Any]] = []
     reasons: dict[Any, str | None] = {}

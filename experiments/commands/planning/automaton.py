@@ -7,7 +7,6 @@ import click
 from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.console import Console
-from experiments.cli.start import loading
 from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 
@@ -28,16 +27,15 @@ def automaton(formula: str, format: str, plot: str | None) -> int:
       prefplan automaton 'F (grocer & F p2)'
       prefplan automaton '!pizza U cheese' --format dot
     """
-    with loading():
-        from experiments.figures.diagrams.automaton_text import WRITERS, show_table
-        from prefplan.logic.dfa import automaton as minimal_automaton
+    from experiments.figures.diagrams.automaton_text import WRITERS, show_table
+    from prefplan.logic.dfa import automaton as minimal_automaton
 
     found = minimal_automaton(formula)
     if plot is not None:
-        with loading():
-            from experiments.figures.diagrams import node_link
-            from experiments.figures.diagrams.automaton import diagram
-            from experiments.figures.figures import picture_file
+        from experiments.figures.diagrams import node_link
+        from experiments.figures.diagrams.automaton import diagram
+        from experiments.figures.figures import picture_file
+
         node_link.draw({found.text: diagram(found)}, picture_file(plot))
     if format == "table":
         show_table(Console(), found)

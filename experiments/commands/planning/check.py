@@ -15,7 +15,7 @@ from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner
 from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, tell
 from prefplan.text.layout import number
 
@@ -42,8 +42,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     Likely mistakes are warnings on stderr. The exit status is 2 if the arm cannot work in the scene (all faults are
     listed) or a task needs what the arm cannot do, and 3 if a task cannot be satisfied even alone.
     """
-    with loading():
-        from experiments.checks import checkup
+    from experiments.checks import checkup
 
     load_planner(quiet=is_quiet())
     with limits:

@@ -11,7 +11,7 @@ import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
 from experiments.cli.command import command, is_quiet
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError, prefixed
@@ -34,8 +34,7 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
       prefplan draw plans case_study_1 plans.pdf
       prefplan draw automata case_study_2 automata.svg
     """
-    with loading():
-        from experiments.figures.figures import picture_file
+    from experiments.figures.figures import picture_file
 
     path, loaded = picture_file(file), pp.load(scenario)
     if what == "plans":
@@ -48,10 +47,9 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
 
 
 def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
-    with loading():
-        from experiments.figures import plans
-        from experiments.figures.diagrams import route
-        from experiments.figures.maps import map_of
+    from experiments.figures import plans
+    from experiments.figures.diagrams import route
+    from experiments.figures.maps import map_of
 
     if scenario.model.kind == "manipulation":
         raise ScenarioError(
@@ -72,10 +70,9 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
 
 
 def _automata(scenario: pp.Scenario, path: Path) -> int:
-    with loading():
-        from experiments.figures.diagrams import node_link
-        from experiments.figures.diagrams.automaton import diagram
-        from prefplan.logic.dfa import automaton
+    from experiments.figures.diagrams import node_link
+    from experiments.figures.diagrams.automaton import diagram
+    from prefplan.logic.dfa import automaton
 
     scenario.problem()
     titles = {f"{task.label or task.name}: {task.formula}": task.formula for task in scenario.tasks}
@@ -84,8 +81,7 @@ def _automata(scenario: pp.Scenario, path: Path) -> int:
 
 
 def _system(scenario: pp.Scenario, path: Path) -> int:
-    with loading():
-        from experiments.figures.diagrams import node_link, route
+    from experiments.figures.diagrams import node_link, route
 
     with prefixed(f"{scenario.path}: model: ", route.SystemSizeError):
         diagram = route.whole(scenario.problem().system)

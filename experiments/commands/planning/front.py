@@ -15,7 +15,7 @@ from experiments.cli import options, output
 from experiments.cli.choice import check_bounds, objective_name
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
-from experiments.cli.start import load_planner, loading
+from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, INTERRUPTED, say, tell
 from experiments.runs.geometry import asking, geometry_json
 
@@ -62,9 +62,9 @@ def front(
     """
     picture = None
     if plot is not None:
-        with loading():
-            from experiments.figures.figures import picture_file
-            from experiments.figures.front import draw
+        from experiments.figures.figures import picture_file
+        from experiments.figures.front import draw
+
         picture = picture_file(plot)
     load_planner(quiet=is_quiet())
     with limits:

@@ -13,7 +13,6 @@ from experiments import scenarios
 from experiments.cli import options, output
 from experiments.cli.command import command
 from experiments.cli.console import UNLIMITED, Console
-from experiments.cli.start import loading
 from experiments.cli.status import DONE
 from prefplan.scenario.files import contents, text_of
 
@@ -48,8 +47,7 @@ def _entry(name: str) -> dict[str, Any]:
 
 def _print_json(found: Sequence[dict[str, Any]]) -> None:
     """Print the entries with the contract of each scenario's preference, which the planner finds out."""
-    with loading():
-        from prefplan.preferences.objective import Measure
+    from prefplan.preferences.objective import Measure
 
     for one in found:
         scenario = pp.load(one["name"], measured=False)

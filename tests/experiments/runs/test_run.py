@@ -178,18 +178,17 @@ def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, cup: Path, monke
     assert (result.json["complete"], result.json["plan"], result.json["executed"]) == (False, None, [])
 
 
-def test_ctrl_c_while_libraries_load_leaves_no_traceback() -> None:
-    code = f"""
+def test_ctrl_c_while_libraries_load_leaves_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "library.py").write_text(f"""
 import os
-from experiments.cli.start import loading
-with loading():
-    try:
-        os.kill(os.getpid(), {int(signal.SIGINT)})
-        sum(range(10**6))
-    except BaseException:
-        print("swallowed")
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+try:
+    os.kill(os.getpid(), {int(signal.SIGINT)})
+    sum(range(10**6))
+except BaseException:
+    print("swallowed")
+""")
+    code = "from experiments.cli.start import handle_ctrl_c; handle_ctrl_c(); import library"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "prefplan: interrupted\n")
 
 
