@@ -19,7 +19,7 @@ from experiments.benchmark.plot import draw
 from experiments.benchmark.runs import SINGLE, Record, Search, run_search, warm_up, wrong_fronts
 from experiments.benchmark.summary import cells, disagreements, tables
 from experiments.cli.command import call, command
-from experiments.cli.files import make_folder
+from experiments.cli.files import only_writer
 from experiments.cli.journal import Journal
 from experiments.cli.status import DONE
 from experiments.cli.values import PATH, Choice, positive
@@ -55,13 +55,13 @@ def benchmark(groups: Sequence[str], seeds: int, sizes: Sequence[int], out: Path
       ablation         the planner without one of its components at a time
       large, measured  manipulation models too large to enumerate, also with measured costs
     """
-    make_folder(out)
     warm_up()
     if wrong := wrong_fronts():
         return _refuse("fronts differ from the known ones", wrong)
     for group in groups:
-        runs = [run for run in GROUPS[group](out, seeds) if not sizes or run.what.get("tasks") in sizes]
-        records = run_searches(runs, out / f"{group}.jsonl", seeds=seeds, tasks=sorted(sizes))
+        with only_writer(out):
+            runs = [run for run in GROUPS[group](out, seeds) if not sizes or run.what.get("tasks") in sizes]
+            records = run_searches(runs, out / f"{group}.jsonl", seeds=seeds, tasks=sorted(sizes))
         if wrong := disagreements(records):
             return _refuse("two methods disagree", wrong)
         found = cells(records)
@@ -83,14 +83,14 @@ def run_searches(runs: Sequence[Search], path: Path, **options: Any) -> list[Rec
         PrefplanError: the journal was written with other options, by another version or on another machine.
     """
     header = {"prefplan": prefplan.__version__, **_machine(), **options}
-    with Journal(path, header, key="run") as journal:
-        # The first search of another kind of model loads further kernels.
-        runs[0].search(runs[0].instance())
-        for number, run in enumerate(runs):
-            if number not in journal.done:
-                print(f"run {number} of {len(runs)}: {', '.join(map(str, run.what.values()))}", file=sys.stderr)
-                journal.add({"run": number, **run_search(run)})
-        return [journal.done[number] for number in range(len(runs))]
+    journal = Journal(path, header, key="run")
+    # The first search of another kind of model loads further kernels.
+    runs[0].search(runs[0].instance())
+    for number, run in enumerate(runs):
+        if number not in journal.done:
+            print(f"run {number} of {len(runs)}: {', '.join(map(str, run.what.values()))}", file=sys.stderr)
+            journal.add({"run": number, **run_search(run)})
+    return [journal.done[number] for number in range(len(runs))]
 
 
 def _machine() -> dict[str, Any]:

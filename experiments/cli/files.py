@@ -56,22 +56,14 @@ def only_writer(folder: Path) -> Iterator[None]:
     make_folder(folder)
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        lock(descriptor, folder)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            fix = "wait for it or give another --out"
+            raise PrefplanError(f"{folder}: another process is writing to it; {fix}") from None
         yield
     finally:
         os.close(descriptor)
-
-
-def lock(descriptor: int, path: Path) -> None:
-    """Lock an open file or folder for this process, until it is closed.
-
-    Raises:
-        PrefplanError: another process has locked it.
-    """
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise PrefplanError(f"{path}: another process is writing to it; wait for it or give another --out") from None
 
 
 def check_new(path: Path, *, force: bool = False, fix: str = "--force replaces it") -> None:

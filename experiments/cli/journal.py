@@ -5,17 +5,16 @@ from __future__ import annotations
 import errno
 import json
 import os
-from contextlib import AbstractContextManager, suppress
-from io import FileIO
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from experiments.cli.files import lock
 from prefplan.errors import PrefplanError
 
 
-class Journal(AbstractContextManager["Journal"]):
-    """An open file of results, locked for one process.
+class Journal:
+    """A file of results in a folder that has only this writer, see `experiments.cli.files.only_writer`.
 
     Attributes:
         path: the file.
@@ -23,38 +22,32 @@ class Journal(AbstractContextManager["Journal"]):
     """
 
     def __init__(self, path: Path, header: dict[str, Any], *, key: str) -> None:
-        """Open or create a file; an incomplete last line is dropped.
+        """Read or create a file; an incomplete last line is dropped.
 
         The header, JSON-ready and with an entry `prefplan`, is everything on which the results depend; a result's
         number is its entry `key`.
 
         Raises:
-            PrefplanError: the file has another header, is in use, is damaged, or cannot be written.
+            PrefplanError: the file has another header, is damaged, or cannot be written.
         """
         self.path = path
         self.done: dict[int, dict[str, Any]] = {}
         self._key = key
         try:
-            # Without a buffer: a full disk must not fail a second time when the file is closed.
-            self._file: FileIO = open(path, "a+b", buffering=0)
+            with open(path, "a+b") as file:
+                file.seek(0)
+                content = file.read()
+                whole = content.rfind(b"\n") + 1
+                file.truncate(whole)
         except OSError as error:
             raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
-        try:
-            self._read(header)
-        except BaseException:
-            self._file.close()
-            raise
-
-    def _read(self, header: dict[str, Any]) -> None:
-        lock(self._file.fileno(), self.path)
-        self._file.seek(0)
-        content = self._file.read()
-        whole = content.rfind(b"\n") + 1
-        self._file.truncate(whole)
-        if not whole:
+        if whole:
+            self._read(content[:whole].splitlines(), header)
+        else:
             self._write(header)
-            return
-        found, *results = (self._decode(line, i) for i, line in enumerate(content[:whole].splitlines(), start=1))
+
+    def _read(self, lines: Sequence[bytes], header: dict[str, Any]) -> None:
+        found, *results = (self._decode(line, i) for i, line in enumerate(lines, start=1))
         if "prefplan" not in found:
             raise PrefplanError(f"{self.path}: line 1: not the header of an experiment")
         for i, result in enumerate(results, start=2):
@@ -83,17 +76,15 @@ class Journal(AbstractContextManager["Journal"]):
         self.done[result[self._key]] = result
 
     def _write(self, value: dict[str, Any]) -> None:
+        line = json.dumps(value).encode() + b"\n"
         try:
-            line = json.dumps(value).encode() + b"\n"
-            if self._file.write(line) < len(line):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-            os.fsync(self._file.fileno())
+            # Without a buffer: a full disk must not fail a second time when the file is closed.
+            with open(self.path, "ab", buffering=0) as file:
+                if file.write(line) < len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(file.fileno())
         except OSError as error:
             raise PrefplanError(f"{self.path}: cannot be written ({error.strerror})") from None
-
-    def __exit__(self, *error: object) -> None:
-        """Close the file."""
-        self._file.close()
 
 
 def _difference(key: str, found: Any, expected: Any) -> str:

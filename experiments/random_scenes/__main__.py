@@ -11,7 +11,7 @@ import click
 
 from experiments.cli import options
 from experiments.cli.command import call, command, is_quiet
-from experiments.cli.files import make_folder
+from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import PATH, positive, seconds
@@ -32,11 +32,10 @@ def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int 
     A scene that the check refuses is carried out as well, without the test that refused it. Finished scenes are kept:
     after an interruption, the same command continues. Every scene is left as a file for `prefplan run`.
     """
-    make_folder(out)
     versions = {name: version(name) for name in ("prefplan", "mujoco")}
     header = {**versions, "seed": seed, "max_seconds": max_seconds}
     batch = Scenes(seed, out, max_seconds)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars(quiet=is_quiet()) as bars, only_writer(out):
         found, interrupted = work(batch, scenes, out / RECORDS, header, tell=bars, stage="scenes", jobs=jobs)
     print(markdown(found, scenes=scenes, seed=seed, about=f"MuJoCo {versions['mujoco']}"))
     if interrupted:

@@ -61,7 +61,7 @@ def work(
     Args:
         batch: the jobs.
         count: number of jobs.
-        path: file of the records; each is added as soon as its job is done.
+        path: file of the records, in a folder of `only_writer`; each is added as soon as its job is done.
         header: what determines the records, see `Journal`.
         tell: called with the progress.
         stage: name of the work, for `tell`.
@@ -75,24 +75,22 @@ def work(
         PrefplanError: the file holds other records or cannot be written, or the cluster does not answer.
     """
     interrupted = False
-    with Journal(path, header, key=batch.key) as records:
-        missing = [number for number in range(count) if number not in records.done]
-        if cluster:
-            results = on_cluster(batch, missing, address=cluster)
-        else:
-            results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
-        try:
-            tell(stage, count - len(missing), count, _words(records.done))
-            with closing(results):
-                for done, record in enumerate(results, start=count - len(missing) + 1):
-                    records.add(record)
-                    tell(stage, done, count, _words(records.done))
-        except KeyboardInterrupt:
-            interrupted = True
-    if interrupted:
+    records = Journal(path, header, key=batch.key)
+    missing = [number for number in range(count) if number not in records.done]
+    if cluster:
+        results = on_cluster(batch, missing, address=cluster)
+    else:
+        results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
+    try:
+        tell(stage, count - len(missing), count, _words(records.done))
+        with closing(results):
+            for done, record in enumerate(results, start=count - len(missing) + 1):
+                records.add(record)
+                tell(stage, done, count, _words(records.done))
+    except KeyboardInterrupt:
+        interrupted = True
         # Ctrl-C may have come after a record was written and before it was counted: the file decides.
-        with Journal(path, header, key=batch.key) as records:
-            pass
+        records = Journal(path, header, key=batch.key)
     return [records.done[number] for number in range(count) if number in records.done], interrupted
 
 

@@ -85,17 +85,16 @@ from prefplan.errors import PrefplanError
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))
 try:
-    with Journal({str(path)!r}, {{"prefplan": "1"}}, key="rollout") as records:
-        for i in range(100):
-            records.add({{"rollout": i}})
+    records = Journal({str(path)!r}, {{"prefplan": "1"}}, key="rollout")
+    for i in range(100):
+        records.add({{"rollout": i}})
 except PrefplanError as error:
     print(error)
 """
     code = code.replace(f"Journal({str(path)!r}", f"Journal(__import__('pathlib').Path({str(path)!r})")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stderr == "" and done.stdout.startswith(f"{path}: cannot be written (")
-    with Journal(path, {"prefplan": "1"}, key="rollout") as records:
-        assert len(records.done) > 5
+    assert len(Journal(path, {"prefplan": "1"}, key="rollout").done) > 5
 
 
 def test_a_scene_may_lie_under_any_path_in_any_locale(tmp_path: Path) -> None:
