@@ -22,7 +22,7 @@ from experiments.cli.command import call, command
 from experiments.cli.files import only_writer
 from experiments.cli.journal import Journal
 from experiments.cli.status import DONE
-from experiments.cli.values import PATH, Choice, positive
+from experiments.cli.values import PATH, POSITIVE, Choice
 
 WRONG = 1
 """Exit status when a plan or a front is wrong, so that its time means nothing."""
@@ -30,7 +30,7 @@ WRONG = 1
 
 @command
 @click.argument("groups", nargs=-1, required=True, type=Choice(GROUPS), metavar="GROUP...", help="What to time.")
-@click.option("--seeds", type=positive, default="3", metavar="N", help="Instances of each size (default: 3).")
+@click.option("--seeds", type=POSITIVE, default="3", metavar="N", help="Instances of each size (default: 3).")
 @click.option(
     "--tasks",
     "sizes",

@@ -13,15 +13,15 @@ import click
 from experiments import scenarios
 from experiments.cli.values import (
     PATH,
+    POSITIVE,
+    WHOLE,
     FileName,
     megabytes,
     named_number,
     number,
     picture_size,
-    positive,
     seconds,
     which_plan,
-    whole,
 )
 from prefplan.errors import PrefplanError, check_known
 
@@ -166,7 +166,7 @@ look = several(
 """How videos are rendered, see `LookOptions`."""
 
 no_open = click.option("--no-open", is_flag=True, help="Print the address of the page, but open no browser.")
-jobs = click.option("--jobs", type=positive, metavar="N", help="Number of processes (default: one per core).")
+jobs = click.option("--jobs", type=POSITIVE, metavar="N", help="Number of processes (default: one per core).")
 
 
 class LookOptions(TypedDict):
@@ -181,7 +181,7 @@ class LookOptions(TypedDict):
 def seed(starts: str = "at random by up to 5 mm and 5 degrees") -> Decorator:
     """Return `--seed`, whose help says where objects start."""
     told = f"Start each object off its nominal pose, {starts} (default: nominal poses)."
-    return click.option("--seed", type=whole, metavar="N", help=told)
+    return click.option("--seed", type=WHOLE, metavar="N", help=told)
 
 
 def out(default: str = "out/SCENARIO") -> Decorator:

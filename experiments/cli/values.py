@@ -12,6 +12,8 @@ from click.shell_completion import CompletionItem
 
 from prefplan.errors import choices
 
+WHOLE, POSITIVE = click.IntRange(min=0), click.IntRange(min=1)
+
 PATH = click.Path(path_type=Path)
 """A path, whether or not something is there."""
 
@@ -91,25 +93,13 @@ def which_plan(text: str) -> str | int:
     raise click.BadParameter(f"{text!r} is no plan: a number from 0, or one of {', '.join(PLANS)}")
 
 
-def whole(text: str, *, least: int = 0) -> int:
-    """Return a whole number, not smaller than the least one."""
-    if _is_integer(text) and int(text) >= least:
-        return int(text)
-    raise click.BadParameter(f"{text!r} is not a whole number >= {least}")
-
-
-def positive(text: str) -> int:
-    """Return a whole number >= 1."""
-    return whole(text, least=1)
-
-
 def _is_integer(text: str) -> bool:
     return text.isascii() and text.isdigit()
 
 
 def plan_numbers(text: str) -> tuple[int, ...]:
     """Return indices of plans, such as `0,3`, each once and in order."""
-    return tuple(sorted({whole(part.strip()) for part in text.split(",")}))
+    return tuple(sorted({WHOLE(part) for part in text.split(",")}))
 
 
 def picture_size(text: str) -> tuple[int, int]:
@@ -121,10 +111,3 @@ def picture_size(text: str) -> tuple[int, int]:
     if any(side % 2 or not 16 <= side <= 4096 for side in size):
         raise click.BadParameter(f"{text!r}: width and height must be even and between 16 and 4096 pixels")
     return size
-
-
-def port(text: str) -> int:
-    """Return a port, 0 to 65535."""
-    if _is_integer(text) and int(text) < 1 << 16:
-        return int(text)
-    raise click.BadParameter(f"{text!r} is not a port, 0 to 65535")

@@ -14,14 +14,14 @@ from experiments.cli.command import call, command, is_quiet
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED, tell
-from experiments.cli.values import PATH, positive, seconds
+from experiments.cli.values import PATH, POSITIVE, seconds
 from experiments.random_scenes.page import markdown
 from experiments.random_scenes.trial import Scenes
 from experiments.sweep.workers import RECORDS, work
 
 
 @command
-@click.option("--scenes", type=positive, default="300", metavar="N", help="How many (default: 300).")
+@click.option("--scenes", type=POSITIVE, default="300", metavar="N", help="How many (default: 300).")
 @click.option("--seed", type=int, default=0, metavar="S", help="Seed of the scenes (default: 0).")
 @click.option("--out", type=PATH, default="out/random_scenes", help="Records (default: out/random_scenes).")
 @click.option("--max-seconds", type=seconds, default="600", metavar="S", help="Time limit of a scene (default: 600).")

@@ -19,7 +19,7 @@ from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, INTERRUPTED, tell
-from experiments.cli.values import positive, whole
+from experiments.cli.values import POSITIVE, WHOLE
 from prefplan.errors import prefixed
 
 if TYPE_CHECKING:
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 @command
 @options.scenario
 @options.as_json
-@click.option("--rollouts", type=positive, default="100", metavar="N", help="Number of runs (default: 100).")
+@click.option("--rollouts", type=POSITIVE, default="100", metavar="N", help="Number of runs (default: 100).")
 @options.jobs
 @options.which
-@click.option("--seed", type=whole, default="0", metavar="N", help="Seed of all random numbers (default: 0).")
+@click.option("--seed", type=WHOLE, default="0", metavar="N", help="Seed of all random numbers (default: 0).")
 @options.perturb
 @options.robot
 @click.option(

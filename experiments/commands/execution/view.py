@@ -17,7 +17,6 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, say
-from experiments.cli.values import port as port_number
 from prefplan.errors import PreferenceError, PrefplanError
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ FRONT_TIMEOUT_S = 20.0
 @options.camera
 @click.option(
     "--port",
-    type=port_number,
+    type=click.IntRange(0, 65535),
     metavar="P",
     help="Port of the page, 0 for any free one (default: 8080 or the next free one).",
 )

@@ -42,7 +42,7 @@ def rendered() -> Iterator[list[Path]]:
     ("words", "message"),
     [
         (["shelf.toml", "--plans", "1"], "--plans 1: the front has one plan, 0"),
-        (["shelf.toml", "--plans", "0,x"], "'x' is not a whole number >= 0"),
+        (["shelf.toml", "--plans", "0,x"], "'--plans': 'x' is not a valid integer"),
         (["shelf.toml", "--size", "321x200"], "must be even"),
         (["shelf.toml", "--quality", "fine"], "--quality: unknown name 'fine' (did you mean 'final'?)"),
         (["shelf.toml", "--size", "big"], "'big' is not a size such as 1280x720"),

@@ -258,7 +258,7 @@ def test_the_command_of_a_record_repeats_its_rollout(run: Run, call: Run, cup: P
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--rollouts", "0"], "'0' is not a whole number >= 1"),
+        (["--rollouts", "0"], "'--rollouts': 0 is not in the range x>=1"),
         (["--perturb", "weight=1"], "--perturb: unknown perturbation 'weight' (valid: position, angle"),
         (["--cluster", "nonsense"], "--cluster nonsense: no Dask scheduler answers"),
     ],

@@ -200,8 +200,8 @@ def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["cup.toml", "--port=65536"], "'65536' is not a port, 0 to 65535"),
-        (["cup.toml", "--port=http"], "'http' is not a port, 0 to 65535"),
+        (["cup.toml", "--port=65536"], "'--port': 65536 is not in the range 0<=x<=65535"),
+        (["cup.toml", "--port=http"], "'--port': 'http' is not a valid integer"),
         (["case_study_1", "--no-open"], "only a manipulation model can be carried out"),
     ],
 )
