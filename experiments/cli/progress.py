@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import TracebackType
 
 from rich.progress import (
     BarColumn,
@@ -32,13 +31,13 @@ class _TimeLeft(TimeRemainingColumn):
         return super().render(task).append(" left")
 
 
-class Bars:
+class Bars(Progress):
     """One bar for each stage of a long command, shown on stderr until the command ends, if that is a terminal."""
 
     def __init__(self, *, quiet: bool) -> None:
         """Begin without bars; if `quiet`, none is ever drawn."""
         console = Console(stderr=True)
-        self._progress = Progress(
+        super().__init__(
             TextColumn("{task.description:>12}"),
             BarColumn(),
             TextColumn("{task.fields[count]}"),
@@ -51,20 +50,9 @@ class Bars:
         )
         self._stages: dict[str, TaskID] = {}
 
-    def __enter__(self) -> Bars:
-        """Start to draw."""
-        self._progress.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Clear the bars away."""
-        self._progress.stop()
-
     def __call__(self, stage: str, done: int, total: int, what: str) -> None:
         """Show progress, see `Tell`."""
         if stage not in self._stages:
-            self._stages[stage] = self._progress.add_task(stage, count="", what="")
+            self._stages[stage] = self.add_task(stage, count="", what="")
         count = f"{done} of {total}" if total else ""
-        self._progress.update(self._stages[stage], completed=done, total=total or None, count=count, what=what)
+        self.update(self._stages[stage], completed=done, total=total or None, count=count, what=what)

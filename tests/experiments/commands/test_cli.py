@@ -183,7 +183,7 @@ def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
     monkeypatch.setenv("COLUMNS", "120")
     clock = itertools.count()
     with Bars(quiet=False) as bars:
-        bars._progress.get_time = lambda: float(next(clock))
+        bars.get_time = lambda: float(next(clock))
         for done in range(4):
             bars("rendering", 100 * done, 400, "")
         assert "left" in drawn(bars, capsys)
@@ -196,7 +196,7 @@ def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
 def drawn(bars: Bars, capsys: pytest.CaptureFixture[str]) -> str:
     """Return the bars as they are drawn next."""
     capsys.readouterr()
-    bars._progress.refresh()
+    bars.refresh()
     return capsys.readouterr().err
 
 
