@@ -18,7 +18,7 @@ from types import FrameType
 import mujoco
 import numpy as np
 
-from experiments.checks.checkup import check
+from experiments.checks.checkup import check, impossible
 from experiments.cli.files import write_bytes
 from experiments.random_scenes.generator import scene_text
 from experiments.runs.geometry import asking_in
@@ -154,7 +154,7 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
             Planner(able.problem()).cheapest()
             return scene, []
     found = check(scenario, kept=False)
-    return scene, [*found.faults, *(f"task {name} cannot be satisfied" for name in found.impossible)]
+    return scene, [*found["faults"], *(f"task {name} cannot be satisfied" for name in impossible(found))]
 
 
 def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -20,10 +19,8 @@ from experiments.cli.status import BAD_INPUT, DONE, INTERRUPTED, tell
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:
-    from experiments.checks.checkup import Checkup, TaskCheck
     from prefplan.limits import Limits
     from prefplan.text.names import DisplayNames
-    from sim.capability.place_check import PlaceCheck
 
 
 @command
@@ -47,100 +44,87 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     load_planner(quiet=is_quiet())
     with limits:
         loaded = pp.load(scenario)
-    seconds, memory = limits.seconds_left, limits.bytes - limits.bytes_taken
     with Bars(quiet=is_quiet()) as bars:
-        found = checkup.check(loaded, robot=robot, quick=quick, max_seconds=seconds, max_memory=memory, tell=bars)
+        found = checkup.check(loaded, robot=robot, quick=quick, limits=limits, tell=bars)
     if as_json:
-        output.print_json(_json(loaded, found))
+        output.print_json(found)
     else:
-        _show(Console(highlight=False), loaded, found)
-    for warning in found.warnings:
+        _show(Console(highlight=False), found, loaded.problem().display)
+    for warning in found["warnings"]:
         tell(f"warning: {warning}")
-    for fault in found.faults:
+    for fault in found["faults"]:
         tell(f"{loaded.path}: {fault}")
-    if found.interrupted:
+    if found["interrupted"]:
         tell("interrupted")
         return INTERRUPTED
-    if found.faults:
+    if found["faults"]:
         return BAD_INPUT
-    return no_plan(pp.Reason("task", found.impossible)) if found.impossible else DONE
+    impossible = checkup.impossible(found)
+    return no_plan(pp.Reason("task", impossible)) if impossible else DONE
 
 
-def _json(scenario: pp.Scenario, found: Checkup) -> dict[str, Any]:
-    from experiments.checks.checkup import SEARCHES
+def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> None:
+    """Print what `experiments.checks.checkup.check` found."""
+    from experiments.checks.checkup import USUAL
 
-    places = found.places and [
-        {"object": one.obj, "location": one.location, "take": one.take, "put": one.put, "reason": one.reason}
-        for one in found.places
-    ]
-    heading = {"scenario": scenario.name, "path": str(scenario.path)}
-    return heading | asdict(found) | {"places": places, "meaning": SEARCHES[found.contract]}
-
-
-def _show(console: Console, scenario: pp.Scenario, found: Checkup) -> None:
-
-    from experiments.checks.checkup import SEARCHES, USUAL
-
-    display = scenario.problem().display
-    console.print(f"{scenario.name}: a {found.kind} model", style="bold", markup=False)
-    if found.states is None or found.reachable is None:
-        size = "states not counted" if found.interrupted else "more states than could be listed"
+    console.print(f"{found['scenario']}: a {found['kind']} model", style="bold", markup=False)
+    if found["states"] is None:
+        size = "states not counted" if found["interrupted"] else "more states than could be listed"
     else:
-        unreachable = found.states - found.reachable
+        unreachable = found["states"] - found["reachable"]
         beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
-        size = f"{found.states} states{beyond}, {found.edges} actions in them"
-    console.print(f"  {size}, {len(found.propositions)} propositions")
-    if found.dropped:
-        edges = "1 edge" if found.dropped == 1 else f"{found.dropped} edges"
+        size = f"{found['states']} states{beyond}, {found['edges']} actions in them"
+    console.print(f"  {size}, {len(found['propositions'])} propositions")
+    if dropped := found["dropped"]:
+        edges = "1 edge" if dropped == 1 else f"{dropped} edges"
         console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
-    if len(found.costs) == len(found.preferences) == 1:
-        if found.contract not in USUAL:
-            console.print(f"  preference: {found.contract} contract; {SEARCHES[found.contract]}")
+    costs, preferences = found["costs"], found["preferences"]
+    if len(costs) == len(preferences) == 1:
+        if found["contract"] not in USUAL:
+            console.print(f"  preference: {found['contract']} contract; {found['meaning']}")
     else:
-        _show_objectives(console, found)
-    if found.scene is not None:
-        console.print(f"  the arm {'can' if found.scene else 'cannot'} work in its scene")
-    if found.places:
-        _show_places(console, found.places, display, complete=found.complete)
-    rows = [_task_row(task, display.task(task.name), found.costs) for task in found.tasks]
-    heads = ["task", *(f"least {name}" for name in found.costs), "automaton", "may be", "formula"]
+        console.print(f"  costs: {', '.join(costs)}", markup=False)
+        for one in preferences:
+            needs = f"; a front needs --at-most {one['of']}=VALUE" if one["contract"] == "general" else ""
+            told = f"  preference {one['name']}, of {one['of']}: {one['contract']} contract{needs}"
+            console.print(told, markup=False)
+    if found["scene"] is not None:
+        console.print(f"  the arm {'can' if found['scene'] else 'cannot'} work in its scene")
+    if found["places"]:
+        _show_places(console, found["places"], display, complete=found["complete"])
+    rows = [_task_row(task, display.task(task["name"]), costs) for task in found["tasks"]]
+    heads = ["task", *(f"least {name}" for name in costs), "automaton", "may be", "formula"]
     if not any(row[-2] for row in rows):
         heads, rows = [*heads[:-2], heads[-1]], [[*row[:-2], row[-1]] for row in rows]
-    console.print(table("Each task alone", heads, rows, right=range(1, 2 + len(found.costs)), bold=[0]))
+    console.print(table("Each task alone", heads, rows, right=range(1, 2 + len(costs)), bold=[0]))
 
 
-def _task_row(task: TaskCheck, shown: str, costs: Sequence[str]) -> list[str]:
+def _task_row(task: Mapping[str, Any], shown: str, costs: Sequence[str]) -> list[str]:
     """Return what is found of a task: its name, costs, automaton, what may be done instead, and its formula."""
-    unknown = "impossible" if task.achievable is not None else "unknown"
+    unknown = "impossible" if task["achievable"] is not None else "unknown"
     options = []
-    if task.relaxations:
-        options.append("relaxed" if task.relaxations == 1 else f"relaxed ({task.relaxations} entries)")
-    if task.skip is not None:
-        options.append(f"skipped for {number(task.skip)}")
-    least = [unknown if task.costs is None else number(task.costs[name]) for name in costs]
-    return [shown, *least, f"{task.automaton_states} states", " or ".join(options), task.formula]
+    if count := task["relaxations"]:
+        options.append("relaxed" if count == 1 else f"relaxed ({count} entries)")
+    if task["skip"] is not None:
+        options.append(f"skipped for {number(task['skip'])}")
+    least = [unknown if task["costs"] is None else number(task["costs"][name]) for name in costs]
+    return [shown, *least, f"{task['automaton_states']} states", " or ".join(options), task["formula"]]
 
 
-def _show_objectives(console: Console, found: Checkup) -> None:
-    """Print the costs and the preferences of a scenario that does not have one of each."""
-    console.print(f"  costs: {', '.join(found.costs)}", markup=False)
-    for one in found.preferences:
-        needs = f"; a front needs --at-most {one.of}=VALUE" if one.contract == "general" else ""
-        console.print(f"  preference {one.name}, of {one.of}: {one.contract} contract{needs}", markup=False)
-
-
-def _show_places(console: Console, places: Sequence[PlaceCheck], display: DisplayNames, *, complete: bool) -> None:
+def _show_places(
+    console: Console, places: Sequence[Mapping[str, Any]], display: DisplayNames, *, complete: bool
+) -> None:
     """Print what the arm cannot do with each object at each location; one line if it can do everything."""
     reasons = defaultdict[tuple[str, str], list[str]](list)
     for one in places:
-        if one.reason is not None:
-            reasons[one.obj, one.reason].append(one.location)
+        if one["reason"] is not None:
+            reasons[one["object"], one["reason"]].append(one["location"])
     if not reasons:
         count = f"{len(places)} pairs tried"
         what = f"every object at every place ({count})" if complete else f"the object of each of the {count}"
         console.print(f"  it can grasp and put down {what}")
         return
-    impossible = sum(one.reason is not None for one in places)
+    impossible = sum(one["reason"] is not None for one in places)
     title = f"What the arm cannot do: {impossible} of {len(places)} pairs"
     rows = [
         (display.obj(obj), ", ".join(map(display.location, locations)), reason)

@@ -193,7 +193,7 @@ def test_a_general_preference_says_what_it_needs(run: Run, island: Path) -> None
 @pytest.mark.parametrize("name", ["example", "case_study_1"])
 def test_no_task_costs_less_in_any_plan_than_alone(name: str) -> None:
     scenario = load(name)
-    least = {found.name: found.cost for found in checkup.check(scenario).tasks}
+    least = {found["name"]: found["cost"] for found in checkup.check(scenario)["tasks"]}
     for plan in Planner(scenario.problem()).front():
         for task_name, cost in plan.task_costs.items():
             alone = least[task_name]
