@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import prefplan as pp
 from experiments.cli import output
 from experiments.cli.status import NO_PLAN, tell
-from experiments.runs.geometry import geometry_json
 
 
 def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanError, *, as_json: bool) -> int:
     """Print why there is no plan on stderr, as JSON also as an object on stdout; return the exit status."""
     if as_json:
-        output.print_json(output.no_plan_json(scenario, error.reason, planner.stats) | geometry_json(scenario, planner))
+        reason = asdict(error.reason)
+        found = output.result_json(scenario, planner, complete=True, front=[], plan=None, reason=reason)
+        output.print_json(found)
     return no_plan(error.reason, planner)
 
 

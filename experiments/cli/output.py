@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -38,65 +37,42 @@ def _purchase_json(purchase: pp.Purchase) -> dict[str, Any]:
     return {"task": purchase.task, "step": purchase.step, **what, "cost": purchase.cost}
 
 
-def stats_json(stats: pp.Stats) -> dict[str, Any]:
-    """Return the effort of a search as in the documented JSON."""
-    return {
-        "states": stats.states,
-        "expanded": stats.expanded,
-        "generated": stats.generated,
-        "build_seconds": round(stats.build_seconds, 6),
-        "seconds": round(stats.seconds, 6),
-    }
-
-
 def print_json(value: dict[str, Any]) -> None:
     """Print a JSON object on stdout."""
     print(json.dumps(value, indent=1))
 
 
-def front_json(scenario: pp.Scenario, front: pp.Front) -> dict[str, Any]:
-    """Return a front as the documented JSON object."""
-    result = _heading(scenario) | {"complete": front.complete}
-    result["front"] = [plan_json(plan) for plan in front]
-    if front.reason:
-        result["reason"] = asdict(front.reason)
-    if front.ended:
-        result |= {"ended": front.ended, "complete_below": front.complete_below}
-    return result | {"stats": stats_json(front.stats)}
-
-
-def one_plan_json(scenario: pp.Scenario, plan: pp.Plan, stats: pp.Stats) -> dict[str, Any]:
-    """Return one plan as the documented JSON object."""
-    return _heading(scenario) | {"complete": True, "plan": plan_json(plan), "stats": stats_json(stats)}
-
-
-def no_plan_json(scenario: pp.Scenario, reason: pp.Reason, stats: pp.Stats) -> dict[str, Any]:
-    """Return the documented JSON object in place of `one_plan_json` if there is no plan."""
-    why = {"complete": True, "front": [], "plan": None, "reason": asdict(reason)}
-    return _heading(scenario) | why | {"stats": stats_json(stats)}
-
-
-def unfinished_json(scenario: pp.Scenario, error: pp.UnfinishedError, stats: pp.Stats) -> dict[str, Any]:
-    """Return the documented JSON object of a search for one plan that a limit ended."""
-    return _heading(scenario) | {
-        "complete": False,
-        "plan": error.best and plan_json(error.best),
-        "ended": error.ended,
-        "complete_below": error.complete_below,
-        "within": error.within,
-        "stats": stats_json(stats),
-    }
-
-
-def _heading(scenario: pp.Scenario) -> dict[str, Any]:
+def result_json(scenario: pp.Scenario, planner: pp.Planner, **found: Any) -> dict[str, Any]:
+    """Return what a search found as the documented JSON object, with what all searches tell."""
+    problem, stats = scenario.problem(), planner.stats
     return {
         "scenario": scenario.name,
         "tasks": [task.name for task in scenario.tasks],
         **({"rules": [rule.name for rule in scenario.rules]} if scenario.rules else {}),
-        "contract": scenario.problem().measure.contract,
-        "claimed": scenario.problem().measure.claimed,
-        "resolution": scenario.problem().resolution,
+        "contract": problem.measure.contract,
+        "claimed": problem.measure.claimed,
+        "resolution": problem.resolution,
+        **found,
+        "stats": {
+            "states": stats.states,
+            "expanded": stats.expanded,
+            "generated": stats.generated,
+            "build_seconds": round(stats.build_seconds, 6),
+            "seconds": round(stats.seconds, 6),
+        },
+        **_geometry_json(scenario, planner),
     }
+
+
+def _geometry_json(scenario: pp.Scenario, planner: pp.Planner) -> dict[str, Any]:
+    """Return what is known of the geometry of plans; nothing for models of no arm."""
+    if not isinstance(scenario.model, pp.ManipulationModel):
+        return {}
+    if scenario.feasible is None or getattr(scenario.feasible, "failed", False):
+        return {"geometry": "abstract" if scenario.model.abstract else "not checked"}
+    assert (found := planner.geometry) is not None
+    left_out = [{"object": one.obj, "location": one.location, "reason": one.reason} for one in found.left_out]
+    return {"geometry": "checked", "left_out": left_out, "if_it_could": list(found.abstract) if left_out else []}
 
 
 def show_front(console: Console, scenario: pp.Scenario, front: pp.Front, whole: Callable[[int], str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import prefplan as pp
 from experiments.cli.start import has_simulation
@@ -79,14 +79,3 @@ def asking_in(scenario: pp.Scenario, scene: Scene | None, *, robot: str | None =
 
     assert isinstance(scenario.model, pp.ManipulationModel)
     return replace(scenario, feasible=Capability(scenario.model, robot=robot, scene=scene))
-
-
-def geometry_json(scenario: pp.Scenario, planner: pp.Planner) -> dict[str, Any]:
-    """Return what is known of the geometry of plans as in the documented JSON; nothing for models of no arm."""
-    if not isinstance(scenario.model, pp.ManipulationModel):
-        return {}
-    if scenario.feasible is None or getattr(scenario.feasible, "failed", False):
-        return {"geometry": "abstract" if scenario.model.abstract else "not checked"}
-    assert (found := planner.geometry) is not None
-    left_out = [{"object": one.obj, "location": one.location, "reason": one.reason} for one in found.left_out]
-    return {"geometry": "checked", "left_out": left_out, "if_it_could": list(found.abstract) if left_out else []}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import asdict
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, INTERRUPTED, say, tell
-from experiments.runs.geometry import asking, geometry_json
+from experiments.runs.geometry import asking
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -86,7 +87,12 @@ def front(
         return f"`prefplan plan {shlex.quote(scenario)} --plan {index}` prints all"
 
     if as_json:
-        output.print_json(output.front_json(found, result) | geometry_json(found, planner))
+        told = {"complete": result.complete, "front": [output.plan_json(one) for one in result]}
+        if result.reason:
+            told["reason"] = asdict(result.reason)
+        if result.ended:
+            told |= {"ended": result.ended, "complete_below": result.complete_below}
+        output.print_json(output.result_json(found, planner, **told))
     elif result:
         output.show_front(Console(), found, result, whole)
     if picture and result:

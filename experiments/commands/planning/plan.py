@@ -14,7 +14,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
-from experiments.runs.geometry import asking, geometry_json
+from experiments.runs.geometry import asking
 
 if TYPE_CHECKING:
     from prefplan.limits import Limits
@@ -66,7 +66,7 @@ def plan(
         except pp.NoPlanError as error:
             return show_no_plan(found, planner, error, as_json=as_json)
     if as_json:
-        output.print_json(output.one_plan_json(found, chosen, planner.stats) | geometry_json(found, planner))
+        output.print_json(output.result_json(found, planner, complete=True, plan=output.plan_json(chosen)))
     else:
         output.show_plan(Console(), found, chosen, planner.geometry)
     return DONE
@@ -75,7 +75,14 @@ def plan(
 def _unfinished(scenario: pp.Scenario, planner: pp.Planner, error: pp.UnfinishedError, *, as_json: bool) -> int:
     """Print the result of a search that a limit or Ctrl-C ended, and return the exit status."""
     if as_json:
-        output.print_json(output.unfinished_json(scenario, error, planner.stats) | geometry_json(scenario, planner))
+        found = {
+            "complete": False,
+            "plan": error.best and output.plan_json(error.best),
+            "ended": error.ended,
+            "complete_below": error.complete_below,
+            "within": error.within,
+        }
+        output.print_json(output.result_json(scenario, planner, **found))
     elif error.best:
         output.show_plan(Console(), scenario, error.best, planner.geometry)
     tell(error)
