@@ -17,11 +17,6 @@ def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
     return "bounded" if wanted == "cost" and max_preference is not None else wanted
 
 
-def plan_name(wanted: str | int) -> str:
-    """Return the name of a run's files for a value of `--plan`."""
-    return wanted if isinstance(wanted, str) else f"plan_{wanted}"
-
-
 def choose(
     planner: pp.Planner, wanted: str | int, *, keep_on_interrupt: bool = False, **limits: Unpack[pp.PlanLimits]
 ) -> pp.Plan:
@@ -44,28 +39,23 @@ def choose(
     if isinstance(wanted, str):
         name = objective_name(planner.problem, wanted)
         return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
-    bound = limits.get("max_preference")
-    others = {name: limits.get(name) for name in pp.FrontLimits.__annotations__}
-    front = planner.front(keep_on_interrupt=keep_on_interrupt, **cast(pp.FrontLimits, others))
+    bound = limits.pop("max_preference", None)
+    front = planner.front(keep_on_interrupt=keep_on_interrupt, **cast(pp.FrontLimits, limits))
     if front.reason:
         raise pp.NoPlanError(front.reason)
-    if front.ended and not _is_settled(front, int(wanted)):
-        nearest = front[min(int(wanted), len(front) - 1)] if front else None
-        raise pp.UnfinishedError(front.ended, complete_below=front.complete_below, best=nearest)
+    if front.ended:
+        nearest = front[min(wanted, len(front) - 1)] if front else None
+        below = front.complete_below
+        if nearest is None or wanted >= len(front) or below is None or nearest.cost >= below:
+            raise pp.UnfinishedError(front.ended, complete_below=below, best=nearest)
     from prefplan.exact_costs import admits
     from prefplan.text.layout import number
 
-    plan = plan_at(front, int(wanted), "--plan")
+    plan = plan_at(front, wanted, "--plan")
     if bound is not None and not admits(bound, plan.preference):
         found = f"its penalty is {number(plan.preference)}"
         raise pp.PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
     return plan
-
-
-def _is_settled(front: pp.Front, index: int) -> bool:
-    """Return whether a front whose search was stopped has all plans up to an index."""
-    below = front.complete_below
-    return below is not None and index < len(front) and front[index].cost < below
 
 
 def objective_name(problem: pp.Problem, name: str) -> str:

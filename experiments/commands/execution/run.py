@@ -14,7 +14,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import choose, continuation, plan_name
+from experiments.cli.choice import choose, continuation
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
@@ -70,7 +70,7 @@ def run(
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    path = (out or Path("out", loaded.name)) / plan_name(plan)
+    path = (out or Path("out", loaded.name)) / (plan if isinstance(plan, str) else f"plan_{plan}")
     conditions: Conditions = {
         "seed": seed,
         "perturbation": simulation.perturbation_of(perturb, seed=seed),

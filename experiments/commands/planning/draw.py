@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,6 +16,9 @@ from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError, prefixed
+
+if TYPE_CHECKING:
+    from experiments.figures.diagrams.node_link import Diagram
 
 
 @command
@@ -34,19 +38,20 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
       prefplan draw plans case_study_1 plans.pdf
       prefplan draw automata case_study_2 automata.svg
     """
+    from experiments.figures.diagrams import node_link
     from experiments.figures.figures import picture_file
 
     path, loaded = picture_file(file), pp.load(scenario)
-    if what == "plans":
-        status = _plans(loaded, path, max_cost)
-    else:
-        status = _automata(loaded, path) if what == "automata" else _system(loaded, path)
-    if status == DONE:
-        say(path)
-    return status
+    if what != "plans":
+        node_link.draw(_diagrams(loaded, what), path)
+    elif status := _plans(loaded, path, max_cost):
+        return status
+    say(path)
+    return DONE
 
 
 def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
+    """Draw the plans of a scenario, and return the exit status."""
     from experiments.figures import plans
     from experiments.figures.diagrams import route
     from experiments.figures.maps import map_of
@@ -69,21 +74,14 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     return DONE
 
 
-def _automata(scenario: pp.Scenario, path: Path) -> int:
-    from experiments.figures.diagrams import node_link
-    from experiments.figures.diagrams.automaton import diagram
-    from prefplan.logic.dfa import automaton
+def _diagrams(scenario: pp.Scenario, what: str) -> dict[str, Diagram]:
+    """Return the automaton of each task, or the transition system, by their titles."""
+    from experiments.figures.diagrams import automaton, route
+    from prefplan.logic.dfa import automaton as minimal_automaton
 
-    scenario.problem()
-    titles = {f"{task.label or task.name}: {task.formula}": task.formula for task in scenario.tasks}
-    node_link.draw({title: diagram(automaton(formula)) for title, formula in titles.items()}, path)
-    return DONE
-
-
-def _system(scenario: pp.Scenario, path: Path) -> int:
-    from experiments.figures.diagrams import node_link, route
-
+    problem = scenario.problem()
+    if what == "automata":
+        titles = {f"{task.label or task.name}: {task.formula}": task.formula for task in scenario.tasks}
+        return {title: automaton.diagram(minimal_automaton(formula)) for title, formula in titles.items()}
     with prefixed(f"{scenario.path}: model: ", route.SystemSizeError):
-        diagram = route.whole(scenario.problem().system)
-    node_link.draw({scenario.name: diagram}, path)
-    return DONE
+        return {scenario.name: route.whole(problem.system)}
