@@ -1,10 +1,9 @@
-"""Values of options that need the simulation: `--perturb`, `--fault`, `--noise` and those of videos."""
+"""Values of options that need the simulation: `--perturb`, `--fault` and those of videos."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from decimal import Decimal
 from typing import Unpack
 
 from experiments.cli.options import LookOptions
@@ -12,11 +11,10 @@ from prefplan.errors import PrefplanError, check_known, prefixed
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
 from sim.execution.faults.fault import Fault, read_fault
-from sim.perception.sensors import NoisySensor, Sensor
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Look
-from sim.world.randomization import KEYS, Perturbation, read_perturbation
+from sim.world.randomization import Perturbation, read_perturbation
 from sim.world.scene import Scene
 
 
@@ -44,17 +42,6 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
         return ()
     with prefixed("--fault "):
         return tuple(read_fault(text, scenario.model) for text in texts)
-
-
-def sensor_of(noise: Decimal | None, *, seed: int | None) -> Sensor | None:
-    """Return the sensor with the error `--noise`, mm; None without the option.
-
-    Raises:
-        PrefplanError: it is larger than the greatest `noise` of `--perturb`.
-    """
-    if noise and noise > (greatest := KEYS["noise"].greatest):
-        raise PrefplanError(f"--noise {noise}: must be at most {greatest} mm")
-    return NoisySensor(float(noise) / 1000, seed=seed or 0) if noise else None
 
 
 def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:

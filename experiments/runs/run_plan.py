@@ -39,7 +39,6 @@ class Conditions(TypedDict, total=False):
         seed: of all random numbers; None for the nominal scene.
         perturbation: greatest random changes of the scene, drawn with the seed; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold the spare objects that they need.
-        sensor: observes the objects, with the perturbation's bias added; None for a sensor with its noise as well.
         choice: the plan to follow after a mismatch: `cost` (default), `preference`, or for `bounded` and a number the
             cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
     """
@@ -47,7 +46,6 @@ class Conditions(TypedDict, total=False):
     seed: int | None
     perturbation: Perturbation | None
     faults: Sequence[Fault]
-    sensor: Sensor | None
     choice: str | int
 
 
@@ -109,7 +107,7 @@ def run_plan(
         camera: of the video, as for `sim.rendering.cameras.Camera`.
         captioned: whether the video has captions below the picture.
         tell: called with the progress.
-        **conditions: `seed`, `perturbation`, `faults`, `sensor` and `choice`, see `Conditions`.
+        **conditions: `seed`, `perturbation`, `faults` and `choice`, see `Conditions`.
     """
     problem = scenario.problem()
 
@@ -179,15 +177,14 @@ def begin(
         tell: called before each action with the number of actions done, that of all actions, and its name.
         **conditions: as in `run_plan`.
     """
-    seed, sensor = conditions.get("seed"), conditions.get("sensor")
+    seed = conditions.get("seed")
     perturbation = conditions.get("perturbation") or Perturbation()
     if seed is not None:
         scene = perturbed(scene, perturbation, seed=seed)
     start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-    if sensor is None and perturbation.noise:
-        sensor = NoisySensor(perturbation.noise, seed=seed or 0)
+    sensor: Sensor = NoisySensor(perturbation.noise, seed=seed or 0) if perturbation.noise else ExactSensor()
     if seed is not None and perturbation.bias:
-        sensor = BiasedSensor(sensor or ExactSensor(), bias=camera_bias(perturbation, seed=seed))
+        sensor = BiasedSensor(sensor, bias=camera_bias(perturbation, seed=seed))
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
     return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)

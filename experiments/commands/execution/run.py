@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
-
-import click
 
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
@@ -21,7 +18,6 @@ from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
-from experiments.cli.values import number
 from experiments.runs.geometry import asking_in
 
 if TYPE_CHECKING:
@@ -37,7 +33,6 @@ if TYPE_CHECKING:
 @options.seed("as --perturb says")
 @options.perturb
 @options.fault
-@click.option("--noise", type=number, metavar="MM", help="Random error of sensed object positions, mm.")
 @options.robot
 @options.no_video
 @options.look
@@ -51,7 +46,6 @@ def run(
     seed: int | None,
     perturb: str | None,
     faults: Sequence[str],
-    noise: Decimal | None,
     robot: str | None,
     no_video: bool,
     **look: Unpack[options.LookOptions],
@@ -86,11 +80,8 @@ def run(
             bars("planning", 0, 0, "")
             chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
             bars("planning", 1, 1, "")
-            conditions["sensor"] = simulation.sensor_of(noise, seed=seed)
             video = None if no_video else path.with_suffix(".mp4")
             outcome = run_plan(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
-            if noise:
-                outcome = replace(outcome, setting=outcome.setting | {"noise_mm": float(noise)})
             bars("checking", 0, 0, "the log")
             outcome = prove(outcome, path.with_suffix(".npz"))
             write_json(path.with_suffix(".json"), outcome_json(outcome))

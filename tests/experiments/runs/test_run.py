@@ -53,7 +53,6 @@ def cup(run: Run, tmp_path: Path) -> Path:
         (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
         (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
-        (["cup.toml", "--noise", "some"], "'some' is not a number >= 0"),
         (["cup.toml", "--seed", "-1"], "'--seed': -1 is not in the range x>=0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
         (["cup.toml", "--seed", "1", "--perturb", "mas=1"], "--perturb: unknown perturbation 'mas' (did you"),

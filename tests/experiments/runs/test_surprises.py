@@ -21,10 +21,10 @@ from sim.errors import BlockedError
 from sim.evidence.certificate import certify
 from sim.execution.faults.fault import read_fault
 from sim.motion.joint_trajectory import JointTrajectory
-from sim.perception.sensors import NoisySensor
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer, transport
 from sim.world.places import Slot
+from sim.world.randomization import Perturbation
 from sim.world.scene import Scene
 
 FAULTY = [
@@ -50,8 +50,10 @@ def pursue(arch: Scenario, arch_front: Front, stocked: Scene) -> Callable[..., O
 
         plan = arch_front[-1 if choice == "preference" else 0 if choice == "cost" else int(choice)]
         read = [read_fault(text, stocked.model) for text in faults]
-        sensor = NoisySensor(noise, seed=seed) if noise else None
-        return run_plan(arch, stocked, plan, seed=seed, faults=read, choice=choice, sensor=sensor, tell=tell)
+        perturbation = Perturbation(noise=noise)
+        return run_plan(
+            arch, stocked, plan, seed=seed, perturbation=perturbation, faults=read, choice=choice, tell=tell
+        )
 
     return run
 
