@@ -26,18 +26,11 @@ def uncarried(i: int, task: Task, carried: Mapping[str, int | None]) -> Iterator
         task: the task.
         carried: for each proposition, how many reachable states carry it; None if that is unknown.
     """
-    for key, name in _mentions(i, task):
-        if carried[name] == 0:
-            yield f"{key}: no state that can be reached carries {name!r}"
-
-
-def _mentions(i: int, task: Task) -> Iterator[tuple[str, str]]:
-    """Yield every proposition that a task mentions, sorted, with the key of the mention."""
-    for name in sorted(propositions_of(task.tree)):
-        yield f"tasks[{i}].formula", name
-    for k, relaxation in enumerate(task.relax):
-        for name in sorted(propositions_of(relaxation.condition)):
-            yield f"tasks[{i}].relax[{k}].when", name
+    mentions = [("formula", task.tree), *((f"relax[{k}].when", one.condition) for k, one in enumerate(task.relax))]
+    for key, formula in mentions:
+        for name in sorted(propositions_of(formula)):
+            if carried[name] == 0:
+                yield f"tasks[{i}].{key}: no state that can be reached carries {name!r}"
 
 
 def size_of(system: System, limits: Limits) -> dict[str, Any]:

@@ -47,10 +47,12 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
 def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:
     """Return the values of `--quality`, `--size`, `--camera` and `--inset`; see `camera_of` for the scene."""
     quality = QUALITIES[checked("--quality", options["quality"], QUALITIES)]
-    return {
-        "quality": replace(quality, size=options["size"] or quality.size),
-        "camera": camera_of(options["camera"], scene) + _inset(options["inset"], options["camera"]),
-    }
+    camera, inset = camera_of(options["camera"], scene), options["inset"]
+    if inset == camera:
+        raise PrefplanError(f"--inset {inset}: is what --camera shows already")
+    if inset is not None:
+        camera += f"+{checked('--inset', inset, INSETS)}"
+    return {"quality": replace(quality, size=options["size"] or quality.size), "camera": camera}
 
 
 def camera_of(name: str, scene: Callable[[], Scene]) -> str:
@@ -68,15 +70,6 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     with prefixed("--camera: "):
         read_view(name)
     return name
-
-
-def _inset(inset: str | None, camera: str) -> str:
-    """Return the suffix that `--inset` adds to the name of a camera."""
-    if inset is None:
-        return ""
-    if inset == camera:
-        raise PrefplanError(f"--inset {inset}: is what --camera shows already")
-    return f"+{checked('--inset', inset, INSETS)}"
 
 
 def checked(option: str, name: str, valid: Collection[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import click
 
@@ -81,7 +81,11 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
             contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
     if as_json:
-        output.print_json(_json(loaded.name, file, contents, failures, complete=len(done) == total))
+        failed = [
+            dict(zip(("action", "from", "to"), one.pair, strict=True)) | {"reason": one.reason} for one in failures
+        ]
+        told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
+        output.print_json(told | {"actions": contents["actions"], "failed": failed})
     else:
         _show(Console(highlight=False), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
@@ -103,19 +107,6 @@ def _measured_before(file: Path, model: pp.ManipulationModel, robot: str, source
     except ModelError:
         return ()
     return found.actions if (found.robot, found.sources) == (robot, sources) else ()
-
-
-def _json(
-    name: str, file: Path, contents: dict[str, Any], failures: Sequence[Failure], *, complete: bool
-) -> dict[str, Any]:
-    failed = [dict(zip(("action", "from", "to"), one.pair, strict=True)) | {"reason": one.reason} for one in failures]
-    return {
-        "scenario": name,
-        "file": str(file),
-        "complete": complete,
-        "actions": contents["actions"],
-        "failed": failed,
-    }
 
 
 def _show(

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from experiments.cli import options, output
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE
-
-if TYPE_CHECKING:
-    from sim.robots.robot import ArmConstants
 
 
 @command
@@ -34,7 +31,17 @@ def robots(as_json: bool) -> int:
             bars("checking", number, len(ROBOTS), robot.name)
             if robot.unavailable_because not in reasons:  # several robots share the check for Menagerie
                 reasons[robot.unavailable_because] = robot.unavailable_because()
-            found.append(_entry(robot, reasons[robot.unavailable_because]))
+            reason = reasons[robot.unavailable_because]
+            found.append(
+                {
+                    "name": robot.name,
+                    "title": robot.title,
+                    "degrees_of_freedom": len(robot.joints),
+                    "payload_kg": robot.payload_kg,
+                    "available": reason is None,
+                    "reason": reason,
+                }
+            )
     if as_json:
         output.print_json({"robots": found})
         return DONE
@@ -46,15 +53,3 @@ def robots(as_json: bool) -> int:
     heads = ("robot", "what it is", "joints", "payload", "available here")
     Console(highlight=False).print(table("", heads, rows, right=(2, 3), bold=[0]))
     return DONE
-
-
-def _entry(robot: ArmConstants, reason: str | None) -> dict[str, Any]:
-    """Return the entry of a robot; `reason` is why it is not available, or None."""
-    return {
-        "name": robot.name,
-        "title": robot.title,
-        "degrees_of_freedom": len(robot.joints),
-        "payload_kg": robot.payload_kg,
-        "available": reason is None,
-        "reason": reason,
-    }
