@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,15 @@ DEADLY, DEADLY_ONCE = 3, 6
 
 @dataclass(frozen=True)
 class Jobs:
-    """Jobs of which one kills its process each time and one the first time only; or all but 0 wait for a file."""
+    """Jobs of which one kills its process each time and one the first time only."""
 
     once: Path
-    lost: Path | None = None
 
     key = "job"
 
     def record(self, number: int) -> dict[str, Any]:
         """Return the number, or end."""
-        if self.lost is not None:
-            while number and not self.lost.exists():
-                time.sleep(0.01)
-        elif number == DEADLY or (number == DEADLY_ONCE and not self.once.exists()):
+        if number == DEADLY or (number == DEADLY_ONCE and not self.once.exists()):
             if number == DEADLY_ONCE:
                 self.once.touch()
             os.kill(os.getpid(), signal.SIGKILL)

@@ -79,7 +79,7 @@ def search_boundary(scenario: Scenario, job: Sweep, key: str, *, tell: Tell) -> 
         make_folder(trial.folder)
         path, header = trial.folder / RECORDS, define(scenario, trial)
         for count in (*range(BATCH, job.rollouts, BATCH), job.rollouts):
-            done = work(trial, count, path, header, tell=show, stage=name, jobs=job.jobs, cluster=job.cluster)
+            done = work(trial, count, path, header, tell=show, stage=name, jobs=job.jobs)
             trials[amount], interrupted = done
             if interrupted:
                 raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""One rollout of a sweep: a pure function of the sweep and the rollout's number, on any machine."""
+"""One rollout of a sweep: a pure function of the sweep and the rollout's number."""
 
 from __future__ import annotations
 
@@ -56,7 +56,6 @@ class Sweep:
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
         rollouts: number of rollouts.
         jobs: number of processes; None for one per core.
-        cluster: address of a Dask cluster to use instead of processes on this machine.
     """
 
     packed: bytes
@@ -72,7 +71,6 @@ class Sweep:
     robot: str | None = None
     rollouts: int = 1
     jobs: int | None = None
-    cluster: str | None = None
 
     key = "rollout"
 

@@ -1,10 +1,10 @@
-"""Jobs carried out in other processes, on this machine or on a Dask cluster, whose results are kept one by one."""
+"""Jobs carried out in other processes, whose results are kept one by one."""
 
 from __future__ import annotations
 
 import signal
 import warnings
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,16 +14,12 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
-from prefplan.errors import PrefplanError
 
 RECORDS = "rollouts.jsonl"
 """File of the records, in the folder of a batch."""
 
-CLUSTER_TIMEOUT_S = 30
-"""How long to wait for a cluster's scheduler, and then for its first worker."""
-
 IDLE_TIMEOUT_S = 20
-"""A process on this machine ends after this time without work, even if its parent was killed."""
+"""A process ends after this time without work, even if its parent was killed."""
 
 Record = dict[str, Any]
 """Result of a job, JSON-ready."""
@@ -54,7 +50,6 @@ def work(
     tell: Tell,
     stage: str,
     jobs: int | None = None,
-    cluster: str | None = None,
 ) -> tuple[list[Record], bool]:
     """Carry every job without a record out, until Ctrl-C.
 
@@ -66,21 +61,17 @@ def work(
         tell: called with the progress.
         stage: name of the work, for `tell`.
         jobs: number of processes; None for one per core.
-        cluster: address of a Dask cluster to use instead of processes on this machine.
 
     Returns:
         The records in the order of their numbers, and whether Ctrl-C ended the work.
 
     Raises:
-        PrefplanError: the file holds other records or cannot be written, or the cluster does not answer.
+        PrefplanError: the file holds other records or cannot be written.
     """
     interrupted = False
     records = Journal(path, header, key=batch.key)
     missing = [number for number in range(count) if number not in records.done]
-    if cluster:
-        results = on_cluster(batch, missing, address=cluster)
-    else:
-        results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
+    results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
     try:
         tell(stage, count - len(missing), count, _words(records.done))
         with closing(results):
@@ -152,38 +143,3 @@ def _no_ctrl_c() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def on_cluster(batch: Batch, numbers: Sequence[int], *, address: str) -> Generator[Record, None, None]:
-    """Yield the record of every job, in the order in which the workers of a running Dask cluster finish them.
-
-    If a worker is lost, the scheduler gives its job to another one, up to `allowed-failures` times. (joblib's own Dask
-    backend waits forever for such a job.)
-
-    Raises:
-        PrefplanError: Dask is not installed, no cluster with a worker answers, or its scheduler was lost.
-    """
-    if not numbers:
-        return
-    try:
-        from distributed import Client, as_completed
-        from distributed.scheduler import KilledWorker
-    except ImportError:
-        raise PrefplanError(
-            "--cluster: Dask is not installed; install it: pip install '.[cluster]', in a clone of prefplan"
-        ) from None
-    try:
-        client = Client(address, timeout=CLUSTER_TIMEOUT_S)
-        client.wait_for_workers(1, timeout=CLUSTER_TIMEOUT_S)
-    except (OSError, ValueError) as error:
-        raise PrefplanError(f"--cluster {address}: no Dask scheduler answers, or it has no worker ({error})") from None
-    with client:
-        futures = {client.submit(batch.record, number, pure=False): number for number in numbers}
-        for future in as_completed(futures):
-            if future.status == "finished":
-                yield future.result()
-            elif future.status == "error" and isinstance(future.exception(), KilledWorker):
-                yield batch.crashed(futures[future], "the workers that carried it out were lost")
-            else:
-                why = future.exception() if future.status == "error" else "the scheduler was lost"
-                raise PrefplanError(f"--cluster {address}: {why}; the same command continues the sweep")

@@ -47,9 +47,6 @@ if TYPE_CHECKING:
     help="Search for the amount of this key of --perturb at which fewer than 95 percent of N runs are completed.",
 )
 @options.out("out/SCENARIO/sweep_PLAN, or boundary_PLAN_KEY; an interrupted sweep continues there")
-@click.option(
-    "--cluster", metavar="ADDRESS", help="Run on a Dask cluster, e.g. tcp://127.0.0.1:8786, not on this machine."
-)
 def sweep(
     scenario: str,
     as_json: bool,
@@ -122,9 +119,7 @@ def _roll_out(scenario: pp.Scenario, job: Sweep, bars: Bars) -> Shown:
     from experiments.sweep.workers import RECORDS, work
 
     header, path = define(scenario, job), job.folder / RECORDS
-    found, interrupted = work(
-        job, job.rollouts, path, header, tell=bars, stage="sweeping", jobs=job.jobs, cluster=job.cluster
-    )
+    found, interrupted = work(job, job.rollouts, path, header, tell=bars, stage="sweeping", jobs=job.jobs)
     result = summarise(header, found, rollouts=job.rollouts)
     write_json(job.folder / "summary.json", result)
     return interrupted, partial(_show, result, show_summary, f"Records: {path}")

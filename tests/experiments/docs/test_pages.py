@@ -7,11 +7,9 @@ import doctest
 import io
 import json
 import os
-import random
 import re
 import shlex
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -42,7 +40,6 @@ PAGES = [
         "docs/tutorial/partial_satisfaction",
         "docs/tutorial/own_scene",
         "docs/tutorial/regression_tests",
-        "docs/tutorial/cluster",
         "docs/guide/scenarios",
         "docs/guide/executions",
         "docs/guide/report",
@@ -62,12 +59,6 @@ AS_ON_A_TERMINAL = {"FORCE_COLOR": "1", "TERM": "dumb", "PY_COLORS": "0"}
 
 OUTPUT = ("text", "json")
 """Languages of blocks that show what is printed."""
-
-SLURM = {"srun": 'exec "$@"'}
-"""Stand-ins for Slurm: a step of a job runs at once on this machine."""
-
-PORT = "8786"
-"""The pages use Dask's usual port; here another test may have taken it."""
 
 EXTRAS = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
 """What may be installed with prefplan."""
@@ -127,9 +118,7 @@ def test_all_pages_are_done() -> None:
 @pytest.mark.parametrize(
     "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.slow] * (page.stem not in FAST)) for page in PAGES]
 )
-def test_what_is_printed_is_what_is_shown(page: Path, reader: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if page.stem != "cluster":  # where rollouts here and there are compared
-        monkeypatch.setattr(workers, "on_this_machine", rolled_out_alike)
+def test_what_is_printed_is_what_is_shown(page: Path, reader: Path) -> None:
     for earlier in PAGES[: PAGES.index(page)]:
         save(blocks(earlier), reader)
     compare = doctest.OutputChecker().check_output
@@ -146,7 +135,7 @@ def test_what_is_printed_is_what_is_shown(page: Path, reader: Path, monkeypatch:
 
 
 @pytest.mark.parametrize("page", [pytest.param(page, id=page.stem) for page in PAGES[1:]])
-def test_commands_show_what_they_print_and_what_they_start_is_stopped(page: Path) -> None:
+def test_commands_show_what_they_print(page: Path) -> None:
     after = [*blocks(page)[1:], Block("", "")]
     for block, following in zip(blocks(page), after, strict=True):
         if block.language != "sh" or block.file_name:
@@ -154,26 +143,17 @@ def test_commands_show_what_they_print_and_what_they_start_is_stopped(page: Path
         lines = re.split(r"\n| && ", block.text.strip())
         prints = any(line.startswith("prefplan ") and not re.match(READ_ONLY, line) for line in lines)
         assert following.language in OUTPUT or not prints, f"what does this print?\n{block.text}"
-        jobs = [f"%{k}" for k in range(1, 1 + sum(line.endswith("&") for line in lines))]
-        assert not jobs or " ".join(["kill", *jobs]) in lines, f"what stops these?\n{block.text}"
 
 
 @pytest.fixture
 def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder that a reader works in, with the program of this working tree on the path."""
     monkeypatch.chdir(tmp_path)
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    for name, script in SLURM.items():
-        (programs / name).write_text(f"#!/bin/sh\n{script}\n")
-        (programs / name).chmod(0o755)
-    path = [str(programs), str(Path(sys.executable).parent), os.environ["PATH"]]
+    path = [str(Path(sys.executable).parent), os.environ["PATH"]]
     for name, value in {**AS_ON_A_TERMINAL, "PATH": os.pathsep.join(path), "PYTHONPATH": str(ROOT)}.items():
         monkeypatch.setenv(name, value)
     # The tests of sweeps have their processes; here each process would load the simulation once more.
-    monkeypatch.setattr(
-        workers, "on_this_machine", lambda sweep, numbers, **options: (sweep.record(k) for k in numbers)
-    )
+    monkeypatch.setattr(workers, "on_this_machine", rolled_out_alike)
     monkeypatch.setattr(cost_measurement, "measure_all", measured_alike)
     # What a browser makes of it, the tests of the viewer see.
     monkeypatch.setattr(session, "watch", lambda *arguments, **options: None)
@@ -197,14 +177,13 @@ def measured_alike(scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs
 def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | None, str]]:
     """Do what a page says; yield what was printed, with the block that shows it, if one follows."""
     names: dict[str, Any] = {"__name__": "reader"}
-    port = str(free_port())
     for block, following in zip(page, [*page[1:], Block("", "")], strict=True):
         if block.file_name:
             save([block], folder)
         elif block.language in ("sh", "python"):
             shown = following.language in OUTPUT
             if block.language == "sh":
-                printed = printed_by(block.text.replace(PORT, port), shown=shown).replace(port, PORT)
+                printed = printed_by(block.text, shown=shown)
             else:
                 with contextlib.redirect_stdout(io.StringIO()) as out:
                     exec(compile(block.text, "page", "exec"), names)
@@ -216,35 +195,16 @@ def done_in_order(page: list[Block], folder: Path) -> Iterator[tuple[Block | Non
 
 def printed_by(script: str, *, shown: bool) -> str:
     """Return what a script prints; videos, make's targets and installations are spared, and more if it is not shown."""
-    background, _, lines = script.rpartition("&\n")
-    with served_by(background) if background else contextlib.nullcontext():
-        return "".join(line_printed_by(line, shown=shown) for line in re.split(r"\n| && ", lines.strip()))
-
-
-@contextlib.contextmanager
-def served_by(script: str) -> Iterator[None]:
-    """Run a script in the background for a while."""
-    process = subprocess.Popen(["sh", "-c", f"{script} & wait"], stderr=subprocess.DEVNULL, start_new_session=True)
-    try:
-        yield
-    finally:
-        os.killpg(process.pid, signal.SIGTERM)
-        process.wait()
+    return "".join(line_printed_by(line, shown=shown) for line in re.split(r"\n| && ", script.strip()))
 
 
 def line_printed_by(line: str, *, shown: bool) -> str:
-    if line == "kill %1 %2":
-        return ""  # ended with the script, see `served_by`
     if line.startswith("make "):
         subprocess.run([*line.split(), "-n"], cwd=ROOT, check=True, capture_output=True)
         return ""
     if line.startswith("pip install "):
         assert set(re.findall(r"\w+", line.partition("[")[2])) <= EXTRAS
         return ""
-    if line.startswith("sbatch "):
-        batch = Path(line.split()[1]).read_text()
-        address = re.search("^address=(.*)$", batch, re.MULTILINE)[1]  # type: ignore[index]
-        return printed_by(batch.replace("$address", address.replace("$(hostname)", socket.gethostname())), shown=shown)
     if not shown and re.match(READ_ONLY, line):
         parsed(shlex.split(line.removeprefix("MUJOCO_GL=egl "))[1:])
         return ""
@@ -295,15 +255,6 @@ def assert_alike(shown: Any, real: Any) -> None:
             assert_alike(one, other)
     else:
         assert isinstance(real, (int, float) if isinstance(shown, (int, float)) else type(shown))
-
-
-def free_port() -> int:
-    """Return an unused port, below those that Linux assigns to connections in the meantime."""
-    for port in random.sample(range(20_000, 32_000), 100):
-        with socket.socket() as server, contextlib.suppress(OSError):
-            server.bind(("127.0.0.1", port))
-            return port
-    raise AssertionError("no port is free")
 
 
 def test_the_pictures_of_the_readme_are_there_and_light() -> None:

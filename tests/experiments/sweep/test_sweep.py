@@ -1,4 +1,4 @@
-"""`prefplan sweep`: killed and interrupted processes, on this machine and on a cluster, lose no rollout."""
+"""`prefplan sweep`: killed and interrupted processes lose no rollout."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cloudpickle
-import jobs_for_processes
 import pytest
 from command_line import Run, assert_is_error
 from jobs_for_processes import DEADLY, DEADLY_ONCE, Jobs
@@ -26,7 +23,7 @@ from experiments.commands.command_line import main
 from experiments.sweep import workers
 from experiments.sweep.faults import random_faults
 from experiments.sweep.job import Sweep, pack
-from experiments.sweep.workers import on_cluster, on_this_machine
+from experiments.sweep.workers import on_this_machine
 from prefplan import load, pareto_front
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
@@ -260,66 +257,7 @@ def test_the_command_of_a_record_repeats_its_rollout(run: Run, call: Run, cup: P
     [
         (["--rollouts", "0"], "'--rollouts': 0 is not in the range x>=1"),
         (["--perturb", "weight=1"], "--perturb: unknown perturbation 'weight' (valid: position, angle"),
-        (["--cluster", "nonsense"], "--cluster nonsense: no Dask scheduler answers"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(call: Run, arguments: list[str], message: str) -> None:
     assert_is_error(call(*arguments), message)
-
-
-class Cluster:
-    """A scheduler and two workers on loopback."""
-
-    def __init__(self, folder: Path) -> None:
-        self.file, self.log = folder / "scheduler.json", folder / "log"
-        scheduler = self._start("scheduler", "--port", "0", "--no-dashboard", "--no-show", "--host", "127.0.0.1")
-        while not self.file.exists() or not self.file.read_text():
-            assert scheduler.poll() is None, self.log.read_text()
-            time.sleep(0.05)
-        self.address = json.loads(self.file.read_text())["address"]
-        self.workers = [self._start("worker", "--nthreads", "1", "--no-nanny", "--no-dashboard") for _ in range(2)]
-        self.processes = [*self.workers, scheduler]
-
-    def _start(self, role: str, *options: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "dask", role, "--scheduler-file", str(self.file), *options]
-        with self.log.open("a") as log:
-            return subprocess.Popen(
-                command,
-                cwd=ROOT,
-                env=environment() | {"PYTHONPATH": str(ROOT / "tests")},
-                stdout=log,
-                stderr=log,
-                text=True,
-            )
-
-    def stop(self) -> None:
-        for process in self.processes:
-            process.kill()
-            process.wait()
-
-
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    distributed = pytest.importorskip("distributed")
-    cluster = Cluster(tmp_path)
-    with distributed.Client(cluster.address) as client:
-        client.wait_for_workers(len(cluster.workers))
-    yield cluster
-    cluster.stop()
-
-
-@pytest.mark.slow
-def test_a_cluster_that_loses_a_worker_loses_no_job(tmp_path: Path, cluster: Cluster) -> None:
-    """The test of the tutorial shows that a cluster finds the same results as this machine."""
-    lost = tmp_path / "lost"
-    cloudpickle.register_pickle_by_value(jobs_for_processes)
-    try:
-        records = on_cluster(Jobs(tmp_path / "once", lost), range(ROLLOUTS), address=cluster.address)
-        numbers = [next(records)["job"]]
-        cluster.workers[0].send_signal(signal.SIGKILL)
-        assert cluster.workers[0].wait() == -signal.SIGKILL
-        lost.touch()
-        numbers += [record["job"] for record in records]
-    finally:
-        cloudpickle.unregister_pickle_by_value(jobs_for_processes)
-    assert sorted(numbers) == list(range(ROLLOUTS)) and cluster.workers[1].poll() is None
