@@ -54,8 +54,6 @@ class Sweep:
         max_cost: bound on the cost of the plans that `which` chooses from, or None.
         max_preference: bound on their preference, or None.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        rollouts: number of rollouts.
-        jobs: number of processes; None for one per core.
     """
 
     packed: bytes
@@ -69,8 +67,6 @@ class Sweep:
     max_cost: Number | None = None
     max_preference: Number | None = None
     robot: str | None = None
-    rollouts: int = 1
-    jobs: int | None = None
 
     key = "rollout"
 

@@ -87,17 +87,12 @@ def _spread(values: list[float]) -> dict[str, float | None]:
     return {"median": round(median(values), 3), "max": max(values)} if values else {"median": None, "max": None}
 
 
-def failed_by_class(records: Sequence[Record]) -> dict[str, list[Record]]:
-    """Return the rollouts that were not completed, by class of failure, the most frequent class first."""
+def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Return the classes of failures, the most frequent first, each with its first `SHOWN` rollouts."""
     found = defaultdict[str, list[Record]](list)
     for record in records:
         if not record["completed"]:
             found[record["class"]].append(record)
-    return dict(sorted(found.items(), key=lambda entry: -len(entry[1])))
-
-
-def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Return the classes of failures, each with its first `SHOWN` rollouts."""
     told = ("rollout", "seed", "reason", "replay")
     return [
         {
@@ -106,7 +101,7 @@ def _failures(records: Sequence[Record]) -> list[dict[str, Any]]:
             "interval": wilson(len(failed), len(records)),
             "rollouts": [{key: record[key] for key in told} for record in failed[:SHOWN]],
         }
-        for name, failed in failed_by_class(records).items()
+        for name, failed in sorted(found.items(), key=lambda entry: -len(entry[1]))
     ]
 
 

@@ -256,6 +256,7 @@ def test_the_command_of_a_record_repeats_its_rollout(run: Run, call: Run, cup: P
     ("arguments", "message"),
     [
         (["--rollouts", "0"], "'--rollouts': 0 is not in the range x>=1"),
+        (["--faults", "slp"], "--faults: unknown name 'slp' (did you mean 'slip'?)"),
         (["--perturb", "weight=1"], "--perturb: unknown perturbation 'weight' (valid: position, angle"),
     ],
 )
