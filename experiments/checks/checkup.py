@@ -143,11 +143,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
 
 
 def is_achievable(system: System, task: Task, limits: Limits) -> bool:
-    """Return whether a task alone can be satisfied, or else relaxed or skipped.
-
-    Raises:
-        UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, first.
-    """
+    """Return whether a task alone can be satisfied, or else relaxed or skipped; errors as in `_least_costs`."""
     return _least_costs(system, task, limits, system.cost_names[:1]) is not None
 
 

@@ -19,12 +19,9 @@ LIST_TIMEOUT_S = 3.0
 
 
 def uncarried(i: int, task: Task, carried: Mapping[str, int | None]) -> Iterator[str]:
-    """Yield a sentence for each proposition of a task that no state carries that can be reached.
+    """Yield a sentence for each proposition of the i-th task that no state carries that can be reached.
 
-    Args:
-        i: index of the task in its file.
-        task: the task.
-        carried: for each proposition, how many reachable states carry it; None if that is unknown.
+    `carried` says for each proposition how many reachable states carry it; None if that is unknown.
     """
     mentions = [("formula", task.tree), *((f"relax[{k}].when", one.condition) for k, one in enumerate(task.relax))]
     for key, formula in mentions:
@@ -48,11 +45,7 @@ def size_of(system: System, limits: Limits) -> dict[str, Any]:
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:
-    """Return the indices of the reachable states, breadth first from the start.
-
-    Raises:
-        LimitError: a limit was reached.
-    """
+    """Return the indices of the reachable states, breadth first from the start, within the present limits."""
     met = np.zeros(system.size, dtype=np.bool_)
     layers, layer = list[np.ndarray](), np.array([system.start])
     while len(layer):

@@ -59,11 +59,7 @@ def choose(
 
 
 def objective_name(problem: pp.Problem, name: str) -> str:
-    """Return the name of an objective; `cost` and `preference` are the first of each.
-
-    Raises:
-        PrefplanError: there is no such objective.
-    """
+    """Return the name of an objective, or raise PrefplanError; `cost` and `preference` are the first of each."""
     names = problem.objective_names
     if name in names:
         return name
@@ -83,11 +79,7 @@ def check_bounds(problem: pp.Problem, at_most: Mapping[str, Number] | None, max_
 
 
 def plan_at(front: pp.Front, index: int, option: str) -> pp.Plan:
-    """Return a plan of a front.
-
-    Raises:
-        PrefplanError: the front has no plan of that index; the message names the option.
-    """
+    """Return a plan of a front, or raise PrefplanError that names the option if there is none of that index."""
     if index >= len(front):
         valid = "one plan, 0" if len(front) == 1 else f"plans 0 to {len(front) - 1}" if front else "no plans"
         raise pp.PrefplanError(f"{option} {index}: the front has {valid}")

@@ -19,11 +19,7 @@ DRAFT = re.compile(r"\..+\.(\d+)\.part|\.(?:video|clip)-(\d+)-.*")
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder for results, and remove what processes that were killed have left in it.
-
-    Raises:
-        PrefplanError: it cannot be made or written to.
-    """
+    """Make a folder for results, or raise PrefplanError; remove what killed processes have left in it."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -48,11 +44,7 @@ def _is_alive(process: int) -> bool:
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Make a folder for results to which no other process writes meanwhile.
-
-    Raises:
-        PrefplanError: as in `make_folder`, or another process writes to it.
-    """
+    """Make a folder for results, or raise PrefplanError if another process writes to it meanwhile."""
     make_folder(folder)
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
@@ -73,11 +65,7 @@ def check_new(path: Path, *, force: bool = False, fix: str = "--force replaces i
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file atomically: it appears only when it is complete.
-
-    Raises:
-        PrefplanError: it cannot be written.
-    """
+    """Write a file atomically, or raise PrefplanError: it appears only when it is complete."""
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         draft.write_bytes(data)
@@ -89,9 +77,5 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write a JSON file atomically.
-
-    Raises:
-        PrefplanError: it cannot be written.
-    """
+    """Write a JSON file with `write_bytes`."""
     write_bytes(path, (json.dumps(value, indent=1) + "\n").encode())

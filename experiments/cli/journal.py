@@ -14,12 +14,7 @@ from prefplan.errors import PrefplanError
 
 
 class Journal:
-    """A file of results in a folder that has only this writer, see `experiments.cli.files.only_writer`.
-
-    Attributes:
-        path: the file.
-        done: the finished results by number.
-    """
+    """A file of results in a folder of `only_writer`; `done` has the finished ones by number."""
 
     def __init__(self, path: Path, header: dict[str, Any], *, key: str) -> None:
         """Read or create a file; an incomplete last line is dropped.
@@ -67,11 +62,7 @@ class Journal:
         raise PrefplanError(f"{self.path}: line {number}: not a JSON object; the file is damaged")
 
     def add(self, result: dict[str, Any]) -> None:
-        """Write a result to the disk.
-
-        Raises:
-            PrefplanError: it cannot be written.
-        """
+        """Write a result to the disk, or raise PrefplanError."""
         self._write(result)
         self.done[result[self._key]] = result
 

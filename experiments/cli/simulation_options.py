@@ -19,11 +19,7 @@ from sim.world.scene import Scene
 
 
 def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
-    """Return the value of `--perturb`, by default 5 mm and 5 degrees.
-
-    Raises:
-        PrefplanError: it cannot be read, or there is no seed.
-    """
+    """Return the value of `--perturb`, by default 5 mm and 5 degrees; raise PrefplanError if it needs a seed."""
     if text is None:
         return Perturbation()
     if seed is None:
@@ -33,11 +29,7 @@ def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:
 
 
 def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
-    """Return the values of `--fault`; none for a scenario without a manipulation model.
-
-    Raises:
-        PrefplanError: one cannot be read.
-    """
+    """Return the values of `--fault`, or raise PrefplanError; none for a scenario without a manipulation model."""
     if not isinstance(scenario.model, ManipulationModel):
         return ()
     with prefixed("--fault "):
@@ -56,12 +48,9 @@ def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:
 
 
 def camera_of(name: str, scene: Callable[[], Scene]) -> str:
-    """Return the value of `--camera`: a name, or `az,el,dist`.
+    """Return the value of `--camera`, a name or `az,el,dist`, or raise PrefplanError.
 
     The scene, whose MJCF may have more cameras, is built only if the name is not one that every scene has.
-
-    Raises:
-        PrefplanError: the scene has no such camera.
     """
     if name in CAMERAS:
         return name
@@ -73,10 +62,6 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
 
 
 def checked(option: str, name: str, valid: Collection[str]) -> str:
-    """Return the value of an option if it is a valid name.
-
-    Raises:
-        PrefplanError: it is not.
-    """
+    """Return the value of an option if it is a valid name, or raise PrefplanError."""
     check_known(option, "name", name, valid, PrefplanError)
     return name

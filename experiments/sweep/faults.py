@@ -20,11 +20,7 @@ ANY = "random"
 
 
 def possible_kinds(model: ManipulationModel, kind: str) -> list[str]:
-    """Return the kinds of faults, of `ANY` kind or of a given one, that can happen.
-
-    Raises:
-        SimulationError: none can.
-    """
+    """Return the kinds of faults, of `ANY` kind or of a given one, that can happen; raise SimulationError if none."""
     possible, reasons = list[str](), set[str]()
     for each in kinds() if kind == ANY else (kind,):
         try:

@@ -46,13 +46,11 @@ class Sweep:
         packed: the scenario, from `pack`: bytes, which are hashable, so that a worker builds each scene only once.
         given: the scenario as named on the command line.
         which: the plan as named by `--plan`.
-        plan: the plan.
         seed: the seeds of the rollouts are drawn from it.
         perturbation: greatest random changes of the scene.
         faults: kind of the random faults of each rollout (`experiments.sweep.faults.random_faults`), or None.
         folder: of the results; a replay of a rollout is written to a subfolder.
-        max_cost: bound on the cost of the plans that `which` chooses from, or None.
-        max_preference: bound on their preference, or None.
+        max_cost: bound on the cost of the plans that `which` chooses from, or None; so is `max_preference`.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
     """
 
