@@ -23,7 +23,6 @@ from experiments.cli.values import (
     seconds,
     which_plan,
 )
-from prefplan.errors import PrefplanError, check_known
 
 Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
@@ -123,20 +122,9 @@ perturb = click.option(
 )
 
 
-def _robot(context: click.Context, parameter: click.Parameter, name: str | None) -> str | None:
-    """Return the name of a robot, if there is one of that name."""
-    if name is None or context.resilient_parsing:
-        return name
-    from sim.robots.catalogue import ROBOTS
-
-    check_known("--robot", "name", name, ROBOTS, PrefplanError)
-    return name
-
-
 robot = click.option(
     "--robot",
     metavar="NAME",
-    callback=_robot,
     help="One of those that `prefplan robots` lists (default: the scenario's, or panda).",
 )
 no_video = click.option("--no-video", is_flag=True, help="Render no video.")

@@ -43,7 +43,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
         ),
         (
             ["case_study_3", "--to", "mjcf", "--robot", "sofa"],
-            "--robot: unknown name 'sofa' (valid: fetch, gen3, panda, ",
+            "prefplan: unknown robot 'sofa' (valid: fetch, gen3, panda, ",
         ),
         (["text.npz"], "Missing option '--to'. (valid: glb, mjcf)"),
     ],

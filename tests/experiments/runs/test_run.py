@@ -48,7 +48,7 @@ def cup(run: Run, tmp_path: Path) -> Path:
             ["cup.toml", "--plan", "best"],
             "'best' is no plan: a number from 0, or one of cost, preference, cheapest, preferred",
         ),
-        (["cup.toml", "--robot", "pandda"], "--robot: unknown name 'pandda' (did you mean 'panda'?)"),
+        (["cup.toml", "--robot", "pandda"], "prefplan: unknown robot 'pandda' (did you mean 'panda'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
         (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
         (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
