@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import warnings
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -121,25 +121,13 @@ def _alone(batch: Batch, number: int) -> Record:
 
 
 def _in_processes(batch: Batch, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
-    # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
-    # but at most `jobs` jobs at a time.
-    with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S), _no_ctrl_c():
-        pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
-        results = pool(delayed(_ignore_ctrl_c)(batch, number) for number in numbers)
-    yield from results
-
-
-def _ignore_ctrl_c(batch: Batch, number: int) -> Record:
-    """Carry a job out with Ctrl-C ignored, which the parent handles; libraries may have unblocked the signal."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return batch.record(number)
-
-
-@contextmanager
-def _no_ctrl_c() -> Iterator[None]:
-    """Block Ctrl-C in processes that are started in this context: this process shuts them down."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # for the processes, too: this one shuts them down
     try:
-        yield
+        # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
+        # but at most `jobs` jobs at a time.
+        with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S):
+            pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
+            results = pool(delayed(batch.record)(number) for number in numbers)
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, before)
+    yield from results
