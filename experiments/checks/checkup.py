@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
@@ -18,7 +17,6 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptible
 from prefplan.logic.mtbdd import same
-from prefplan.logic.syntax import split
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
@@ -27,7 +25,6 @@ from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
-from prefplan.text.names import NAME
 
 if TYPE_CHECKING:
     from sim.capability.place_check import PlaceCheck
@@ -166,7 +163,6 @@ def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str
 
 def _warnings(problem: Problem, carried: Mapping[str, int | None], tasks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     start = problem.system.label(problem.system.start)
-    yield from _ambiguities(problem)
     for i, (task, dfa, found) in enumerate(zip(problem.tasks, problem.automata, tasks, strict=True)):
         yield from uncarried(i, task, carried)
         if dfa.step(0, start) == dfa.accepting:
@@ -179,13 +175,3 @@ def _warnings(problem: Problem, carried: Mapping[str, int | None], tasks: Sequen
         if alike and all(map(same, one.transitions, other.transitions)):
             names = problem.names
             yield f"tasks[{k}].formula: task {names[k]} asks for the same as task {names[i]}"
-
-
-def _ambiguities(problem: Problem) -> Iterator[str]:
-    """Yield every name that could also be read as operators and a name."""
-    for i, task in enumerate(problem.tasks):
-        for word in re.findall(NAME, task.formula):
-            operators, rest = split(word, None) or ("", "")
-            if word in problem.system.propositions and rest in problem.system.propositions:
-                other = " ".join([*operators, rest])
-                yield f"tasks[{i}].formula: {word!r} is read as the proposition; for the operator write {other!r}"
