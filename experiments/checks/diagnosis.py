@@ -9,10 +9,8 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import version
 from pathlib import Path
-
-from packaging.requirements import Requirement
 
 from experiments.cli.start import has_simulation
 from prefplan.limits import available_memory
@@ -51,23 +49,6 @@ class Diagnosis:
 def python() -> Diagnosis:
     """Which Python runs this."""
     return Diagnosis("python", OK, f"{platform.python_version()} ({sys.executable})")
-
-
-def packages() -> Diagnosis:
-    """Whether the packages that planning needs are installed, in versions that work."""
-    wrong = {}
-    for need in _needs():
-        try:
-            found = version(need.name)
-        except PackageNotFoundError:
-            wrong[need] = "missing"
-        else:
-            if not need.specifier.contains(found, prereleases=True):
-                wrong[need] = f"version {found}, not {need.specifier}"
-    if wrong:
-        text = ", ".join(f"{need.name} is {state}" for need, state in wrong.items())
-        return Diagnosis("packages", PROBLEM, text, _pip_install(*(f"{need.name}{need.specifier}" for need in wrong)))
-    return Diagnosis("packages", OK, "all packages that planning needs are installed")
 
 
 def planner() -> Diagnosis:
@@ -151,19 +132,10 @@ def meshes() -> Diagnosis:
     return Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")
 
 
-CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, packages, planner, memory, simulation)
+CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, planner, memory, simulation)
 
 SIMULATION_CHECKS: tuple[Callable[[], Diagnosis], ...] = (rendering, ffmpeg, meshes)
 """Checks that need the simulation to load."""
-
-
-def _needs() -> list[Requirement]:
-    """Return the packages that prefplan requires on this machine, without extras."""
-    try:
-        needs = [Requirement(line) for line in requires("prefplan") or ()]
-    except PackageNotFoundError:
-        return []
-    return [need for need in needs if not need.marker or need.marker.evaluate()]
 
 
 def _pip_install(*arguments: str) -> str:

@@ -21,7 +21,7 @@ def test_this_machine_is_diagnosed(run: Run) -> None:
     assert problems <= {"rendering"}
     assert (result.status, result.json["well"]) == ((4, False) if problems else (0, True))
     assert found["simulation"]["found"].startswith("MuJoCo 3.")
-    names = ["python", "packages", "planner", "memory", "simulation", "rendering", "ffmpeg", "meshes"]
+    names = ["python", "planner", "memory", "simulation", "rendering", "ffmpeg", "meshes"]
     assert list(found) == names
     assert all(set(finding) == {"name", "status", "found", "fix"} for finding in found.values())
     assert all(finding["fix"] is None for finding in found.values() if finding["status"] == OK)
@@ -57,15 +57,6 @@ def test_a_machine_for_planning_alone_is_well(run: Run, monkeypatch: pytest.Monk
     assert (result.status, result.json["well"]) == (0, True)
     last = result.json["findings"][-1]
     assert (last["name"], last["status"], last["fix"]) == ("simulation", WARNING, "pip install '.[sim]'")
-
-
-def test_missing_packages_are_named_with_the_command_that_installs_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    needs = ["numpy>=2", "numba>=99", "no-such-package", 'absent-here>=1; extra == "view"', 'odd; python_version < "3"']
-    monkeypatch.setattr(diagnosis, "requires", lambda name: needs)
-    packages = diagnosis.packages()
-    assert packages.status == PROBLEM
-    assert "numba is version" in packages.found and "no-such-package is missing" in packages.found
-    assert packages.fix == f"{sys.executable} -m pip install 'numba>=99' no-such-package"
 
 
 def test_an_uncompiled_planner_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
