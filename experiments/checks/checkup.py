@@ -37,9 +37,6 @@ SEARCHES = {
 }
 """What a contract means for planning."""
 
-USUAL = ("additive", "convex")
-"""Contracts that ask nothing of the user, who is not told of them."""
-
 
 def check(
     scenario: Scenario,

@@ -54,12 +54,9 @@ def command(function: Callable[..., int]) -> Command:
 
 
 def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> int:
-    """Call a command or a group of them; print an error in a sentence, and return the exit status.
+    """Call a command or a group of them by its name; print an error in a sentence, and return the exit status.
 
-    Args:
-        command: what is called.
-        name: how users call it.
-        arguments: without the name; None for those of this process.
+    Without arguments, it is called with those of this process.
     """
     called = [name]
     try:

@@ -178,10 +178,9 @@ def out(default: str = "out/SCENARIO") -> Decorator:
 
 
 def limits(found: str = "what is known by then") -> Decorator:
-    """Return the limits of a search; a command gets them as `limits`, a context, from the time of its call.
+    """Return the limits of a search, whose help says what it has found when one is reached.
 
-    Args:
-        found: what the search returns when one is reached, for the help.
+    A command gets them as `limits`, a context, from the time of its call.
     """
     memory = f"Stop before the search uses more memory, with {found}."
     options = several(

@@ -31,9 +31,6 @@ from sim.execution.faults.fault import Fault, spares_for
 from sim.world.randomization import Perturbation
 from sim.world.scene import Scene, build_scene
 
-CRASHED = "crashed"
-"""Class of a rollout whose process ended without a result, twice."""
-
 UNCHECKED: Record = {"certified": None, "agrees": None, "refuted": [], "findings": [], "proved": False}
 """Entries of a record without a log."""
 
@@ -94,7 +91,7 @@ class Sweep:
 
     def crashed(self, number: int, reason: str) -> Record:
         """Return the record of a rollout whose process ended without a result, twice."""
-        return self.failure(number, CRASHED, reason)
+        return self.failure(number, "crashed", reason)
 
     def failure(self, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
         """Return the record of a rollout that raised an error or whose process crashed."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -17,6 +18,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import loading_simulation
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
 from experiments.cli.values import PATH
+from prefplan.errors import ModelError
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.measured_costs import Measurement
@@ -46,7 +48,13 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         from joblib import cpu_count
 
         from experiments.runs.run_plan import scene_of
-        from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
+        from prefplan.models.manipulation.measured_costs import (
+            Measurement,
+            Measurements,
+            measurements_file,
+            read_measurements,
+            to_json,
+        )
         from sim.capability.sources import digest_of_sources
         from sim.execution.cost_measurement import measure_all, trials
 
@@ -63,7 +71,10 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = digest_of_sources()
-        done += _measured_before(file, model, scene.robot.name, digest)
+        with suppress(ModelError):  # a damaged file, or one of another model, is measured again
+            earlier = read_measurements(file, model)
+            if (earlier.robot, earlier.sources) == (scene.robot.name, digest):
+                done += earlier.actions
         for one in done:
             wanted.pop(one.pair, None)
         before, total = len(done), len(done) + len(wanted)
@@ -95,18 +106,6 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         tell(f"interrupted; the same command measures the other {left} actions")
         return INTERRUPTED
     return FAILED if failures else DONE
-
-
-def _measured_before(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> tuple[Measurement, ...]:
-    """Return the measurements in a file; none if it is damaged, or of another model, robot or other skills."""
-    from prefplan.errors import ModelError
-    from prefplan.models.manipulation.measured_costs import read_measurements
-
-    try:
-        found = read_measurements(file, model)
-    except ModelError:
-        return ()
-    return found.actions if (found.robot, found.sources) == (robot, sources) else ()
 
 
 def _show(

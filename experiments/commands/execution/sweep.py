@@ -58,19 +58,24 @@ def sweep(
       prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
     """
     with loading_simulation(quiet=is_quiet()):
-        from experiments.cli.simulation_options import perturbation_of
+        from experiments.cli.simulation_options import checked, perturbation_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import scene_of
+        from experiments.sweep.faults import ANY, possible_kinds
         from experiments.sweep.job import Sweep, define, pack
         from experiments.sweep.summary import show_summary, summarise
         from experiments.sweep.workers import RECORDS, work
+        from sim.execution.faults.fault import kinds
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
     folder = out or Path("out", loaded.name, f"sweep_{plan}")
     perturbation = perturbation_of(perturb, seed=seed)
     scene = scene_of(loaded, robot=robot)
-    kind = faults and _kind(faults, scene.model)
+    if faults is not None:
+        checked("--faults", faults, (ANY, *kinds()))
+        with prefixed("--faults "):
+            possible_kinds(scene.model, faults)
     with Bars(quiet=is_quiet()) as bars, only_writer(folder):
         bars("planning", 0, 0, "")
         loaded = asking_in(loaded, scene, robot=robot)
@@ -81,7 +86,7 @@ def sweep(
             return show_no_plan(loaded, planner, error, as_json=as_json)
         bars("planning", 1, 1, "")
         job = Sweep(
-            pack(loaded), scenario, plan, chosen, seed, perturbation, kind, folder, max_cost, max_preference, robot
+            pack(loaded), scenario, plan, chosen, seed, perturbation, faults, folder, max_cost, max_preference, robot
         )
         header, path = define(loaded, job), folder / RECORDS
         found, interrupted = work(job, rollouts, path, header, tell=bars, stage="sweeping", jobs=jobs)
@@ -96,15 +101,3 @@ def sweep(
     if interrupted:
         tell("interrupted; the same command continues it")
     return INTERRUPTED if interrupted else DONE
-
-
-def _kind(faults: str, model: pp.ManipulationModel) -> str:
-    """Return the value of `--faults`, of which some can happen in a model."""
-    from experiments.cli.simulation_options import checked
-    from experiments.sweep.faults import ANY, possible_kinds
-    from sim.execution.faults.fault import kinds
-
-    kind = checked("--faults", faults, (ANY, *kinds()))
-    with prefixed("--faults "):
-        possible_kinds(model, kind)
-    return kind

@@ -49,14 +49,12 @@ def doctor(as_json: bool) -> int:
 
 
 def _show(console: Console, found: list[Diagnosis]) -> None:
-
-    from experiments.checks.diagnosis import OK, PROBLEM, WARNING
-
-    colours = {OK: "green", WARNING: "yellow", PROBLEM: "bold red"}
+    colours = {"ok": "green", "warning": "yellow", "problem": "bold red"}
+    wide = max(map(len, colours))
     width = max(len(finding.name) for finding in found)
-    indent = " " * (len(PROBLEM) + len(GAP) + width + len(GAP))
+    indent = " " * (wide + len(GAP) + width + len(GAP))
     for finding in found:
-        status = Text(f"{finding.status:<{len(PROBLEM)}}", style=colours[finding.status])
+        status = Text(f"{finding.status:<{wide}}", style=colours[finding.status])
         console.print(Text.assemble(status, GAP, (f"{finding.name:<{width}}", "bold"), GAP, finding.found))
         if finding.fix:
             console.print(Text(f"{indent}fix: {finding.fix}"))

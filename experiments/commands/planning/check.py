@@ -65,8 +65,6 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
 
 def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> None:
     """Print what `experiments.checks.checkup.check` found."""
-    from experiments.checks.checkup import USUAL
-
     console.print(f"{found['scenario']}: a {found['kind']} model", style="bold", markup=False)
     if found["states"] is None:
         size = "states not counted" if found["interrupted"] else "more states than could be listed"
@@ -80,7 +78,7 @@ def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> 
         console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
     costs, preferences = found["costs"], found["preferences"]
     if len(costs) == len(preferences) == 1:
-        if found["contract"] not in USUAL:
+        if found["contract"] not in ("additive", "convex"):  # these ask nothing of the user
             console.print(f"  preference: {found['contract']} contract; {found['meaning']}")
     else:
         console.print(f"  costs: {', '.join(costs)}", markup=False)

@@ -29,10 +29,16 @@ def list(as_json: bool) -> int:
     Other commands accept these names as SCENARIO. `prefplan init` starts a scenario of your own.
     """
     found = [_entry(name) for name in scenarios.names()]
-    if as_json:
-        _print_json(found)
-    else:
+    if not as_json:
         _show(found)
+        return DONE
+    from prefplan.preferences.objective import Measure
+
+    for one in found:
+        scenario = pp.load(one["name"], measured=False)
+        names = [task.name for task in scenario.tasks]
+        one["contract"] = Measure.of(scenario.preference.terms(names), len(names)).contract
+    output.print_json({"scenarios": found})
     return DONE
 
 
@@ -45,19 +51,7 @@ def _entry(name: str) -> dict[str, Any]:
     return {"name": name, "kind": values["model"]["kind"], "tasks": len(values["tasks"]), "summary": summary}
 
 
-def _print_json(found: Sequence[dict[str, Any]]) -> None:
-    """Print the entries with the contract of each scenario's preference, which the planner finds out."""
-    from prefplan.preferences.objective import Measure
-
-    for one in found:
-        scenario = pp.load(one["name"], measured=False)
-        names = [task.name for task in scenario.tasks]
-        one["contract"] = Measure.of(scenario.preference.terms(names), len(names)).contract
-    output.print_json({"scenarios": found})
-
-
 def _show(found: Sequence[dict[str, Any]]) -> None:
-
     table = Table()
     table.add_column("scenario", no_wrap=True, style="bold")
     table.add_column("what it is about")
