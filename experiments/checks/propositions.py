@@ -40,8 +40,12 @@ def size_of(system: System, limits: Limits) -> dict[str, Any]:
     except (LimitError, ModelError):
         unknown = dict.fromkeys(sorted(system.propositions))
         return {"states": None, "reachable": None, "edges": None, "propositions": unknown}
-    counts = {"states": table.size, "reachable": len(reached), "edges": len(table.targets)}
-    return counts | {"propositions": carriers(table, reached)}
+    counts = np.bincount(table.labels[reached], minlength=len(table.label_sets)).tolist()
+    carried = {
+        name: sum(count for count, label in zip(counts, table.label_sets, strict=True) if name in label)
+        for name in sorted(table.propositions)
+    }
+    return {"states": table.size, "reachable": len(reached), "edges": len(table.targets), "propositions": carried}
 
 
 def reachable(system: TransitionSystem) -> np.ndarray:
@@ -57,12 +61,3 @@ def reachable(system: TransitionSystem) -> np.ndarray:
         ahead = system.targets[np.repeat(first - before, counts) + np.arange(counts.sum())]
         layer = np.unique(ahead[~met[ahead]])
     return np.concatenate(layers)
-
-
-def carriers(system: TransitionSystem, states: np.ndarray) -> dict[str, int]:
-    """Return for each proposition, sorted, how many of the states carry it."""
-    counts = np.bincount(system.labels[states], minlength=len(system.label_sets)).tolist()
-    return {
-        name: sum(count for count, label in zip(counts, system.label_sets, strict=True) if name in label)
-        for name in sorted(system.propositions)
-    }

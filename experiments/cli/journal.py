@@ -42,24 +42,22 @@ class Journal:
             self._write(header)
 
     def _read(self, lines: Sequence[bytes], header: dict[str, Any]) -> None:
-        found, *results = (self._decode(line, i) for i, line in enumerate(lines, start=1))
-        if "prefplan" not in found:
-            raise PrefplanError(f"{self.path}: line 1: not the header of an experiment")
-        for i, result in enumerate(results, start=2):
-            if not isinstance(result.get(self._key), int):
-                raise PrefplanError(f"{self.path}: line {i}: not the result of a {self._key}")
+        found = self._decode(lines[0], 1, "prefplan", "the header of an experiment")
+        for i, line in enumerate(lines[1:], start=2):
+            result = self._decode(line, i, self._key, f"the result of a {self._key}")
             self.done[result[self._key]] = result
         different = [key for key in sorted(header.keys() | found.keys()) if header.get(key) != found.get(key)]
         if different:
             told = ", ".join(_difference(key, found.get(key), header.get(key)) for key in different)
             raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
 
-    def _decode(self, line: bytes, number: int) -> dict[str, Any]:
+    def _decode(self, line: bytes, number: int, key: str, what: str) -> dict[str, Any]:
+        """Return the JSON object of a line, which has a key."""
         with suppress(ValueError):
             value = json.loads(line)
-            if isinstance(value, dict):
+            if isinstance(value, dict) and key in value:
                 return value
-        raise PrefplanError(f"{self.path}: line {number}: not a JSON object; the file is damaged")
+        raise PrefplanError(f"{self.path}: line {number}: not {what}; the file is damaged or another one")
 
     def add(self, result: dict[str, Any]) -> None:
         """Write a result to the disk, or raise PrefplanError."""

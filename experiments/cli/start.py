@@ -15,10 +15,6 @@ from types import FrameType
 from experiments.cli.status import FAILED, INTERRUPTED, tell
 from prefplan.errors import LimitError
 
-SIMULATION = "pip install '.[sim]', in a clone of prefplan"
-"""Installs the simulation."""
-
-
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
 """What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
 
@@ -111,7 +107,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def missing(error: ModuleNotFoundError, *, command: str | None = None) -> int:
     """Print on stderr how to install the library that a command needs, and return the exit status."""
     if error.name in ("lazy_loader", "mujoco"):  # what `sim` loads first
-        tell(f"{command} needs the simulation: {SIMULATION}")
+        tell(f"{command} needs the simulation: pip install '.[sim]', in a clone of prefplan")
     else:
         fix = f"{sys.executable} -m pip install {error.name}"
         tell(f"the Python package {error.name} is missing; install it: {fix}")

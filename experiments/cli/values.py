@@ -43,11 +43,9 @@ class FileName(click.ParamType):
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Return the names, files and folders that begin with a text."""
         found = [name for name in self.names() if name.startswith(incomplete)]
-        for path in sorted(Path(name) for name in glob.glob(f"{glob.escape(incomplete)}*")):
-            if path.is_dir():
-                found.append(f"{path}/")
-            elif path.suffix == self.ending:
-                found.append(str(path))
+        paths = sorted(Path(name) for name in glob.glob(f"{glob.escape(incomplete)}*"))
+        found += [f"{path}/" for path in paths if path.is_dir()]
+        found += [str(path) for path in paths if path.suffix == self.ending and not path.is_dir()]
         return [CompletionItem(one) for one in found]
 
 

@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from experiments.viewer.live_run import Begin
     from prefplan.exact_costs import Number
 
-INSTALL = "pip install '.[sim,viewer]', in a clone of prefplan"
-"""Installs the libraries of this command."""
-
 FRONT_TIMEOUT_S = 20.0
 """Time limit of the search for the other plans of the front."""
 
@@ -64,7 +61,8 @@ def view(
       prefplan view case_study_3 --fault slip@3 --camera wrist --port 0
     """
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
-        raise PrefplanError(f"view needs the libraries viser and mjviser: {INSTALL}")
+        install = "pip install '.[sim,viewer]', in a clone of prefplan"
+        raise PrefplanError(f"view needs the libraries viser and mjviser: {install}")
     with loading_simulation(quiet=is_quiet()):
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of

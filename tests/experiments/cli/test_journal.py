@@ -59,8 +59,8 @@ def test_another_experiment_is_not_mixed_in(path: Path, change: dict[str, object
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        (b"[]", "line 4: not a JSON object"),
-        (b"{]", "line 4: not a JSON object"),
+        (b"[]", "line 4: not the result of a rollout; the file is damaged"),
+        (b"{]", "line 4: not the result of a rollout; the file is damaged"),
         (b"{}", "line 4: not the result of a rollout"),
     ],
 )
