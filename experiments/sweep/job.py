@@ -86,15 +86,11 @@ class Sweep:
             found = judged(outcome)
         except Exception as error:  # one error must not end a thousand rollouts
             kind = type(error).__name__
-            return self.failure(number, f"error: {kind}", f"{kind}: {error}", faults)
+            return self.crashed(number, f"{kind}: {error}", kind=f"error: {kind}", faults=faults)
         return self._heading(number, faults) | found | {name: round(seconds, 3) for name, seconds in times.items()}
 
-    def crashed(self, number: int, reason: str) -> Record:
-        """Return the record of a rollout whose process ended without a result, twice."""
-        return self.failure(number, "crashed", reason)
-
-    def failure(self, number: int, kind: str, reason: str, faults: tuple[Fault, ...] = ()) -> Record:
-        """Return the record of a rollout that raised an error or whose process crashed."""
+    def crashed(self, number: int, reason: str, *, kind: str = "crashed", faults: tuple[Fault, ...] = ()) -> Record:
+        """Return the record of a rollout whose process ended without a result, twice, or that raised an error."""
         failed = {"completed": False, "class": kind, "reason": reason, "wrongly_completed": False}
         return self._heading(number, faults) | failed | UNCHECKED
 
