@@ -6,6 +6,7 @@ import io
 import sys
 
 from experiments.cli.start import handle_ctrl_c, missing
+from experiments.cli.status import INTERRUPTED, tell
 
 
 def main() -> int:
@@ -15,6 +16,9 @@ def main() -> int:
         from experiments.commands.command_line import main as run
     except ModuleNotFoundError as error:
         return missing(error)
+    except KeyboardInterrupt:
+        tell("interrupted")
+        return INTERRUPTED
     if isinstance(sys.stdout, io.TextIOWrapper):  # its encoding may lack characters of the user's names
         sys.stdout.reconfigure(errors="backslashreplace")
     return run()

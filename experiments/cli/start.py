@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import signal
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from types import FrameType
 
-from experiments.cli.status import FAILED, INTERRUPTED, tell
+from experiments.cli.status import FAILED, tell
 from prefplan.errors import LimitError
 
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
@@ -24,6 +24,10 @@ CLEARED_LINE = "\033[K"
 
 LEAST_ADDRESS_SPACE = 3 * 2**29
 """Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
+
+
+LOADING_POLL_S = 0.05
+"""Time after which a Ctrl-C is tried again that came while a library loads."""
 
 
 def has_simulation() -> bool:
@@ -87,7 +91,7 @@ def loading_simulation(*, quiet: bool) -> Iterator[None]:
 
 
 def handle_ctrl_c() -> None:
-    """From now on, let Ctrl-C end the process at once while a library loads, unless Ctrl-C is ignored.
+    """From now on, let Ctrl-C wait while a library loads, unless Ctrl-C is ignored.
 
     Libraries drop a KeyboardInterrupt while they load, or print a traceback.
     """
@@ -98,8 +102,10 @@ def handle_ctrl_c() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
-            tell("interrupted")
-            os._exit(INTERRUPTED)
+            if not any(isinstance(thread, threading.Timer) for thread in threading.enumerate()):
+                main = threading.main_thread().ident
+                threading.Timer(LOADING_POLL_S, signal.pthread_kill, [main, number]).start()
+            return
         frame = frame.f_back
     raise KeyboardInterrupt
 
