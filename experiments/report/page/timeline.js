@@ -56,9 +56,9 @@ class Timeline {
 
   legend(actions, accounts) {
     const kinds = KINDS.filter((kind) => actions.some((action) => action.startsWith(`${kind} `)));
-    const chips = kinds.flatMap((kind) => [make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}   `]);
+    const chips = kinds.map((kind) => make("span", {}, make("span", { class: `chip kind-${KINDS.indexOf(kind)}` }), ` ${kind}`));
     const paid = Object.values(accounts).some((account) => account.bought.length);
-    return make("p", { class: "small legend" }, ...chips, `○ task advances · ✓ done${paid ? " · $ relaxed" : ""}`);
+    return make("p", { class: "small legend" }, ...chips, make("span", {}, `○ task advances · ✓ done${paid ? " · $ relaxed" : ""}`));
   }
 
   // Label each bar with as much as it has space for: the action, or what it acts on, along the bar or upright.
