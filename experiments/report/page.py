@@ -27,7 +27,7 @@ PARTS = "page"
 
 INDEX = "index.html"
 
-SCRIPTS = ("dom", "clock", "timeline", "pictures", "chart", "parallel", "wishes", "scene", "panel", "report")
+SCRIPTS = ("dom", "clock", "timeline", "pictures", "chart", "wishes", "scene", "panel", "report")
 """The page's scripts, each after those that it uses."""
 
 

@@ -2,8 +2,11 @@
 // Charts of the plans: axes with the values that occur, and a mark for each plan, chosen by mouse, touch and keyboard.
 
 const LETTER = 8; // width of a digit, pixels
-const LABEL_HEIGHT = 14; // pixels
+const LABEL_HEIGHT = 14, NAME_HEIGHT = 18; // pixels
 const NUMBERED = 14; // most points that show their numbers
+const BESIDE_AXIS = 20; // beside the labels of one of several upright axes, pixels
+const LEAST_GAP = 72; // between two of them, pixels; where they need more, the picture scrolls
+const LINES_HEIGHT = 340, BELOW_AXES = 12; // of a picture with a line for each plan, pixels
 
 // What a plan is worth, in words.
 function worthOf(plan) {
@@ -15,10 +18,10 @@ function widest(texts) {
   return LETTER * Math.max(...texts.map((text) => text.length));
 }
 
-// The places of rising values between two ends of an axis.
-function placesOf(values, from, to) {
+// The places of rising values between two ends of an axis, `inset` away from them as a share of its length.
+function placesOf(values, from, to, inset = 0) {
   const low = values[0], range = values[values.length - 1] - low;
-  return values.map((value) => from + (range ? (value - low) / range : 0.5) * (to - from));
+  return values.map((value) => from + (inset + (1 - 2 * inset) * (range ? (value - low) / range : 0.5)) * (to - from));
 }
 
 // The indices of the places whose labels, `size` pixels long, do not overlap; the ends come first.
@@ -34,29 +37,26 @@ class PlanChart {
   // `axes`: of each objective its name, the values that occur, rising, and their texts; `ranks`: of each plan the
   // ranks of its values among those; `kind`: class of the chart; `name`: for those who cannot see it.
   constructor(place, { plans, axes, ranks }, kind, name, choose) {
-    Object.assign(this, { place, plans, axes, ranks, chosen: [-1, -1], beyond: new Set() });
+    Object.assign(this, { place, axes, ranks, state: { bounds: [], beyond: new Set() } });
     this.scenery = draw("g", { class: "axes", "aria-hidden": "true" });
     this.marks = plans.map((plan) => this.mark(plan, choose));
     this.group = draw("g", {}, ...this.marks);
     this.labels = draw("g", { class: "labels", "aria-hidden": "true" });
-    this.svg = draw("svg", { class: `plot ${kind}`, role: "group", "aria-label": `${name}; arrow keys go from one to the next` }, this.scenery, this.group, this.labels);
+    this.svg = draw("svg", { class: `plot ${kind}`, role: "group", "aria-label": `${name}; arrow keys go from one to the next` },
+      this.scenery, this.group, this.labels);
     place.append(scrollBox(name, "", this.svg));
-    new ResizeObserver(() => this.draw()).observe(place);
+    walkable(this.marks);
+    new ResizeObserver(() => this.update()).observe(place);
   }
 
   mark(plan, choose) {
-    const mark = draw("g", { role: "button", tabindex: plan.index ? -1 : 0, "data-plan": plan.index },
+    const mark = draw("g", { role: "button", "data-plan": plan.index },
       draw("title", {}, `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`), ...this.shape(plan));
     mark.onclick = (event) => choose(plan.index, event.shiftKey);
-    mark.onfocus = () => { for (const other of this.marks) other.setAttribute("tabindex", other === mark ? 0 : -1); };
     mark.onkeydown = (event) => {
-      const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-      const goes = event.key === "Enter" || event.key === " ";
-      if (!by && !goes) return;
+      if (event.key !== "Enter" && event.key !== " ") return;
       event.preventDefault();
-      event.stopPropagation();
-      if (goes) choose(plan.index, event.shiftKey);
-      else this.marks[(plan.index + by + this.marks.length) % this.marks.length].focus();
+      choose(plan.index, event.shiftKey);
     };
     return mark;
   }
@@ -81,35 +81,23 @@ class PlanChart {
       (y) => ({ x: x + 8 * side, y, "text-anchor": side < 0 ? "end" : "start" }));
   }
 
-  show(chosen, other) {
-    this.chosen = [chosen, other === null ? -1 : other];
-    this.update();
-  }
-
-  // `beyond`: the plans that exceed a wish.
-  wish(bounds, beyond) {
-    Object.assign(this, { bounds, beyond });
-    this.update();
-  }
-
-  update() {
-    this.marks.forEach((mark, index) => {
-      const role = this.chosen.indexOf(index), beyond = this.beyond.has(index);
-      mark.setAttribute("class", [this.kind, ["first", "second"][role], beyond && "beyond"].filter(Boolean).join(" "));
-      mark.setAttribute("aria-pressed", String(role >= 0));
-      mark.setAttribute("aria-label", `${mark.firstChild.textContent}${beyond ? ", exceeds a wish" : ""}`);
+  // Show the `chosen` plan, the `other` that it is compared with, if any, the largest rank that is wished for on each
+  // axis (`bounds`), and the plans `beyond` a wish.
+  update(state = {}) {
+    Object.assign(this.state, state);
+    this.draw();
+    const { chosen, other, beyond } = this.state, held = document.activeElement;
+    this.marks.forEach((mark, i) => {
+      const role = i === chosen ? "first" : i === other ? "second" : "";
+      mark.setAttribute("class", `${this.kind} ${role} ${beyond.has(i) ? "beyond" : ""}`);
+      mark.setAttribute("aria-pressed", String(Boolean(role)));
+      mark.setAttribute("aria-label", `${mark.firstChild.textContent}${beyond.has(i) ? ", exceeds a wish" : ""}`);
     });
-    this.stack();
-  }
-
-  // Chosen marks lie above others, and plans beyond a wish below. A mark that is moved would lose the focus.
-  stack() {
-    const rank = (mark) => ["beyond", "", "second", "first"].findLastIndex((kind) => (kind ? mark.classList.contains(kind) : !mark.classList.contains("beyond")));
-    let held = this.marks.includes(document.activeElement) ? document.activeElement : null;
-    for (const mark of [...this.marks].sort((a, b) => rank(a) - rank(b))) {
-      if (mark === held) held = null;
-      else this.group.insertBefore(mark, held);
-    }
+    // Chosen marks lie above others, and plans beyond a wish below.
+    const level = (i) => (i === chosen ? 3 : i === other ? 2 : beyond.has(i) ? 0 : 1);
+    const order = [...this.marks.keys()].sort((i, j) => level(i) - level(j));
+    this.group.append(...order.map((i) => this.marks[i]));
+    if (this.marks.includes(held)) held.focus({ preventScroll: true });
   }
 }
 
@@ -122,7 +110,7 @@ class FrontChart extends PlanChart {
     super(place, data, data.plans.length > NUMBERED ? "many" : "few", "The Pareto front", choose);
     this.titles = titles;
     this.selects = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
-    for (const select of this.selects) select.onchange = () => this.draw();
+    for (const select of this.selects) select.onchange = () => this.update();
   }
 
   shape(plan) {
@@ -133,22 +121,25 @@ class FrontChart extends PlanChart {
 
   draw() {
     const [across, up] = this.selects.length ? this.selects.map((select) => select.selectedIndex) : [0, 1];
-    const width = this.place.clientWidth, height = innerWidth <= 600 ? 240 : 320, [a, b] = [this.axes[across], this.axes[up]];
-    const left = 34 + widest(b.texts), right = width - 12 - widest(a.texts) / 2, top = 12, bottom = height - 44;
-    const xs = placesOf(a.values, left + 0.06 * (right - left), right - 0.06 * (right - left));
-    const ys = placesOf(b.values, bottom - 0.06 * (bottom - top), top + 0.1 * (bottom - top));
+    const [a, b] = [this.axes[across], this.axes[up]], [right, above] = this.titles || [a.name, b.name];
+    const width = this.place.clientWidth, height = innerWidth <= 600 ? 240 : 320;
+    const x0 = 34 + widest(b.texts), x1 = width - 12 - widest(a.texts) / 2, y0 = height - 44, y1 = 12;
+    const xs = placesOf(a.values, x0, x1, 0.06), ys = placesOf(b.values, y0, y1, 0.08);
+    const points = this.ranks.map((ranks) => [xs[ranks[across]], ys[ranks[up]]]);
     this.clear(width, height);
-    if (a.values.length <= NUMBERED) for (const x of xs) this.scenery.append(draw("path", { class: "grid", d: `M${x} ${bottom}V${top}` }));
-    if (b.values.length <= NUMBERED) for (const y of ys) this.scenery.append(draw("path", { class: "grid", d: `M${left} ${y}H${right}` }));
-    this.upright(b, ys, left, bottom, top, -1);
-    this.axis(a, xs, `M${left} ${bottom}H${right}`, 8 + widest(a.texts), (x) => `M${x} ${bottom - 4}v8`, (x) => ({ x, y: bottom + 14, "text-anchor": "middle" }));
-    const points = this.ranks.map((rank) => [xs[rank[across]], ys[rank[up]]]);
+    this.grid(xs, (x) => `M${x} ${y0}V${y1}`);
+    this.grid(ys, (y) => `M${x0} ${y}H${x1}`);
+    this.upright(b, ys, x0, y0, y1, -1);
+    this.axis(a, xs, `M${x0} ${y0}H${x1}`, 8 + widest(a.texts), (x) => `M${x} ${y0 - 4}v8`, (x) => ({ x, y: y0 + 14, "text-anchor": "middle" }));
     this.scenery.append(
-      draw("text", { class: "axis-name", x: (left + right) / 2, y: height - 6 }, `${this.titles ? this.titles[0] : a.name} →`),
-      draw("text", { class: "axis-name", transform: `translate(14 ${height / 2}) rotate(-90)` }, `← ${this.titles ? this.titles[1] : b.name} (lower is better)`),
+      draw("text", { class: "axis-name", x: (x0 + x1) / 2, y: height - 6 }, `${right} →`),
+      draw("text", { class: "axis-name", transform: `translate(14 ${height / 2}) rotate(-90)` }, `← ${above} (lower is better)`),
       draw("path", { d: this.border(points) }));
     this.marks.forEach((mark, i) => mark.setAttribute("transform", `translate(${points[i].join(" ")})`));
-    this.update();
+  }
+
+  grid(places, line) {
+    if (places.length <= NUMBERED) this.scenery.append(...places.map((at) => draw("path", { class: "grid", d: line(at) })));
   }
 
   // Steps from left to right; pixels count downwards, so that lower is greater.
@@ -160,5 +151,53 @@ class FrontChart extends PlanChart {
       lowest = y;
     }
     return path;
+  }
+}
+
+// Parallel coordinates: an upright axis for each objective, and a line for each plan.
+class ParallelCoordinates extends PlanChart {
+  kind = "line";
+
+  shape(plan) {
+    const badge = draw("g", { class: "disc" }, draw("circle", { r: 10 }), draw("text", { dy: "0.35em" }, String(plan.index)));
+    return [draw("path", { class: "hit" }), draw("path", { class: "stroke" }), badge];
+  }
+
+  draw() {
+    const { axes } = this, count = axes.length - 1, bottom = LINES_HEIGHT - BELOW_AXES;
+    const beside = axes.map(({ texts }) => BESIDE_AXIS + widest(texts)), sides = beside[0] + beside[count];
+    const width = Math.max(this.place.clientWidth, sides + count * Math.max(LEAST_GAP, ...beside.slice(1, count)));
+    const across = axes.map((_, k) => beside[0] + (k * (width - sides)) / count);
+    this.clear(width, LINES_HEIGHT);
+    const top = NAME_HEIGHT * this.names(across, width) + LABEL_HEIGHT;
+    const places = axes.map(({ values }) => placesOf(values, bottom, top));
+    const points = this.ranks.map((ranks) => ranks.map((rank, k) => [across[k], places[k][rank]]));
+    axes.forEach((axis, k) => {
+      // What lies above a wish is barred.
+      const most = this.state.bounds[k], free = !(most < axis.values.length - 1);
+      this.scenery.append(draw("path", { class: "barred", d: free ? "" : `M${across[k]} ${places[k][most] - 4}V${top}` }));
+      this.upright(axis, places[k], across[k], bottom, top, k ? 1 : -1);
+    });
+    this.marks.forEach((mark, i) => {
+      for (const path of mark.querySelectorAll("path")) path.setAttribute("d", `M${points[i].map((point) => point.join(" ")).join("L")}`);
+      // The number of a chosen plan stands on its line between the first two axes.
+      const [[x, y], [u, v]] = points[i], share = i === this.state.other ? 0.7 : 0.3;
+      mark.querySelector(".disc").setAttribute("transform", `translate(${x + share * (u - x)} ${y + share * (v - y)})`);
+    });
+  }
+
+  // Write the names above the axes, in rows where side by side they would overlap; return the number of rows.
+  names(across, width) {
+    const ends = [];
+    this.axes.forEach(({ name }, k) => {
+      const text = draw("text", { class: "axis-name" }, name);
+      this.scenery.append(text);
+      const size = text.getComputedTextLength(), from = Math.max(0, Math.min(across[k] - size / 2, width - size));
+      const free = ends.findIndex((end) => end < from - 8), row = free < 0 ? ends.length : free;
+      ends[row] = from + size;
+      text.setAttribute("x", from + size / 2);
+      text.setAttribute("y", NAME_HEIGHT * (row + 0.75));
+    });
+    return ends.length;
   }
 }

@@ -23,6 +23,22 @@ function draw(tag, attributes = {}, ...children) {
   return element;
 }
 
+// Arrow keys, Home and End go along elements, of which Tab reaches one; `reached` gets the index of the new one.
+function walkable(elements, reached = () => {}) {
+  elements.forEach((element, k) => {
+    element.setAttribute("tabindex", k ? -1 : 0);
+    element.addEventListener("focus", () => elements.forEach((other) => other.setAttribute("tabindex", other === element ? 0 : -1)));
+    element.addEventListener("keydown", (event) => {
+      const next = { ArrowRight: k + 1, ArrowDown: k + 1, ArrowLeft: k - 1, ArrowUp: k - 1, Home: 0, End: elements.length - 1 }[event.key];
+      if (!elements[next]) return;
+      event.preventDefault();
+      event.stopPropagation();
+      elements[next].focus();
+      reached(next);
+    });
+  });
+}
+
 // Fade the content of a box that scrolls on each side where there is more; Tab reaches it while there is.
 function watchEdges(box) {
   const mark = () => {

@@ -13,7 +13,7 @@
   const seek = (time) => clock.seek(time);
   const titles = data.objectives ? null : [`Total cost${data.cost_unit ? ` (${data.cost_unit})` : ""}`, "Penalty"];
   const charts = [new FrontChart(byId("chart"), data, titles, choose)];
-  if (data.words) charts.push(new ParallelCoordinates(byId("parallel"), data, choose));
+  if (data.words) charts.push(new ParallelCoordinates(byId("parallel"), data, "parallel", "All objectives at once", choose));
 
   function select(plan, against) {
     chosen = plan;
@@ -39,11 +39,11 @@
       compare.setAttribute("aria-pressed", String(index === other));
       compare.disabled = index === chosen;
     });
-    for (const chart of charts) chart.show(chosen, other);
+    for (const chart of charts) chart.update({ chosen, other });
   }
 
   function wish(bounds, beyond) {
-    for (const chart of charts) chart.wish(bounds, beyond);
+    for (const chart of charts) chart.update({ bounds, beyond });
     rows.forEach((row, index) => row.classList.toggle("beyond", beyond.has(index)));
   }
 

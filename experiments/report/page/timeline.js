@@ -36,14 +36,13 @@ class Timeline {
     this.bars = actions.map((action, k) => {
       const words = `Action ${k + 1} of ${actions.length}: ${MOVES[action] || action}, costs ${costs[k]}, ${show(spent[k + 1])} spent after it`;
       const bar = make("button", {
-        type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words,
-        tabindex: k ? -1 : 0, "data-action": k,
+        type: "button", class: `bar kind-${kindOf(action, actions)}`, title: words, "aria-label": words, "data-action": k,
         style: `left:${this.at(spent[k])};width:${this.at(spent[k + 1] - spent[k])}`,
       }, make("span", {}, action));
       bar.addEventListener("click", () => seek(plan.times[k][0]));
-      bar.addEventListener("keydown", (event) => this.walk(event, k, seek));
       return bar;
     });
+    walkable(this.bars, (k) => seek(plan.times[k][0]));
     this.head = make("div", { class: "playhead", "aria-hidden": "true" });
     const lanes = tasks.map((task) => this.lane(task, accounts[task.name], spent));
     const line = part === null ? null : make("div", { class: "part-line", style: `left:${this.at(part)}`, title: "The first difference of the plans" });
@@ -79,16 +78,6 @@ class Timeline {
 
   at(cost) {
     return `${(100 * cost) / this.most}%`;
-  }
-
-  walk(event, k, seek) {
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    const next = event.key === "Home" ? 0 : event.key === "End" ? this.bars.length - 1 : k + step;
-    if (!this.bars[next]) return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.bars[next].focus();
-    seek(this.plan.times[next][0]);
   }
 
   scale() {
