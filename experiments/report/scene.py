@@ -12,7 +12,7 @@ from experiments.report.recordings import Recording
 from sim.export.gltf import encode_glb
 
 LIBRARY = Path(__file__).parents[2] / "assets" / "three.js.gz"
-"""three.js r140 with its loader of glTF, which a page can load without a server; compressed."""
+"""three.js r140 with its glTF loader and camera controls, which a page can load without a server; compressed."""
 
 SCENE = "scene_data.js"
 """File of the scene: of the files on a disk, a page can load only scripts."""

@@ -15,13 +15,13 @@ function tableOf(name, kind, heads, rows) {
 
 class Panel {
   // `other`: the plan it is compared with, or null; `part`: number of equal actions at the start of both.
-  constructor(data, plan, { other, part, most, side, seek, pictures }) {
+  constructor(data, plan, { other, part, most, side, seek, update }) {
     Object.assign(this, { plan, seek, side });
     this.video = plan.run && plan.run.video ? make("video", {
       src: plan.run.video, preload: "auto", playsinline: true, muted: true,
       "aria-label": `Video of the robot carrying out plan ${plan.index}`,
     }) : null;
-    this.scene = pictures.view(plan);
+    this.scene = plan.run && data.scene ? new SceneView(plan, update) : null;
     this.map = data.map ? new GridMap(data.map, plan) : plan.graph ? new PlanGraph(plan) : null;
     this.caption = make("p", { class: "caption" });
     // The tasks in the preferred order; the others in the order of the scenario.

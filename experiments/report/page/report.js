@@ -6,12 +6,14 @@
   const byId = (id) => document.getElementById(id);
   const clock = new Clock(() => update());
   const wanted = new URLSearchParams(location.hash.slice(1));
-  const pictures = new Pictures(byId("pictures"), data, { choose: showPictures, update, inScene: wanted.has("3d") });
   const rows = [...byId("points").querySelectorAll("tbody tr")];
-  let chosen = 0, other = null, panels = [];
+  const looks = [...document.querySelectorAll("#pictures button")];
+  let chosen = 0, other = null, panels = [], inScene = wanted.has("3d") && data.scene;
+  let scenes = []; // for each 3-D scene, a promise whether there is something to see
   const choose = (index, compare) => (compare ? select(chosen, index) : select(index, other));
   const seek = (time) => clock.seek(time);
   const titles = data.objectives ? null : [`Total cost${data.cost_unit ? ` (${data.cost_unit})` : ""}`, "Penalty"];
+  if (!plans.some(({ run }) => run && run.video)) while (looks.length) looks.pop().remove();
   const charts = [new FrontChart(byId("chart"), data, titles, choose)];
   if (data.words) charts.push(new ParallelCoordinates(byId("parallel"), data, "parallel", "All objectives at once", choose));
 
@@ -21,7 +23,7 @@
     const one = plans[chosen], two = other === null ? null : plans[other], shown = two ? [one, two] : [one];
     const part = two ? common(one.ledger.actions, two.ledger.actions) : null;
     const most = Math.max(...shown.map((p) => p.ledger.spent[p.ledger.spent.length - 1]));
-    panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek, pictures }));
+    panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek, update }));
     byId("views").replaceChildren(...panels.map((panel) => panel.view));
     byId("panels").replaceChildren(...panels.map((panel) => panel.element));
     for (const id of ["views", "panels"]) byId(id).classList.toggle("two", Boolean(two));
@@ -47,15 +49,17 @@
     rows.forEach((row, index) => row.classList.toggle("beyond", beyond.has(index)));
   }
 
+  // Show the videos or the 3-D scenes of the runs; of a run without a video, its scene.
   function showPictures() {
-    const playing = clock.playing;
-    for (const panel of panels) pictures.arrange(panel);
-    const videos = panels.map((panel) => panel.video).filter((video) => video && !video.hidden);
-    for (const video of videos) video.muted = true;
-    clock.load(clock.duration, videos);
+    const { playing } = clock, videos = panels.map(({ video }) => video).filter(Boolean);
+    for (const video of videos) Object.assign(video, { hidden: inScene, muted: true });
+    scenes = panels.filter(({ scene }) => scene).map(({ scene, video }) => scene.reveal(inScene || !video));
+    looks.forEach((look, i) => look.setAttribute("aria-pressed", String(inScene === Boolean(i))));
+    for (const hint of document.querySelectorAll("#pictures span")) hint.hidden = looks.length && !inScene;
+    clock.load(clock.duration, inScene ? [] : videos);
     clock.setRate(Number(byId("speed").value));
     if (playing) clock.play();
-    history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${pictures.inScene ? "&3d" : ""}`);
+    history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${inScene ? "&3d" : ""}`);
   }
 
   function common(one, two) {
@@ -100,6 +104,12 @@
   }
 
   for (const box of document.querySelectorAll(".scroll")) watchEdges(box);
+  looks.forEach((look, i) => {
+    look.onclick = () => {
+      inScene = Boolean(i);
+      showPictures();
+    };
+  });
   byId("play").onclick = () => clock.toggle();
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);
@@ -123,5 +133,5 @@
   if (data.words) new Wishes(byId("wishes"), data, wish);
   if (wanted.has("plan") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
   if (panels.some((panel) => panel.video || panel.map)) clock.play();
-  else if (pictures.loading) pictures.loading.then((shown) => shown && clock.play());
+  else Promise.all(scenes).then((seen) => seen.some(Boolean) && clock.play());
 })();
