@@ -44,7 +44,7 @@ def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
     Pixels are written as files to a folder beside the page, if one is given: maps with the same background share one.
 
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
-    also `grid`, `region` and `obstacle`, and on a graph `roads` and `place`.
+    also `grid`, `region` and `obstacle`, and on a graph `place` and, where they are no pixels, `roads`.
     """
     with _drawn(plan_map, plan, SIDE_IN) as figure:
         root = parsed_svg(figure)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from PIL import Image
 from scenario_texts import task_tables
 
 from experiments.figures import maps, road_map
+from experiments.figures.figures import POINTS_PER_INCH
 from experiments.figures.road_map import RoadMap
 from experiments.report import pictures
 from prefplan import Scenario, load, pareto_front
@@ -102,12 +105,14 @@ def test_many_edges_are_pixels_that_plans_of_a_report_share(busy: Scenario, tmp_
 
 def test_pixels_are_dark_on_edges_and_clear_beside_them(busy: Scenario) -> None:
     found = found_map(busy)
-    axes = Figure().add_axes((0, 0, 1, 1))
-    found.draw(axes, pareto_front(busy.problem())[0])
-    (image,) = axes.get_images()
-    pixels = np.asarray(image.get_array())
-    rows, columns = pixels.shape[:2]
-    left, bottom = (found.points[0] + 0.5) / found.size * (columns, rows)
-    assert pixels[rows // 2, round(left) - 2 : round(left) + 2, 3].max() > 0
-    assert pixels[rows // 2, columns // 2, 3] == 0
-    assert pixels[rows - round(bottom) - 2 : rows - round(bottom) + 2, columns // 2, 3].max() > 0
+    (image,) = re.findall("<image[^>]*>", maps.svg(found, pareto_front(busy.problem())[0]))
+    x, width = (float(re.findall(f' {key}="(.*?)"', image)[0]) for key in ("x", "width"))
+    points_per_unit = maps.SIDE_IN * POINTS_PER_INCH / max(found.size)
+    ends = points_per_unit * (found.points[:, 0] + 0.5)
+    assert (x, x + width) == pytest.approx((ends.min(), ends.max()), abs=1)
+    pixels = base64.b64decode(re.findall("base64,([^\"]*)", image)[0])
+    drawn = np.asarray(Image.open(io.BytesIO(pixels)))[..., 3]
+    row, column = np.array(drawn.shape) // 2
+    for side in (drawn[row, :4], drawn[row, -4:], drawn[:4, column], drawn[-4:, column]):
+        assert side.max() > 0
+    assert drawn[row, column] == 0
