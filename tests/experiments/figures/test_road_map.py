@@ -110,7 +110,7 @@ def test_pixels_are_dark_on_edges_and_clear_beside_them(busy: Scenario) -> None:
     points_per_unit = maps.SIDE_IN * POINTS_PER_INCH / max(found.size)
     ends = points_per_unit * (found.points[:, 0] + 0.5)
     assert (x, x + width) == pytest.approx((ends.min(), ends.max()), abs=1)
-    pixels = base64.b64decode(re.findall("base64,([^\"]*)", image)[0])
+    pixels = base64.b64decode(re.findall('base64,([^"]*)', image)[0])
     drawn = np.asarray(Image.open(io.BytesIO(pixels)))[..., 3]
     row, column = np.array(drawn.shape) // 2
     for side in (drawn[row, :4], drawn[row, -4:], drawn[:4, column], drawn[-4:, column]):
