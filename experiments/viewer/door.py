@@ -10,8 +10,7 @@ from __future__ import annotations
 import http
 import math
 import secrets
-from collections.abc import Awaitable, Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import fields, replace
 from typing import Any
 
@@ -60,14 +59,7 @@ class Door:
 
     def serve(self, port: int) -> viser.ViserServer:
         """Return a new server behind this door; if the port is in use, viser takes the next one."""
-        with self._guarding():
-            self._server = viser.ViserServer(HOST, port, verbose=False)
-        return self._server
-
-    @contextmanager
-    def _guarding(self) -> Iterator[None]:
-        """Guard the server that is made in this context."""
-        # viser has no parameter for it, but looks this function up when its server starts.
+        # viser has no parameter for a guard, but looks this function up when its server starts.
         module = websockets.asyncio.server
         before: Any = module.serve
 
@@ -97,9 +89,10 @@ class Door:
 
         module.serve = serve  # type: ignore[misc, assignment]
         try:
-            yield
+            self._server = viser.ViserServer(HOST, port, verbose=False)
         finally:
             module.serve = before  # type: ignore[misc]
+        return self._server
 
     def path(self, request: Request, port: int) -> str | None:
         """Return the path behind the token of a request to a port, or None if it is not let in."""
@@ -121,42 +114,37 @@ class Door:
         async def receive_valid() -> Any:
             while True:
                 received = await receive()
-                objection = self._objection(received)
+                objection = _objection(self._server, received)
                 if objection is None:
                     return received
                 tell(f"refused from the browser: {objection}")
 
         return receive_valid
 
-    def _objection(self, received: Any) -> str | None:
-        """Return what is wrong with a received message, or None."""
-        try:
-            message = _messages.Message.deserialize(received)
-        except Exception as error:  # whatever a decoder of foreign bytes may raise
-            return f"no message ({type(error).__name__})"
-        if not isinstance(message, USED):
-            return f"a message of another kind, {type(message).__name__}"
-        return "it came too early" if self._server is None else _objection(self._server, message)
 
-
-def _objection(server: viser.ViserServer, message: Any) -> str | None:
-    """Return what is wrong with a message, or None."""
+def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
+    """Return what is wrong with a received message, or None."""
+    try:
+        message = _messages.Message.deserialize(received)
+    except Exception as error:  # whatever a decoder of foreign bytes may raise
+        return f"no message ({type(error).__name__})"
+    if not isinstance(message, USED):
+        return f"a message of another kind, {type(message).__name__}"
+    if server is None:
+        return "it came too early"
     if isinstance(message, _messages.GuiUpdateMessage):
         return _objection_to_update(server.gui._gui_input_handle_from_uuid.get(message.uuid), message.updates)
-    name = getattr(message, "name", None)
-    if name is not None and name not in server.scene._handle_from_node_name:
-        return f"there is no object {name!r}"
+    name: Any = getattr(message, "name", None)
     index = getattr(message, "instance_index", None)
-    if index is not None and not (type(index) is int and 0 <= index < _instances(server, name)):
+    node = server.scene._handle_from_node_name.get(name)
+    if name is not None and node is None:
+        return f"there is no object {name!r}"
+    if index is not None and not (type(index) is int and 0 <= index < len(getattr(node, "batched_positions", (0,)))):
         return f"there is no instance {index!r} of {name!r}"
     for field in fields(message):
         if not all(map(_is_near, _numbers(getattr(message, field.name)))):
             return f"{field.name} is {getattr(message, field.name)!r}"
     return None
-
-
-def _instances(server: viser.ViserServer, name: Any) -> int:
-    return len(getattr(server.scene._handle_from_node_name[name], "batched_positions", (0,)))
 
 
 def _objection_to_update(handle: Any, updates: Any) -> str | None:

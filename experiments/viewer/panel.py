@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import viser
 
 from experiments.cli.browser import template
 from experiments.viewer.live_run import LiveRun, Status
-from experiments.viewer.playback import Playback
 from prefplan.plan import Plan, objectives_text
 from prefplan.problem import Task
+
+if TYPE_CHECKING:
+    from experiments.viewer.session import Session
 
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
 """Simulated seconds per second."""
@@ -35,48 +37,22 @@ ALONE = "no other plan"
 """The choice of `beside` that shows a single arm."""
 
 
-@dataclass(frozen=True)
-class Actions:
-    """What the panel calls.
-
-    Attributes:
-        choose: carries out a plan of the front, by index.
-        beside: carries out another plan beside it, by index; None for none.
-        restart: carries out the same plans again from the start.
-        inject: lets a fault happen: its kind and argument.
-    """
-
-    choose: Callable[[int], None]
-    beside: Callable[[int | None], None]
-    restart: Callable[[], None]
-    inject: Callable[[str, str], None]
-
-
 class Panel:
     """Buttons and text on one server, shared by all browsers."""
 
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        title: str,
-        playback: Playback,
-        *,
-        plans: Sequence[Plan],
-        objects: Mapping[str, str],
-        actions: Actions,
-    ) -> None:
-        """Add the controls to the page; `objects` are the names of the objects by what is shown for them."""
-        self._playback, self._plans = playback, plans
+    def __init__(self, server: viser.ViserServer, session: Session) -> None:
+        """Add the controls to the page of a session."""
+        self._session, self._playback, self._plans = session, session.playback, session.show.plans
         gui = self._gui = server.gui
         # Sharing would publish the page through another server.
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
-        gui.set_panel_label(title)
-        self._add_playback(actions)
+        gui.set_panel_label(session.show.title)
+        self._add_playback()
         with gui.add_folder("Front"):
-            self._add_front(actions)
+            self._add_front()
         with gui.add_folder("Inject faults"):
-            self._add_faults(objects, actions)
+            self._add_faults()
         self._text = gui.add_html("")
 
     def update(self, shown: Sequence[int]) -> None:
@@ -107,8 +83,8 @@ class Panel:
         ]
         _set(self._text, content="\n".join(["<div class='statuses'>", *parts, "</div>"]))
 
-    def _add_playback(self, actions: Actions) -> None:
-        gui, playback = self._gui, self._playback
+    def _add_playback(self) -> None:
+        gui, playback, session = self._gui, self._playback, self._session
         self._play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="continue the simulation")
         pause = "stop the simulation for a while"
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False, hint=pause)
@@ -117,34 +93,35 @@ class Panel:
         self._time = gui.add_slider("Time", min=0.0, max=0.01, step=0.01, initial_value=0.0, hint="simulated seconds")
         self._play.on_click(lambda event: playback.play())
         self._pause.on_click(lambda event: playback.pause())
-        more.on_click(lambda event: playback.step() if more.value == "Step" else actions.restart())
+        more.on_click(lambda event: playback.step() if more.value == "Step" else session.restart())
         speed.on_update(lambda event: setattr(playback, "speed", SPEEDS[speed.value]))
         self._time.on_update(self._seek)
 
-    def _add_front(self, actions: Actions) -> None:
-        gui = self._gui
+    def _add_front(self) -> None:
+        gui, session = self._gui, self._session
         self._figure = gui.add_html("")
-        self._rows = [self._add_row(i, plan, actions) for i, plan in enumerate(self._plans)]
-        labels = [ALONE, *(plan_label(i, plan) for i, plan in enumerate(self._plans))]
-        other = gui.add_dropdown("Beside it", labels, initial_value=ALONE, hint="another plan, by a second arm")
-        other.on_update(lambda event: actions.beside(labels.index(other.value) - 1 if other.value != ALONE else None))
+        labels = [plan_label(i, plan) for i, plan in enumerate(self._plans)]
+        self._rows = [gui.add_button(text, color="gray", hint="carry out this plan from the start") for text in labels]
+        for i, row in enumerate(self._rows):
+            row.on_click(partial(self._choose, i))
+        beside = {ALONE: None} | {text: i for i, text in enumerate(labels)}
+        other = gui.add_dropdown("Beside it", tuple(beside), initial_value=ALONE, hint="another plan, by a second arm")
+        other.on_update(lambda event: session.beside(beside[other.value]))
 
-    def _add_row(self, index: int, plan: Plan, actions: Actions) -> viser.GuiButtonHandle:
-        hint = "carry out this plan from the start"
-        row = self._gui.add_button(plan_label(index, plan), color="gray", hint=hint)
-        row.on_click(lambda event: actions.choose(index))
-        return row
+    def _choose(self, index: int, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+        self._session.choose(index)
 
-    def _add_faults(self, objects: Mapping[str, str], actions: Actions) -> None:
-        gui = self._gui
+    def _add_faults(self) -> None:
+        gui, session, model = self._gui, self._session, self._session.show.scene.model
+        objects = {model.display.obj(obj.name): obj.name for obj in model.objects}
         gui.add_html(HINT)
         obj = gui.add_dropdown(
             "Object", tuple(objects), initial_value=next(iter(objects)), hint="what the next row disturbs"
         )
         to_object = gui.add_button_group("It", tuple(TO_OBJECT), hint="disturb the object")
         to_arm = gui.add_button_group("The arm", tuple(TO_ARM), hint="disturb the arm or its camera")
-        to_object.on_click(lambda event: actions.inject(TO_OBJECT[to_object.value], objects[obj.value]))
-        to_arm.on_click(lambda event: actions.inject(*TO_ARM[to_arm.value]))
+        to_object.on_click(lambda event: session.inject(TO_OBJECT[to_object.value], objects[obj.value]))
+        to_arm.on_click(lambda event: session.inject(*TO_ARM[to_arm.value]))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         """Show the time to which a user drags the slider; when the program moves it, there is no client."""

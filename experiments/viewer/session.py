@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import files
 
 import numpy as np
@@ -18,7 +19,7 @@ from viser import _messages
 
 from experiments.viewer.door import HOST, Door
 from experiments.viewer.live_run import Begin, LiveRun
-from experiments.viewer.panel import Actions, Panel
+from experiments.viewer.panel import Panel
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from experiments.viewer.viewpoint import Viewpoint
@@ -67,6 +68,7 @@ class Session:
     """One page: one plan, or two in step, and the user's commands.
 
     Attributes:
+        show: what the page shows.
         playback: the playhead.
         shown: indices of the plans that are carried out, from left to right.
         stages: the scenes, from left to right; the second one is made when two plans are first shown.
@@ -76,17 +78,14 @@ class Session:
         """Add the page to a server, and begin a plan."""
         self.playback = Playback()
         self.shown: tuple[int, ...] = ()
-        self._server, self._show = server, show
+        self.show = show
+        self._server = server
         self._viewpoint = Viewpoint.of(show.scene, show.camera)
         server.scene.set_up_direction("+z")
         self._viewpoint.take(server)
         dress(server, show.title)
-        self.stages = [Stage(server, show.scene)]
-        self._attend(0)
-        actions = Actions(self.choose, self.beside, self.restart, self.inject)
-        model = show.scene.model
-        objects = {model.display.obj(obj.name): obj.name for obj in model.objects}
-        self._panel = Panel(server, show.title, self.playback, plans=show.plans, objects=objects, actions=actions)
+        self.stages = [Stage(server, show.scene, partial(self._disturbed, 0))]
+        self._panel = Panel(server, self)
         self._changing = threading.RLock()
         self._begin((show.chosen,), playing=False)
         self._opened = False
@@ -107,9 +106,9 @@ class Session:
         with self._changing:
             both = index is not None
             if both and len(self.stages) == 1:
-                scene = self._show.scene
-                self.stages.append(Stage(self._server, scene, root="/right", offset=beside(scene)))
-                self._attend(1)
+                scene = self.show.scene
+                right = Stage(self._server, scene, partial(self._disturbed, 1), root="/right", offset=beside(scene))
+                self.stages.append(right)
             for stage in self.stages[1:]:
                 stage.set_visible(both)
             if both != (len(self.shown) == 2):
@@ -152,23 +151,16 @@ class Session:
         with self._changing:
             for run in self.playback.runs:
                 run.cancel()
-            runs = [LiveRun(self._show.problem, self._show.start(index), until=0.0) for index in indices]
+            runs = [LiveRun(self.show.problem, self.show.start(index), until=0.0) for index in indices]
             self.playback.load(runs, playing=playing)
             self.shown = indices
             for run in runs:
                 run.start()
 
-    def _attend(self, side: int) -> None:
-        """Connect the mouse events of a scene to its run."""
-
-        def run() -> LiveRun:
-            self.playback.catch_up()
-            return self.playback.runs[side]
-
-        stage = self.stages[side]
-        stage.on_knock = lambda obj: run().inject("knock", obj)
-        stage.on_pull = lambda obj, target: run().pull(obj, target)
-        stage.on_let_go = lambda: run().let_go()
+    def _disturbed(self, side: int) -> LiveRun:
+        """Return the run that the mouse in a scene disturbs, which is then shown as it is now."""
+        self.playback.catch_up()
+        return self.playback.runs[side]
 
 
 def beside(scene: Scene) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ import viser
 from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
-from experiments.viewer.live_run import Frame
+from experiments.viewer.live_run import Frame, LiveRun
 from sim.geometry.mjcf import HIDDEN
 from sim.world.materials import Glow, glow_of
 from sim.world.scene import Scene
@@ -69,18 +69,19 @@ class Stage:
 
     Attributes:
         offset: (3,) of its origin, m.
-        on_knock: called with an object that a user clicks with the Shift key down.
-        on_pull: called with an object and the (3,) point, m, to which a user drags its centre.
-        on_let_go: called when the user lets the object go.
     """
 
     def __init__(
-        self, server: viser.ViserServer, scene: Scene, *, root: str = "/left", offset: Sequence[float] = (0.0, 0.0, 0.0)
+        self,
+        server: viser.ViserServer,
+        scene: Scene,
+        disturbed: Callable[[], LiveRun],
+        *,
+        root: str = "/left",
+        offset: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Add the scene below the node `root`."""
-        self.on_knock: Callable[[str], None] = lambda obj: None
-        self.on_pull: Callable[[str, np.ndarray], None] = lambda obj, target: None
-        self.on_let_go: Callable[[], None] = lambda: None
+        """Add the scene below the node `root`; `disturbed` returns the run whose objects a user clicks and drags."""
+        self._disturbed = disturbed
         self.offset = np.array(offset)
         self._tree = Subtree(server, root, self.offset)
         server = cast(viser.ViserServer, self._tree)
@@ -141,15 +142,15 @@ class Stage:
             return
         self._pulled = None if event.phase == "end" else (obj, pointed - self._grip)
         if self._pulled is None:
-            self.on_let_go()
+            self._disturbed().let_go()
         else:
-            self.on_pull(*self._pulled)
+            self._disturbed().pull(*self._pulled)
 
     async def _click(self, event: viser.SceneNodePointerEvent[Any]) -> None:
         # A node may stand for several objects that look the same.
         places = event.target.batched_positions
         missed_by = np.linalg.norm(np.cross(places + self.offset - event.ray_origin, event.ray_direction), axis=1)
-        self.on_knock(self._object_at(places[missed_by.argmin()]))
+        self._disturbed().inject("knock", self._object_at(places[missed_by.argmin()]))
 
     def _object_at(self, place: np.ndarray) -> str:
         return min(self._objects, key=lambda obj: float(np.linalg.norm(self._position(obj) - place)))

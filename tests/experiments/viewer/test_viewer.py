@@ -197,7 +197,7 @@ def test_a_location_at_work_glows() -> None:
     qpos = initial_state(scene).qpos
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:
-        stage = Stage(server, scene)
+        stage = Stage(server, scene, lambda: pytest.fail("nothing is disturbed"))
 
         def colours() -> list[tuple[int, int, int]]:
             bodies = [scene.mujoco.body(body).id for body in ("basin_base", "basin_lamp_head")]
