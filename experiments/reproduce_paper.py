@@ -11,16 +11,15 @@ import click
 
 import prefplan as pp
 from experiments import case_study_1, case_study_2
-from experiments.benchmark import __main__ as benchmarks
 from experiments.cli.command import call, command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.start import load_planner
-from experiments.cli.status import DONE, INTERRUPTED, say
+from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH
 from experiments.paper import arm
-from experiments.paper.study import Report
-from experiments.paper.table import RESULTS, compare_times
+from experiments.paper.study import ERRATUM, Report
+from experiments.paper.table import compare_times
 from prefplan.logic.good_prefix import is_satisfied
 from prefplan.text.layout import condense, number
 
@@ -33,9 +32,6 @@ EXAMPLE_3 = ((20, 5, 10), 15)
 FIGURE_5 = {"cost-optimal": 0, "preference-optimal": -1}
 """The plans of Figure 5, by their index on the front."""
 
-QUICK_TASKS = (2, 3, 4, 5)
-"""Numbers of tasks that are timed in less than a minute."""
-
 DIFFERENT = 1
 """Exit status when a result differs from the paper."""
 
@@ -43,8 +39,7 @@ DIFFERENT = 1
 @command
 @click.option("--out", type=PATH, default="out/paper", metavar="DIR", help="Folder for the page (default: out/paper).")
 @click.option("--quick", is_flag=True, help="Plan Case Study 3, but do not simulate it.")
-@click.option("--benchmark", is_flag=True, help="Time Table I again, which takes hours (with --quick a minute).")
-def reproduce(out: Path, quick: bool, benchmark: bool) -> int:
+def reproduce(out: Path, quick: bool) -> int:
     """Reproduce the paper's examples, case studies and benchmark, and compare all values with the paper's on one page.
 
     The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs
@@ -68,9 +63,9 @@ def reproduce(out: Path, quick: bool, benchmark: bool) -> int:
     # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
     case_study_3(report, out, simulate=not quick)
 
-    # Table I: planning time without and with the heuristic, from the results that ship or measured again.
+    # Table I: planning time without and with the heuristic; `python -m experiments.benchmark table1` measures it again.
     with report.study("Table I", "Planning time without and with the heuristic.") as study:
-        compare_times(study, out, measured(out / "table_1", quick=quick) if benchmark else RESULTS)
+        compare_times(study, out)
 
     page = out / "index.html"
     report.write(page)
@@ -94,11 +89,12 @@ def examples(report: Report, out: Path) -> None:
         # A plan gives a trace of labels; a task is satisfied if the trace is a good prefix of its formula.
         printed, drawn = (unsatisfied_tasks(problem, plan) for plan in (PRINTED_PLAN, DRAWN_PLAN))
         study.compare("Example 2, plan drawn in Figure 1", "satisfies all tasks", _verdict(drawn), agrees=not drawn)
-        study.erratum(
+        study.compare(
             "Example 2, plan in the text",
             "satisfies all tasks",
             _verdict(printed),
-            confirmed=bool(printed) and not drawn,
+            agrees=bool(printed) and not drawn,
+            verdict=ERRATUM,
             remark="the text ends with West, which misses the charger; the figure shows East",
         )
 
@@ -158,21 +154,6 @@ def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
         else:
             caption = "the moments at which a block is put down, in the cheapest and in the preferred plan"
             study.figures.append((figure, caption))
-
-
-def measured(folder: Path, *, quick: bool) -> Path:
-    """Measure the times of Table I on this machine, which takes hours, and return the folder with the results.
-
-    Raises:
-        PrefplanError: a front or a least cost is wrong, so that its time means nothing.
-    """
-    options = [word for n in QUICK_TASKS for word in ("--tasks", str(n))] if quick else ["--seeds", "10"]
-    status = benchmarks.main(["table1", "--out", str(folder), *options])
-    if status == INTERRUPTED:
-        raise KeyboardInterrupt
-    if status != DONE:
-        raise pp.PrefplanError("the benchmark found wrong answers, see above")
-    return folder
 
 
 if __name__ == "__main__":

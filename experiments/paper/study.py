@@ -57,17 +57,11 @@ class Study:
         """Whether the study was completed and nothing differs from the paper except for errata."""
         return self.failure is None and all(finding.verdict != DIFFERS for finding in self.findings)
 
-    def compare(self, what: str, paper: str, ours: str, *, agrees: bool, remark: str = "") -> None:
-        """Add a result that agrees with the paper or differs."""
-        self.findings.append(Finding(what, paper, ours, AGREES if agrees else DIFFERS, remark))
-
-    def erratum(self, what: str, paper: str, ours: str, *, confirmed: bool, remark: str) -> None:
-        """Add a result as an erratum of the paper if that was confirmed, else as one that differs."""
-        self.findings.append(Finding(what, paper, ours, ERRATUM if confirmed else DIFFERS, remark))
-
-    def measured(self, what: str, paper: str, ours: str) -> None:
-        """Add a time, which depends on the machine."""
-        self.findings.append(Finding(what, paper, ours, MEASURED))
+    def compare(
+        self, what: str, paper: str, ours: str, *, agrees: bool = True, verdict: str = AGREES, remark: str = ""
+    ) -> None:
+        """Add a result with this verdict, or as one that differs."""
+        self.findings.append(Finding(what, paper, ours, verdict if agrees else DIFFERS, remark))
 
     def compare_front(self, figure: str, published: Sequence[FrontPoint], front: Front) -> None:
         """Add every point that is published or found.

@@ -13,7 +13,7 @@ from experiments.benchmark.plot import TITLES
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import BARE, FRONT, KINDS, MAX_MIN, SINGLE, wrong_fronts
 from experiments.benchmark.summary import cells, table
-from experiments.paper.study import Study
+from experiments.paper.study import ERRATUM, MEASURED, Study
 
 RESULTS = Path(__file__).parents[1] / "results"
 """The results that ship."""
@@ -24,9 +24,9 @@ Times = Mapping[tuple[str, str, int], float]
 """Median seconds by kind of search, method and number of tasks."""
 
 
-def compare_times(study: Study, out: Path, results: Path) -> None:
-    """Add the times from the results of `experiments.benchmark`; their picture is copied to the folder `out`."""
-    lines = (results / "table1.jsonl").read_text(encoding="utf-8").splitlines()
+def compare_times(study: Study, out: Path) -> None:
+    """Add the times from the results of `experiments.benchmark` that ship; their picture is copied to a folder."""
+    lines = (RESULTS / "table1.jsonl").read_text(encoding="utf-8").splitlines()
     machine, *records = map(json.loads, lines)
     study.about = (
         f"Tasks F(a & F(b) & F(c)) on a 10 x 10 grid; medians on {machine['cpu']}, {machine['cores']} cores, Python "
@@ -51,7 +51,7 @@ def compare_times(study: Study, out: Path, results: Path) -> None:
     _growth(study, times)
     _speed_up(study, times)
     picture = out / "table_1.png"
-    shutil.copyfile(results / "table1.png", picture)
+    shutil.copyfile(RESULTS / "table1.png", picture)
     study.figures.append((picture, "seconds against the number of tasks"))
     for kind in KINDS:
         study.texts += [f"{TITLES[kind]}:", *table([cell for cell in found if cell.what["kind"] == kind]).splitlines()]
@@ -66,10 +66,11 @@ def _growth(study: Study, times: Times) -> None:
             (seconds[tasks[-1]] / seconds[tasks[0]]) ** (1 / (tasks[-1] - tasks[0]))
             for seconds in (paper, {n: times[kind, MAX_MIN, n] for n in tasks})
         ]
-        study.measured(
+        study.compare(
             f"time of {name} with each task",
             f"x {factors[0]:.1f}, exponential",
             f"x {factors[1]:.1f} for its method in our kernels",
+            verdict=MEASURED,
         )
 
 
@@ -78,13 +79,17 @@ def _speed_up(study: Study, times: Times) -> None:
     most = max(n for kind, method, n in times if method == BARE and kind == FRONT)
     paper = {kind: PUBLISHED[kind, BARE][most] / PUBLISHED[kind, MAX_MIN][most] for kind in (SINGLE, FRONT)}
     ours = {kind: times[kind, BARE, most] / times[kind, MAX_MIN, most] for kind in (SINGLE, FRONT)}
-    study.measured(
-        f"heuristic, one plan of {most} tasks", f"x {paper[SINGLE]:.0f} faster", f"x {ours[SINGLE]:.0f} faster"
+    study.compare(
+        f"heuristic, one plan of {most} tasks",
+        f"x {paper[SINGLE]:.0f} faster",
+        f"x {ours[SINGLE]:.0f} faster",
+        verdict=MEASURED,
     )
-    study.erratum(
+    study.compare(
         f"heuristic, front of {most} tasks",
         f"at least x {ORDER_OF_MAGNITUDE} faster in the text",
         f"x {ours[FRONT]:.1f} faster",
-        confirmed=paper[FRONT] < ORDER_OF_MAGNITUDE,
+        agrees=paper[FRONT] < ORDER_OF_MAGNITUDE,
+        verdict=ERRATUM,
         remark=f"the paper's own table has x {paper[FRONT]:.1f}",
     )
