@@ -60,7 +60,7 @@ def benchmark(groups: Sequence[str], seeds: int, sizes: Sequence[int], out: Path
         return _refuse("fronts differ from the known ones", wrong)
     for group in groups:
         with only_writer(out):
-            runs = [run for run in GROUPS[group](out, seeds) if not sizes or run.what.get("tasks") in sizes]
+            runs = [run for run in GROUPS[group](seeds) if not sizes or run.what.get("tasks") in sizes]
             records = run_searches(runs, out / f"{group}.jsonl", seeds=seeds, tasks=sorted(sizes))
         if wrong := disagreements(records):
             return _refuse("two methods disagree", wrong)
@@ -82,8 +82,10 @@ def run_searches(runs: Sequence[Search], path: Path, **options: Any) -> list[Rec
     Raises:
         PrefplanError: the journal was written with other options, by another version or on another machine.
     """
-    header = {"prefplan": prefplan.__version__, **_machine(), **options}
-    journal = Journal(path, header, key="run")
+    models = re.findall(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    machine = {"cpu": models[0] if models else platform.machine(), "cores": os.cpu_count()}
+    versions = {"prefplan": prefplan.__version__, "python": platform.python_version(), "numba": numba.__version__}
+    journal = Journal(path, {**versions, **machine, **options}, key="run")
     # The first search of another kind of model loads further kernels.
     runs[0].search(runs[0].instance())
     for number, run in enumerate(runs):
@@ -91,17 +93,6 @@ def run_searches(runs: Sequence[Search], path: Path, **options: Any) -> list[Rec
             print(f"run {number} of {len(runs)}: {', '.join(map(str, run.what.values()))}", file=sys.stderr)
             journal.add({"run": number, **run_search(run)})
     return [journal.done[number] for number in range(len(runs))]
-
-
-def _machine() -> dict[str, Any]:
-    """Return the hardware and software on which times depend."""
-    models = re.findall(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
-    return {
-        "cpu": models[0] if models else platform.machine(),
-        "cores": os.cpu_count(),
-        "python": platform.python_version(),
-        "numba": numba.__version__,
-    }
 
 
 def _refuse(why: str, wrong: Sequence[str]) -> int:

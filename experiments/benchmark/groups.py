@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 from experiments.benchmark.instances import FAMILIES, RANDOM, instance
@@ -29,22 +28,22 @@ YARDSTICK_TASKS = 8
 OUR_SECONDS, YARDSTICK_SECONDS = 150, 120
 """Time limits of a run of Table I."""
 
-ABLATED = {SINGLE: (8, 10), FRONT: (6, 7, 8)}
-"""Numbers of tasks of the problems in `ablation`."""
-
-Preferred = Preference | Sequence[NamedPreference]
-
 
 def _weights(tasks: int) -> WeightedSum:
     return WeightedSum({f"phi{1 + i}": 1 + i % 3 for i in range(tasks)})
 
 
-PREFERRED: dict[str, tuple[int, Preferred]] = {
-    "weighted sum": (8, _weights(8)),
-    "order and weighted sum": (6, [NamedPreference("order", Order()), NamedPreference("sum", _weights(6))]),
-    "spread": (7, Expression("max(phi1, phi2) - min(phi1, phi2) + phi3")),
+ABLATED: dict[tuple[str, str], tuple[int, Preference | Sequence[NamedPreference]]] = {
+    **{(SINGLE, f"{n} tasks"): (n, Order()) for n in (8, 10)},
+    **{(FRONT, f"{n} tasks"): (n, Order()) for n in (6, 7, 8)},
+    (FRONT, "8 tasks, weighted sum"): (8, _weights(8)),
+    (FRONT, "6 tasks, order and weighted sum"): (
+        6,
+        [NamedPreference("order", Order()), NamedPreference("sum", _weights(6))],
+    ),
+    (FRONT, "7 tasks, spread"): (7, Expression("max(phi1, phi2) - min(phi1, phi2) + phi3")),
 }
-"""Numbers of tasks and preferences, other than an order alone, of further fronts in `ablation`."""
+"""Numbers of tasks, and preferences, of problems in `ablation`."""
 
 DEVICES = {
     "whole planner": Options(),
@@ -56,9 +55,6 @@ DEVICES = {
     "no landmarks": Options(landmarks=False),
 }
 """The planner without one of its components."""
-
-Group = Callable[[Path, int], Iterator[Search]]
-"""Yields searches, given a folder for files and the number of instances of each size."""
 
 
 def _searches(
@@ -74,7 +70,7 @@ def _of_size(tasks: int, seeds: int, family: str = RANDOM) -> list[Callable[[], 
     return [partial(instance, family, tasks, seed) for seed in range(seeds)]
 
 
-def table1(folder: Path, seeds: int) -> Iterator[Search]:
+def table1(seeds: int) -> Iterator[Search]:
     """Yield the searches of Table I, those with few tasks first, and for each size our method first."""
     for tasks, kind, family in product(sorted({*TASKS[SINGLE], *TASKS[FRONT]}), KINDS, FAMILIES):
         many, few = tasks <= MANY[kind], min(seeds, FEW_SEEDS)
@@ -87,31 +83,32 @@ def table1(folder: Path, seeds: int) -> Iterator[Search]:
             yield from _searches(instances, methods, limit=limit, family=family, kind=kind, tasks=tasks)
 
 
-def many_tasks(folder: Path, seeds: int) -> Iterator[Search]:
+def many_tasks(seeds: int) -> Iterator[Search]:
     """Yield searches without a time limit."""
     for kind, sizes in {SINGLE: (9, 10, 12, 15), FRONT: (9, 10)}.items():
         for tasks in sizes:
             yield from _searches(_of_size(tasks, seeds), {OURS: Options()}, kind=kind, tasks=tasks)
 
 
-def stopped(folder: Path, seeds: int) -> Iterator[Search]:
+def stopped(seeds: int) -> Iterator[Search]:
     """Yield searches with a time limit."""
     for kind, tasks, limits in ((SINGLE, 14, (1, 5, 20)), (SINGLE, 20, (1, 5, 20)), (FRONT, 10, (2, 10))):
         for limit in limits:
             yield from _searches(_of_size(tasks, seeds), {f"{limit} s": Options()}, limit=limit, kind=kind, tasks=tasks)
 
 
-def ablation(folder: Path, seeds: int) -> Iterator[Search]:
+def ablation(seeds: int) -> Iterator[Search]:
     """Yield searches without one component of the planner."""
-    problems = {(kind, f"{n} tasks"): _of_size(n, seeds) for kind, sizes in ABLATED.items() for n in sizes}
-    for name, (n, preference) in PREFERRED.items():
-        problems[FRONT, f"{n} tasks, {name}"] = [partial(_with_preference, preference, n, i) for i in range(seeds)]
+    problems: dict[tuple[str, str], list[Callable[[], Problem]]] = {
+        what: [partial(_with_preference, preference, tasks, seed) for seed in range(seeds)]
+        for what, (tasks, preference) in ABLATED.items()
+    }
     problems |= {(FRONT, name): [partial(_shipped, name)] * seeds for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
         yield from _searches(instances, DEVICES, kind=kind, problem=name)
 
 
-def _with_preference(preference: Preferred, tasks: int, seed: int) -> Problem:
+def _with_preference(preference: Preference | Sequence[NamedPreference], tasks: int, seed: int) -> Problem:
     problem = instance(RANDOM, tasks, seed)
     return Problem(problem.system, problem.tasks, preference)
 
@@ -120,14 +117,13 @@ def _shipped(name: str) -> Problem:
     return load(name).problem()
 
 
-def large(sizes: Mapping[str, Size], folder: Path, seeds: int) -> Iterator[Search]:
+def large(sizes: Mapping[str, Size], seeds: int) -> Iterator[Search]:
     """Yield searches for the cheapest plan and the front in models too large to enumerate."""
     for name, kind in product(sizes, KINDS):
-        made = partial(large_problem, sizes[name], folder / "large.toml")
-        yield from _searches([made], {OURS: Options()}, kind=kind, problem=name)
+        yield from _searches([partial(large_problem, sizes[name])], {OURS: Options()}, kind=kind, problem=name)
 
 
-GROUPS: dict[str, Group] = {
+GROUPS: dict[str, Callable[[int], Iterator[Search]]] = {
     "table1": table1,
     "tasks": many_tasks,
     "stopped": stopped,
@@ -135,3 +131,4 @@ GROUPS: dict[str, Group] = {
     "large": partial(large, SIZES),
     "measured": partial(large, MEASURED),
 }
+"""Each yields searches, given the number of instances of each size."""

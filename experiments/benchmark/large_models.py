@@ -8,6 +8,7 @@ import random
 from decimal import Decimal
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from prefplan.models.manipulation.action_costs import QUANTITIES
@@ -93,9 +94,11 @@ def write_measurements(path: Path) -> None:
     measurements_file(path).write_text(json.dumps(contents), encoding="utf-8")
 
 
-def large_problem(size: Size, path: Path) -> Problem:
-    """Return a model with its tasks as a problem; the scenario file is written to `path`."""
-    path.write_text(scenario(size), encoding="utf-8")
-    if "measured" in size.costs:
-        write_measurements(path)
-    return load(path).problem()
+def large_problem(size: Size) -> Problem:
+    """Return a model with its tasks as a problem."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "large.toml")
+        path.write_text(scenario(size), encoding="utf-8")
+        if "measured" in size.costs:
+            write_measurements(path)
+        return load(path).problem()

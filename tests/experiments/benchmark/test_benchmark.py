@@ -53,7 +53,7 @@ def table_rows(printed: str) -> list[str]:
 
 
 def test_an_interrupted_benchmark_goes_on_where_it_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = [run for run in groups.table1(tmp_path, 1) if run.what["tasks"] == 2]
+    runs = [run for run in groups.table1(1) if run.what["tasks"] == 2]
     assert len(runs) > 3
     carried_out: list[Search] = []
 
