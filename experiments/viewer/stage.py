@@ -13,8 +13,9 @@ from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
 from experiments.viewer.live_run import Frame, LiveRun
+from prefplan.models.manipulation.description import Location
 from sim.geometry.mjcf import HIDDEN
-from sim.world.materials import Glow, glow_of
+from sim.world.materials import glow_of
 from sim.world.scene import Scene
 from sim.world.tabletop import with_names
 
@@ -92,7 +93,7 @@ class Stage:
         model.site_group[:] = HIDDEN
         self._data = mujoco.MjData(model)
         self._places = [place.name for place in scene.model.locations]
-        self._lamps = _add_lamps(server, model, scene)
+        self._lamps = {place.name: _Lamp(server, model, place) for place in scene.model.locations if place.marks}
         self._scene = ViserMujocoScene(server, model, num_envs=1)
         self._scene.camera_tracking_enabled = False
         self._pulled: tuple[str, np.ndarray] | None = None
@@ -162,24 +163,25 @@ class Stage:
 class _Lamp:
     """The lamp of a location that marks objects: meshes that change their colour, and a light."""
 
-    def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, name: str, material: int, glow: Glow) -> None:
+    def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, place: Location) -> None:
         """Hide the geoms of the lamp in the model and add them to the server instead, switched off."""
-        geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == material)]
+        name = f"{place.name}_glow"
+        geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == model.material(name).id)]
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-        self._glow = glow
+        self._glow = glow = glow_of(place.kind)
         self._light = server.scene.add_light_point(
-            f"/glow/{name}/light",
+            f"/glow/{place.name}/light",
             color=_pixel(glow.light),
             intensity=0.0,
-            position=data.light_xpos[model.light(f"{name}_glow").id],
+            position=data.light_xpos[model.light(name).id],
         )
         self._meshes: list[viser.MeshHandle] = []
         for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms}):
             mesh = merge_geoms(model, [geom for geom in geoms if model.geom_bodyid[geom] == body])
             self._meshes.append(
                 server.scene.add_mesh_simple(
-                    f"/glow/{name}/{body}",
+                    f"/glow/{place.name}/{body}",
                     mesh.vertices,
                     mesh.faces,
                     color=_pixel(glow.off),
@@ -189,25 +191,14 @@ class _Lamp:
                 )
             )
         model.geom_rgba[geoms, 3] = 0
-        self._lit = False
 
     def shine(self, lit: bool) -> None:
-        if lit == self._lit:
+        intensity = LIGHT_CD if lit else 0.0
+        if intensity == self._light.intensity:
             return
-        self._lit = lit
-        self._light.intensity = LIGHT_CD if lit else 0.0
+        self._light.intensity = intensity
         for mesh in self._meshes:
             mesh.color = _pixel(self._glow.on if lit else self._glow.off)
-
-
-def _add_lamps(server: viser.ViserServer, model: mujoco.MjModel, scene: Scene) -> dict[str, _Lamp]:
-    """Add the lamp of each location that marks objects."""
-    lamps = {}
-    for place in scene.model.locations:
-        material = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MATERIAL, f"{place.name}_glow")
-        if material >= 0:
-            lamps[place.name] = _Lamp(server, model, place.name, material, glow_of(place.kind))
-    return lamps
 
 
 def _pixel(colour: tuple[float, ...]) -> tuple[int, int, int]:
