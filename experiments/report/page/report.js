@@ -6,7 +6,7 @@
   const byId = (id) => document.getElementById(id);
   const clock = new Clock(() => update());
   const wanted = new URLSearchParams(location.hash.slice(1));
-  const rows = [...byId("points").querySelectorAll("tbody tr")];
+  const rows = [...byId("points").querySelectorAll("tbody tr")].map((row) => [row, ...row.querySelectorAll("button")]);
   const looks = [...document.querySelectorAll("#pictures button")];
   let chosen = 0, other = null, panels = [], inScene = wanted.has("3d") && data.scene;
   let scenes = []; // for each 3-D scene, a promise whether there is something to see
@@ -21,20 +21,19 @@
     chosen = plan;
     other = against === plan ? null : against;
     const one = plans[chosen], two = other === null ? null : plans[other], shown = two ? [one, two] : [one];
-    const part = two ? common(one.ledger.actions, two.ledger.actions) : null;
+    const part = two ? partingOf(one.ledger.actions, two.ledger.actions) : null;
     const most = Math.max(...shown.map((p) => p.ledger.spent[p.ledger.spent.length - 1]));
     panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek, update }));
     byId("views").replaceChildren(...panels.map((panel) => panel.view));
     byId("panels").replaceChildren(...panels.map((panel) => panel.element));
     for (const id of ["views", "panels"]) byId(id).classList.toggle("two", Boolean(two));
     byId("plan").textContent = two ? `Plans ${chosen} and ${other}` : `Plan ${chosen}`;
-    const duration = Math.max(...shown.map((p) => startOf(p, Infinity)));
+    const duration = Math.max(...shown.map(endOf));
     tellParting(one, two, part, duration);
     byId("scrub").max = String(duration || 1);
     clock.load(duration, []);
     showPictures();
-    rows.forEach((row, index) => {
-      const [take, compare] = row.querySelectorAll("button");
+    rows.forEach(([row, take, compare], index) => {
       row.classList.toggle("first", index === chosen);
       row.classList.toggle("second", index === other);
       take.setAttribute("aria-pressed", String(index === chosen));
@@ -46,7 +45,7 @@
 
   function wish(bounds, beyond) {
     for (const chart of charts) chart.update({ bounds, beyond });
-    rows.forEach((row, index) => row.classList.toggle("beyond", beyond.has(index)));
+    rows.forEach(([row], index) => row.classList.toggle("beyond", beyond.has(index)));
   }
 
   // Show the videos or the 3-D scenes of the runs; of a run without a video, its scene.
@@ -62,10 +61,10 @@
     history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${inScene ? "&3d" : ""}`);
   }
 
-  function common(one, two) {
-    let k = 0;
-    while (k < one.length && k < two.length && one[k] === two[k]) k += 1;
-    return k;
+  // The number of equal actions at the start of two plans.
+  function partingOf(one, two) {
+    const first = one.findIndex((action, k) => action !== two[k]);
+    return first < 0 ? one.length : first;
   }
 
   // The first difference of two plans, in words and as a mark on the scrubber.
@@ -73,7 +72,7 @@
     const words = byId("parting"), mark = byId("parting-mark");
     words.hidden = mark.hidden = !two;
     if (!two) return;
-    const time = startOf(one, part);
+    const time = part < one.times.length ? one.times[part][0] : endOf(one);
     const move = (action) => (MOVES[action] ? `a move ${MOVES[action]}` : action);
     const does = ({ index, ledger: { actions } }) => (part < actions.length ? `plan ${index} does ${move(actions[part])}` : `plan ${index} has ended`);
     const go = make("button", { type: "button", class: "link" }, "Go there");
@@ -83,14 +82,12 @@
     mark.style.left = `${(100 * time) / (duration || 1)}%`;
   }
 
-  // When an action starts, or the plan ends.
-  function startOf({ times }, k) {
-    if (k < times.length) return times[k][0];
-    return times.length ? times[times.length - 1][1] : 0;
+  function endOf({ times }) {
+    return Math.max(0, ...times.flat());
   }
 
   function step(by) {
-    const starts = panels.flatMap(({ plan }) => [...plan.times.map(([start]) => start), startOf(plan, Infinity)]);
+    const starts = panels.flatMap(({ plan }) => [...plan.times.map(([start]) => start), endOf(plan)]);
     const next = by > 0 ? Math.min(...starts.filter((time) => time > clock.time + 1e-3)) : Math.max(...starts.filter((time) => time < clock.time - 1e-3));
     clock.pause();
     if (Number.isFinite(next)) seek(next);
@@ -115,8 +112,7 @@
   byId("on").onclick = () => step(1);
   byId("scrub").oninput = (event) => seek(Number(event.target.value));
   byId("speed").onchange = (event) => clock.setRate(Number(event.target.value));
-  rows.forEach((row, index) => {
-    const [take, compare] = row.querySelectorAll("button");
+  rows.forEach(([, take, compare], index) => {
     take.onclick = () => select(index, other);
     compare.onclick = () => select(chosen, other === index ? null : index);
   });
