@@ -9,11 +9,6 @@ function nextFrame(time) {
   return (Math.floor(time * FRAME_RATE + 0.02) + 1.5) / FRAME_RATE;
 }
 
-// A video at its end keeps its last frame.
-function isOver(video) {
-  return video.currentTime >= video.duration;
-}
-
 class Clock {
   constructor(listener) {
     Object.assign(this, { listener, time: 0, duration: 0, rate: 1, playing: false, videos: [] });
@@ -29,7 +24,6 @@ class Clock {
     if (this.playing || !this.duration) return;
     if (this.time >= this.duration - 1e-3) this.seek(0);
     this.playing = true;
-    for (const video of this.videos) this.roll(video);
     requestAnimationFrame((now) => this.tick(now, now));
     this.listener();
   }
@@ -47,22 +41,8 @@ class Clock {
 
   seek(time) {
     this.time = Math.max(0, Math.min(time, this.duration));
-    for (const video of this.videos) {
-      video.currentTime = nextFrame(this.time);
-      if (this.playing) this.roll(video);
-    }
+    for (const video of this.videos) video.currentTime = nextFrame(this.time);
     this.listener();
-  }
-
-  setRate(rate) {
-    this.rate = rate;
-    for (const video of this.videos) video.playbackRate = rate;
-  }
-
-  roll(video) {
-    video.playbackRate = this.rate;
-    // A pause may reject an earlier play(), which is no error.
-    if (!isOver(video)) video.play().catch(() => {});
   }
 
   // `last`: when the frame before was shown, ms.
@@ -71,10 +51,7 @@ class Clock {
     // Wait for videos that are still loading.
     const waiting = this.videos.some((video) => video.readyState < 2 && !video.error);
     if (!waiting) this.time = Math.min(this.time + ((now - last) / 1000) * this.rate, this.duration);
-    for (const video of this.videos) {
-      const drift = Math.abs(video.currentTime - this.time);
-      if (!isOver(video) && !video.seeking && drift > MAX_DRIFT * Math.max(1, this.rate)) video.currentTime = this.time;
-    }
+    for (const video of this.videos) this.keep(video);
     if (this.time < this.duration) {
       this.listener();
       requestAnimationFrame((next) => this.tick(next, now));
@@ -82,5 +59,15 @@ class Clock {
       this.pause();
       this.seek(this.duration); // the videos are a few frames behind, and the last one shows the result
     }
+  }
+
+  // Keep a video in step; at its end it shows its last frame.
+  keep(video) {
+    if (video.currentTime >= video.duration) return;
+    video.playbackRate = this.rate;
+    // A pause may reject an earlier play(), which is no error.
+    if (video.paused) video.play().catch(() => {});
+    const drift = Math.abs(video.currentTime - this.time);
+    if (!video.seeking && drift > MAX_DRIFT * Math.max(1, this.rate)) video.currentTime = this.time;
   }
 }

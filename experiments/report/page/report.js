@@ -56,7 +56,6 @@
     looks.forEach((look, i) => look.setAttribute("aria-pressed", String(inScene === Boolean(i))));
     for (const hint of document.querySelectorAll("#pictures span")) hint.hidden = looks.length && !inScene;
     clock.load(clock.duration, inScene ? [] : videos);
-    clock.setRate(Number(byId("speed").value));
     if (playing) clock.play();
     history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${inScene ? "&3d" : ""}`);
   }
@@ -111,7 +110,7 @@
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);
   byId("scrub").oninput = (event) => seek(Number(event.target.value));
-  byId("speed").onchange = (event) => clock.setRate(Number(event.target.value));
+  byId("speed").onchange = (event) => { clock.rate = Number(event.target.value); };
   rows.forEach(([, take, compare], index) => {
     take.onclick = () => select(index, other);
     compare.onclick = () => select(chosen, other === index ? null : index);
@@ -124,6 +123,7 @@
     event.preventDefault();
   });
 
+  clock.rate = Number(byId("speed").value); // some browsers keep it when the page is loaded again
   const known = (name) => (wanted.has(name) && plans[Number(wanted.get(name))] ? Number(wanted.get(name)) : null);
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : plans.length > 1 ? plans.length - 1 : null);
   if (data.words) new Wishes(byId("wishes"), data, wish);

@@ -1,14 +1,13 @@
 "use strict";
 // A plan as a timeline: along the cost spent, a bar for every action, and below it the progress of every task.
 
-// The kind of an action, and how many colours there are for kinds (style.css).
+// The kinds of actions, as many as there are moves, and colours in style.css.
 const KINDS = ["transit", "grasp", "transport", "release"];
 const MOVES = { N: "north", E: "east", S: "south", W: "west" };
 
 function kindOf(action, actions) {
-  const kind = action.split(" ")[0];
-  const order = KINDS.includes(kind) ? KINDS : kind in MOVES ? Object.keys(MOVES) : [...new Set(actions)];
-  return order.indexOf(kind in MOVES || KINDS.includes(kind) ? kind : action) % 4;
+  const place = [...KINDS, ...Object.keys(MOVES)].indexOf(action.split(" ")[0]);
+  return (place < 0 ? [...new Set(actions)].indexOf(action) : place) % 4;
 }
 
 // The progress of a plan at a time: number of actions done, the one under way (or null), its share, and the cost spent.
