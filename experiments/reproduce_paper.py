@@ -110,11 +110,7 @@ def examples(report: Report, out: Path) -> None:
 
 def unsatisfied_tasks(problem: pp.Problem, plan: str) -> list[str]:
     """Return the names of the tasks that a plan, given by its actions, does not satisfy."""
-    state = problem.system.start
-    trace = [problem.system.label(state)]
-    for action in plan:
-        state, _ = problem.system.step(state, action)
-        trace.append(problem.system.label(state))
+    _, _, trace, _ = problem.system.trajectory(plan)
     return [task.name for task in problem.tasks if not is_satisfied(task.tree, trace)]
 
 
