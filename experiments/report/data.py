@@ -13,7 +13,6 @@ from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.pictures import graph_data
 from experiments.report.preference_words import shares
-from experiments.report.wishes import axes, words
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
@@ -56,8 +55,9 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "scenario": scenario.name,
         "cost_unit": cost_unit(scenario),
         "objectives": None if problem.is_bi_objective else list(problem.objective_names),
-        "words": None if problem.is_bi_objective or len(front) < 2 else words(front),
-        **axes(front),
+        "complete": front.complete,
+        "wishes": not problem.is_bi_objective and len(front) > 1,
+        **_axes(front),
         "upwards": len(problem.cost_names) if problem.preferences else 1,
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
@@ -102,6 +102,22 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
                         yield replace(check, name=objective.name)
                 elif k == 0 and (d == 0 or "cost" in check.name):
                     yield replace(check, name=check.name.replace("total cost", f"total {name}"))
+
+
+def _axes(front: Front) -> dict[str, Any]:
+    """Return the values of each objective that occur, rising, and of each plan the ranks of its values; JSON-ready.
+
+    Values are compared by their ranks, since JavaScript's floats could not tell all apart.
+    """
+    values = {name: sorted({plan.objectives[name] for plan in front}) for name in front.objectives}
+    ranks = {name: {value: rank for rank, value in enumerate(found)} for name, found in values.items()}
+    return {
+        "axes": [
+            {"name": name, "values": found, "texts": [number(value) for value in found]}
+            for name, found in values.items()
+        ],
+        "ranks": [[ranks[name][value] for name, value in plan.objectives.items()] for plan in front],
+    }
 
 
 def _rank(problem: Problem, front: Front, i: int) -> str | None:

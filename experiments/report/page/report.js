@@ -15,7 +15,7 @@
   const titles = data.objectives ? null : [`Total cost${data.cost_unit ? ` (${data.cost_unit})` : ""}`, "Penalty"];
   if (!plans.some(({ run }) => run && run.video)) while (looks.length) looks.pop().remove();
   const charts = [new FrontChart(byId("chart"), data, titles, choose)];
-  if (data.words) charts.push(new ParallelCoordinates(byId("parallel"), data, "parallel", "All objectives at once", choose));
+  if (data.wishes) charts.push(new ParallelCoordinates(byId("parallel"), data, "parallel", "All objectives at once", choose));
 
   function select(plan, against) {
     chosen = plan;
@@ -126,7 +126,7 @@
   clock.rate = Number(byId("speed").value); // some browsers keep it when the page is loaded again
   const known = (name) => (wanted.has(name) && plans[Number(wanted.get(name))] ? Number(wanted.get(name)) : null);
   select(known("plan") ?? 0, wanted.has("plan") ? known("with") : plans.length > 1 ? plans.length - 1 : null);
-  if (data.words) new Wishes(byId("wishes"), data, wish);
+  if (data.wishes) new Wishes(byId("wishes"), data, wish);
   if (wanted.has("plan") || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
   if (panels.some((panel) => panel.video || panel.map)) clock.play();
   else Promise.all(scenes).then((seen) => seen.some(Boolean) && clock.play());

@@ -1,14 +1,10 @@
 "use strict";
 // Wishes: a slider for the largest value of each objective, and what the wishes cost in the other objectives.
 
-function fill(words, values) {
-  return words.replace(/{(\w+)}/g, (_, name) => values[name]);
-}
-
 class Wishes {
   // `listener` gets the rank of the largest value allowed on each axis, and the plans that exceed one.
-  constructor(place, { words, axes, ranks }, listener) {
-    Object.assign(this, { words, axes, ranks, listener });
+  constructor(place, { axes, ranks, complete }, listener) {
+    Object.assign(this, { axes, ranks, complete, listener });
     this.rows = axes.map((axis, k) => this.row(axis, k));
     this.said = make("p", { id: "wished", role: "status" });
     this.left = make("p", { class: "small" });
@@ -38,23 +34,28 @@ class Wishes {
     return plans.filter((plan) => plan.every((at, k) => at <= bounds[k]));
   }
 
+  // What the wishes cost, in words that are true also of the plans found by a search that was not completed.
   sentence(bounds) {
-    const { axes, words, ranks } = this, left = this.within(bounds);
+    const { axes, ranks, complete } = this, left = this.within(bounds);
     const wished = axes.map((_, k) => k).filter((k) => bounds[k] < axes[k].values.length - 1);
-    if (!wished.length) return words.none;
-    const wishes = wished.map((k) => fill(words.wish, { name: axes[k].name, value: axes[k].texts[bounds[k]] })).join(", ");
+    if (!wished.length) return "No wish yet: move a slider to the left.";
+    const wishes = wished.map((k) => `${axes[k].name} at most ${axes[k].texts[bounds[k]]}`).join(", ");
     if (!left.length) return this.conflict(bounds, wished, wishes);
-    const rises = axes.map((_, k) => [k, this.least(k, ranks), this.least(k, left)]).filter(([, least, rest]) => rest > least)
-      .map(([k, least, rest]) => fill(words.rise, { name: axes[k].name, least: axes[k].texts[least], rest: axes[k].texts[rest] }));
-    return rises.length ? fill(words.cost, { wishes, rises: rises.join(", ") }) : fill(words.free, { wishes });
+    const rises = axes.map(({ name, texts }, k) => [name, texts, this.least(k, ranks), this.least(k, left)])
+      .filter(([, , least, rest]) => rest > least)
+      .map(([name, texts, least, rest]) => `${name} from ${texts[least]} to ${complete ? "at least " : ""}${texts[rest]}`);
+    if (rises.length) return `${wishes}${complete ? "" : ", among the plans found"}: ${rises.join(", ")}.`;
+    return `${wishes}: every other objective ${complete ? "can still have its least" : "has its least among the plans found"}.`;
   }
 
   // If no plan is left: the tightest limit possible for each objective while the other wishes stay.
   conflict(bounds, wished, wishes) {
-    const { axes, words } = this;
-    const alone = wished.map((k) => [k, this.least(k, this.within(bounds.map((bound, j) => (j === k ? Infinity : bound))))])
-      .filter(([, rest]) => rest < Infinity).map(([k, rest]) => fill(words.alone, { name: axes[k].name, rest: axes[k].texts[rest] }));
-    return fill(words.conflict, { wishes }) + (alone.length ? ` ${fill(words.instead, { alone: alone.join(", ") })}` : "");
+    const { axes, complete } = this;
+    const alone = wished.map((k) => [axes[k], this.least(k, this.within(bounds.map((bound, j) => (j === k ? Infinity : bound))))])
+      .filter(([, rest]) => rest < Infinity)
+      .map(([{ name, texts }, rest]) => `${name} is ${complete ? `at least ${texts[rest]}` : `${texts[rest]} among the plans found`}`);
+    const instead = alone.length ? ` With the other wishes, ${alone.join(", ")}.` : "";
+    return `${complete ? "No plan" : "None of the plans found"} has ${wishes} at once.${instead}`;
   }
 
   update() {
@@ -64,9 +65,9 @@ class Wishes {
       shown.textContent = free ? `any (${[...new Set([texts[0], texts[bounds[k]]])].join(" to ")})` : `at most ${texts[bounds[k]]}`;
       slider.setAttribute("aria-valuetext", shown.textContent);
     });
-    const left = new Set(this.within(bounds)), all = this.ranks.length;
+    const left = new Set(this.within(bounds));
     this.said.textContent = this.sentence(bounds);
-    this.left.textContent = fill(this.words.left, { left: left.size, all });
+    this.left.textContent = `${left.size} of ${this.ranks.length} plans left.`;
     this.drop.disabled = bounds.every((bound, k) => bound === this.axes[k].values.length - 1);
     this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !left.has(this.ranks[i]))));
   }
