@@ -12,7 +12,7 @@ from experiments.figures.maps import PlanMap, map_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.pictures import graph_data
-from experiments.report.preference_words import shares
+from experiments.report.preference_words import ordinal, shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
@@ -20,7 +20,7 @@ from prefplan.front import Front
 from prefplan.ledger import Ledger
 from prefplan.logic.formula import TRUE, Until
 from prefplan.models.grid import GridModel
-from prefplan.plan import Plan
+from prefplan.plan import Plan, objectives_text
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem, Rule, Task
@@ -156,10 +156,10 @@ def _plan(
         "index": i,
         **plan_json(plan),
         "rank": rank,
-        "worth": None if problem.is_bi_objective else [list(pair) for pair in plan.objectives.items()],
+        "worth": objectives_text(plan),
         "explanations": explained or [_explanation(explain_cheapest(scenario, plans[0]), None)],
         "shares": [asdict(share) for share in shares(scenario.preference, plan)] if problem.is_bi_objective else [],
-        "order": list(planned.order),
+        "positions": {task: ordinal(place) for place, task in enumerate(planned.order)},
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
         "path": plan_map.trail(plan).states.tolist() if plan_map else None,

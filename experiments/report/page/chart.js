@@ -8,12 +8,6 @@ const BESIDE_AXIS = 20; // beside the labels of one of several upright axes, pix
 const LEAST_GAP = 72; // between two of them, pixels; where they need more, the picture scrolls
 const LINES_HEIGHT = 340, BELOW_AXES = 12; // of a picture with a line for each plan, pixels
 
-// What a plan is worth, in words.
-function worthOf(plan) {
-  if (!plan.worth) return `Cost ${show(plan.cost)}, penalty ${show(plan.preference)}`;
-  return plan.worth.map(([name, value]) => `${name} ${show(value)}`).join(", ");
-}
-
 function widest(texts) {
   return LETTER * Math.max(...texts.map((text) => text.length));
 }
@@ -51,7 +45,7 @@ class PlanChart {
 
   mark(plan, choose) {
     const mark = draw("g", { role: "button", "data-plan": plan.index },
-      draw("title", {}, `Plan ${plan.index}: ${worthOf(plan).replace("Cost", "cost")}`), ...this.shape(plan));
+      draw("title", {}, `Plan ${plan.index}: ${plan.worth}`), ...this.shape(plan));
     mark.onclick = (event) => choose(plan.index, event.shiftKey);
     mark.onkeydown = (event) => {
       if (event.key !== "Enter" && event.key !== " ") return;

@@ -4,7 +4,6 @@
 const AUTOMATA = "A circle is a state; the coloured one is the current state. A double ring means done, a dashed ring that the task "
   + "can no longer be done. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
 const MAP = "A dot with a name: a task is done there. A dot without a name: the start.";
-const ORDINALS = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth"];
 
 // A table with headings, in a box that scrolls; the cells of a row are `td` or `th` with their content.
 function tableOf(name, kind, heads, rows) {
@@ -33,7 +32,7 @@ class Panel {
     const [first, ...others] = this.explanations(other);
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
     this.view = this.article(shown.length ? "view" : "view bare", `Plan ${plan.index}`,
-      [` ${worthOf(plan)}`, plan.rank ? make("span", { class: "rank" }, plan.rank) : ""],
+      [` ${plan.worth.replace(/^cost/, "Cost")}`, plan.rank ? make("span", { class: "rank" }, plan.rank) : ""],
       make("p", { class: "headline" }, first.headline),
       make("div", { class: "watch" }, ...shown, this.caption, this.map ? make("p", { class: "small" }, this.map.words || MAP) : null, this.note()),
       timeline.element);
@@ -78,9 +77,9 @@ class Panel {
   costs() {
     const { plan } = this, shared = plan.shares.length > 0;
     const rows = this.tasks.map(({ name, title }) => {
-      const mine = plan.shares.filter((share) => share.task === name), place = plan.order.indexOf(name);
+      const mine = plan.shares.filter((share) => share.task === name);
       const adds = mine.reduce((sum, share) => sum + share.adds, 0);
-      const cells = [show(plan.task_costs[name]), place < 0 ? "not done" : ORDINALS[place] || `${place + 1}th`];
+      const cells = [show(plan.task_costs[name]), plan.positions[name] ?? "not done"];
       if (shared) cells.push(mine.map((share) => share.preferred).join("; ") || "–");
       return [make("th", { scope: "row" }, title), ...cells.map((cell) => make("td", {}, cell)), ...(shared ? [make("td", { class: adds ? "adds" : null }, show(adds))] : [])];
     });
