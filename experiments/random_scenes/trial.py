@@ -76,13 +76,17 @@ class Scenes:
 
     def record(self, number: int) -> Record:
         """Draw a scene, check it and carry its cheapest plan out; return what is known when its time is up."""
-        known = {"scene": number, **UNKNOWN}
+        known = {"scene": number, **UNKNOWN, "outcome": NOT_BUILT}
         try:
             with _time_limit(self.max_seconds):
-                for entries in try_scene(self.seed, self.folder, number):
-                    known |= entries
+                try_scene(self.seed, self.folder, known)
         except TimeUp:
             known["outcome"] = TIMED_OUT
+        except PrefplanError as error:
+            told = {"reason": str(error)} if known["allowed"] is not None else {"refusals": [str(error)]}
+            known |= {"allowed": bool(known["allowed"])} | told
+        except Exception as error:  # one error must not end the experiment
+            known |= {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
         return known
 
     def crashed(self, number: int, reason: str) -> Record:
@@ -107,34 +111,28 @@ def _time_limit(seconds: float) -> Iterator[None]:
         faulthandler.cancel_dump_traceback_later()
 
 
-def try_scene(seed: int, folder: Path, number: int) -> Iterator[Record]:
-    """Draw a scene, write it to a folder, check it and carry its cheapest plan out; yield parts of its record."""
-    path = folder / f"scene_{number}.toml"
-    write_bytes(path, scene_text(seed, number).encode())
+def try_scene(seed: int, folder: Path, known: Record) -> None:
+    """Draw a scene, write it to a folder, check it and carry its cheapest plan out.
+
+    What becomes known is added to its record; the outcome there is always what it is if an error follows.
+
+    Raises:
+        PrefplanError: the scene cannot be built, there is no plan, or the run cannot begin.
+    """
+    path = folder / f"scene_{known['scene']}.toml"
+    write_bytes(path, scene_text(seed, known["scene"]).encode())
     began = time.process_time()
-    try:
-        scenario = load(path)
-        model = scenario.model
-        assert isinstance(model, ManipulationModel)
-        scene, faults = answer(scenario, model)
-    except PrefplanError as error:
-        yield {"allowed": False, "refusals": [str(error)], "outcome": NOT_BUILT}
-        return
+    scenario = load(path)
+    model = scenario.model
+    assert isinstance(model, ManipulationModel)
+    scene, faults = answer(scenario, model)
     classes = list(dict.fromkeys(failure_class(fault, model) for fault in faults))
-    yield {"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)}
-    try:
-        if scene is not None and not faults:
-            scenario = asking_in(scenario, scene)
-        scene = scene or build_scene(model, judged=False)
-    except PrefplanError as error:
-        yield {"outcome": NOT_BUILT, "reason": str(error)}
-        return
-    try:
-        yield _carried_out(scenario, scene, seed)
-    except PrefplanError as error:
-        yield {"outcome": FAILED, "reason": str(error)}
-    except Exception as error:  # one error must not end the experiment
-        yield {"outcome": ERROR, "reason": f"{type(error).__name__}: {error}"}
+    known |= {"allowed": not faults, "refusals": classes, "check_cpu_seconds": round(time.process_time() - began, 1)}
+    if scene is not None and not faults:
+        scenario = asking_in(scenario, scene)
+    scene = scene or build_scene(model, judged=False)
+    known["outcome"] = FAILED
+    known |= _carried_out(scenario, scene, seed)
 
 
 def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, list[str]]:
@@ -158,11 +156,7 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
 
 
 def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
-    """Carry the cheapest plan out and return the entries of the record about the run.
-
-    Raises:
-        PrefplanError: there is no plan, or the run cannot begin.
-    """
+    """Carry the cheapest plan out and return the entries of the record about the run."""
     began = time.process_time()
     plan = Planner(scenario.problem()).cheapest()
     with Limits(bytes=MAX_BYTES):
