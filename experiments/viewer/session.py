@@ -37,9 +37,6 @@ REFRESH_S = 1 / 30
 GAP_M = 0.1
 """Gap between two tables beside each other, m."""
 
-StartRun = Callable[[int], Begin]
-"""Returns the function that begins a plan of the front, by index."""
-
 
 @dataclass(frozen=True)
 class Show:
@@ -49,7 +46,7 @@ class Show:
         problem: what was planned.
         scene: the scene in which the plans are carried out.
         plans: the front.
-        start: see `StartRun`.
+        start: returns the function that begins a plan of the front, by index.
         title: of the page.
         chosen: index of the plan to begin with.
         camera: first view of the browsers, as for `sim.rendering.cameras.Camera`.
@@ -58,7 +55,7 @@ class Show:
     problem: Problem
     scene: Scene
     plans: Sequence[Plan]
-    start: StartRun
+    start: Callable[[int], Begin]
     title: str
     chosen: int = 0
     camera: str = "fixed"
