@@ -16,7 +16,7 @@ from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
-from prefplan.text.layout import number
+from prefplan.text.layout import counted, number
 
 SIZE_IN = (6.4, 4.4)
 """Inches."""
@@ -38,7 +38,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     Raises:
         PrefplanError: the file cannot be written.
     """
-    count = "1 best trade-off" if len(front) == 1 else f"{len(front)} best trade-offs"
+    count = counted(len(front), "best trade-off")
     with drawing(size=SIZE_IN, layout=True) as figure:
         if scenario.problem().is_bi_objective:
             axes = figure.subplots()

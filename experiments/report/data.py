@@ -25,7 +25,7 @@ from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem, Rule, Task
 from prefplan.scenario.decode import Scenario
-from prefplan.text.layout import number
+from prefplan.text.layout import counted, number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording
@@ -228,8 +228,7 @@ def _map_words(scenario: Scenario, planned: Ledger) -> str:
     if isinstance(scenario.model, GridModel):
         ground += " of {} by {} cells".format(*scenario.model.size)
     passed = ", ".join(landmarks(planned)) or "no region of a task"
-    moves = "1 move" if len(planned.actions) == 1 else f"{len(planned.actions)} moves"
-    return f"{ground} with the robot's path of {moves} through {passed}."
+    return f"{ground} with the robot's path of {counted(len(planned.actions), 'move')} through {passed}."
 
 
 def _rule(rule: Rule) -> dict[str, str]:

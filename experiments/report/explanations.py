@@ -17,7 +17,7 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.plan import Plan
 from prefplan.preferences.kinds import Order
 from prefplan.scenario.decode import Model, Scenario
-from prefplan.text.layout import condense, listed, number
+from prefplan.text.layout import condense, counted, listed, number
 
 Explanation = tuple[str, list[str]]
 """A headline on why a plan costs what it costs, and further sentences."""
@@ -96,20 +96,19 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
     if isinstance(model, GridModel | GraphModel):
         here, there = landmarks(plan), landmarks(other)
         alike = common(here, there)
-        first, then = ("it goes first to", "it goes to")
-        if isinstance(model, GraphModel):
-            first, then = ("it first reaches", "it reaches")
+        on_grid = isinstance(model, GridModel)
+        first, then = ("it goes first to", "it goes to") if on_grid else ("it first reaches", "it reaches")
         if alike < len(here):
             reaches = f"after {here[alike - 1]} {then}" if alike else first
             return f"{reaches} {here[alike]}" + (f" instead of {there[alike]}," if alike < len(there) else "")
     if isinstance(model, GridModel):
         moves = len(mine) - len(theirs)
-        return f"it makes {moves} more {'move' if moves == 1 else 'moves'}" if moves > 0 else ""
+        return f"it makes {counted(moves, 'more move')}" if moves > 0 else ""
     if isinstance(model, ManipulationModel):
         kinds = Counter(model.action(action).kind for action in mine)
         kinds -= Counter(model.action(action).kind for action in theirs)
         if kinds:
-            return f"it takes {listed([f'{n} more {kind}' + 's' * (n > 1) for kind, n in kinds.items()])}"
+            return f"it takes {listed([counted(n, f'more {kind}') for kind, n in kinds.items()])}"
     alike = common(mine, theirs)
     if alike < len(mine):
         show = plan.problem.display.action

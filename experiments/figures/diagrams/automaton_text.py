@@ -13,6 +13,7 @@ from rich.text import Text
 from experiments.figures.diagrams.guards import cover, product, targets
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.normal_form import parse
+from prefplan.text.layout import counted
 
 TEXT_COLUMNS = 72
 """Width of a table as text, letters: what fits beside another one on a page."""
@@ -20,7 +21,7 @@ TEXT_COLUMNS = 72
 
 def show_table(console: Console, automaton: Automaton) -> None:
     """Print a table with a row for each state and term of a guard."""
-    count = "1 state" if automaton.size == 1 else f"{automaton.size} states"
+    count = counted(automaton.size, "state")
     text, read = _one_line(automaton.text), str(parse(automaton.text))
     same = re.sub(r"[\s()]", "", text) == re.sub(r"[\s()]", "", read)
     table = Table(title=Text(f"{text}{'' if same else f', read as {read}'}: {count}"), title_justify="left")
