@@ -3,20 +3,10 @@
 const audit = (() => {
   const SLACK = 2.5; // px; boxes of letters are larger than what is drawn
 
-  let sight = new Map(); // by element, whether it is seen
+  const UNSEEN = ".hidden, .skip, [opacity='0'], script, style, title, template, noscript, option";
 
   function seen(element) {
-    if (!element) return true;
-    if (!sight.has(element)) sight.set(element, shows(element) && seen(element.parentElement));
-    return sight.get(element);
-  }
-
-  function shows(element) {
-    if (["SCRIPT", "STYLE", "TITLE", "TEMPLATE", "NOSCRIPT", "OPTION"].includes(element.tagName.toUpperCase())) return false;
-    if (element.classList.contains("hidden") || element.classList.contains("skip") || element.getAttribute("opacity") === "0") return false;
-    if (element.tagName !== "SUMMARY" && element.parentElement?.matches("details:not([open])")) return false;
-    const style = getComputedStyle(element);
-    return style.display !== "none" && style.visibility !== "hidden" && style.opacity !== "0";
+    return !element.closest(UNSEEN) && element.checkVisibility({ opacityProperty: true, visibilityProperty: true });
   }
 
   // The text on the page: every line with its rectangle, cut to what the boxes around it show.
@@ -33,15 +23,11 @@ const audit = (() => {
     return found;
   }
 
-  let framed = new Map(); // by element, the boxes around it that cut what they hold
-
+  // The boxes around an element that cut what they hold.
   function frames(element) {
     if (!element || element === document.body) return [];
-    if (!framed.has(element)) {
-      const own = getComputedStyle(element).overflow === "visible" ? [] : [element.getBoundingClientRect()];
-      framed.set(element, [...own, ...frames(element.parentElement)]);
-    }
-    return framed.get(element);
+    const own = getComputedStyle(element).overflow === "visible" ? [] : [element.getBoundingClientRect()];
+    return [...own, ...frames(element.parentElement)];
   }
 
   function cut(rect, element) {
@@ -180,20 +166,15 @@ const audit = (() => {
     scrollTo(0, 0);
   }
 
-  function afresh(audit) {
-    [sight, framed] = [new Map(), new Map()];
-    return audit();
-  }
-
   function layout() {
     const all = lines();
     return [...cutOff(all), ...covered(all)];
   }
 
   return {
-    layout: () => afresh(layout),
-    contrast: () => afresh(() => [...faint(lines())]),
-    access: () => afresh(() => [...unnamed(), ...unreachable()]),
+    layout,
+    contrast: () => [...faint(lines())],
+    access: () => [...unnamed(), ...unreachable()],
     playback: () => [...outOfReach()],
     settled: (done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60))),
   };
