@@ -68,7 +68,7 @@ class Stage {
   control(canvas, update) {
     const controls = new THREE.OrbitControls(this.camera, canvas);
     Object.assign(controls, { target: this.middle, minDistance: NEAREST, maxDistance: FURTHEST, minPolarAngle: HIGHEST, maxPolarAngle: LOWEST });
-    Object.assign(controls, { enablePan: false, enableZoom: false });
+    Object.assign(controls, { enablePan: false, enableZoom: false, rotateSpeed: 0.5 });
     canvas.onfocus = canvas.onblur = (event) => { controls.enableZoom = event.type === "focus"; };
     canvas.onpointerdown = () => canvas.focus({ preventScroll: true });
     canvas.onkeydown = (event) => {
