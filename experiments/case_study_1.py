@@ -16,9 +16,6 @@ TITLE, ABOUT = "Case Study 1", "A delivery robot's five tasks, preferred in the 
 PUBLISHED = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
 """(cost, mu) in the captions of Figure 3 (a) to (f)."""
 
-OUT = Path("out", "case_study_1")
-"""Where the figure goes."""
-
 
 def reproduce(study: Study, out: Path) -> None:
     """Plan, compare with Figure 3, and draw the figure into a folder."""
@@ -35,7 +32,7 @@ def reproduce(study: Study, out: Path) -> None:
 
 def main() -> int:
     """Carry the study out; return 1 if the front is not the published one."""
-    return show_alone(Study(TITLE, ABOUT), reproduce, OUT)
+    return show_alone(Study(TITLE, ABOUT), reproduce)
 
 
 if __name__ == "__main__":

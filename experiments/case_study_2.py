@@ -21,9 +21,6 @@ PUBLISHED = ((50, 77), (60, 30), (64, 15))
 WITH_SKIP_IN_TEXT = ((50, 67), (60, 30), (64, 15))
 """The front with the price in the text."""
 
-OUT = Path("out", "case_study_2")
-"""Where the figure goes."""
-
 
 def reproduce(study: Study, out: Path) -> None:
     """Plan, compare with Figure 4, find which price of skipping phi5 the figure has, and draw it into a folder."""
@@ -50,7 +47,7 @@ def reproduce(study: Study, out: Path) -> None:
 
 def main() -> int:
     """Carry the study out; return 1 if the front is not the published one."""
-    return show_alone(Study(TITLE, ABOUT), reproduce, OUT)
+    return show_alone(Study(TITLE, ABOUT), reproduce)
 
 
 if __name__ == "__main__":

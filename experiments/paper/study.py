@@ -94,8 +94,9 @@ class Study:
         console.print()
 
 
-def show_alone(study: Study, reproduce: Callable[[Study, Path], None], out: Path) -> int:
-    """Reproduce a study with figures in a folder, print it and its texts, and return 0 if it is reproduced, else 1."""
+def show_alone(study: Study, reproduce: Callable[[Study, Path], None]) -> int:
+    """Reproduce a study, its figures in a folder of its name; print it and return 0 if it is reproduced, else 1."""
+    out = Path("out", study.title.lower().replace(" ", "_"))
     make_folder(out)
     reproduce(study, out)
     console = Console(highlight=False)
