@@ -29,7 +29,7 @@ STYLES = {
 
 def draw(found: Sequence[Cell], path: Path) -> None:
     """Write a figure with one panel for each family of instances and kind of planning."""
-    with drawing(size=SIZE_IN, layout=True) as figure:
+    with drawing(size=SIZE_IN) as figure:
         panels = figure.subplots(len(FAMILIES), len(KINDS), sharex=True, sharey=True, squeeze=False)
         for row, family in zip(panels, FAMILIES, strict=True):
             for axes, kind in zip(row, KINDS, strict=True):

@@ -44,14 +44,9 @@ def picture_file(text: str) -> Path:
 
 
 @contextmanager
-def drawing(*, size: tuple[float, float], layout: bool = False) -> Iterator[Figure]:
-    """Yield an empty figure; the style of all figures holds until the end of the context.
-
-    Args:
-        size: width and height, inches.
-        layout: whether matplotlib places the axes so that nothing overlaps.
-    """
-    with matplotlib.rc_context({"figure.constrained_layout.use": layout}, STYLE):
+def drawing(*, size: tuple[float, float]) -> Iterator[Figure]:
+    """Yield an empty figure of a size, inches; the style of all figures holds until the end of the context."""
+    with matplotlib.rc_context(fname=STYLE):
         figure = Figure(figsize=size)
         FigureCanvasAgg(figure)
         yield figure

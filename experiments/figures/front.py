@@ -39,7 +39,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
         PrefplanError: the file cannot be written.
     """
     count = counted(len(front), "best trade-off")
-    with drawing(size=SIZE_IN, layout=True) as figure:
+    with drawing(size=SIZE_IN) as figure:
         if scenario.problem().is_bi_objective:
             axes = figure.subplots()
             draw_front(axes, scenario, front)

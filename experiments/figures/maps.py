@@ -72,6 +72,7 @@ def _move_pixels(root: ET.Element, folder: Path) -> None:
 def _drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
     scale = side / max(plan_map.size)
     with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:
+        figure.set_layout_engine("none")
         axes = figure.add_axes((0, 0, 1, 1))
         plan_map.draw(axes, plan)
         figure.draw_without_rendering()

@@ -49,7 +49,7 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     ]
     more_lines = max(title.count("\n") for title in titles)
     size = (columns * PANEL_IN, rows * (PANEL_IN * shape + 0.35 + 0.14 * most + LINE * more_lines))
-    with drawing(size=size, layout=True) as figure:
+    with drawing(size=size) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, plan, title in zip(panels, front, titles, strict=False):
             plan_map.draw(axes, plan)

@@ -85,7 +85,7 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
         for name, outcome in outcomes.items()
     }
     most = max(len(steps) for steps in shown.values())
-    with drawing(size=(3.2 * most, 2.2 * len(outcomes)), layout=True) as figure:
+    with drawing(size=(3.2 * most, 2.2 * len(outcomes))) as figure:
         panels = figure.subplots(len(outcomes), most, squeeze=False)
         for row, (name, steps) in zip(panels, shown.items(), strict=True):
             rollout = outcomes[name].run
