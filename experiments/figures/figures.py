@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from experiments.cli.files import write_bytes
@@ -47,9 +46,7 @@ def picture_file(text: str) -> Path:
 def drawing(*, size: tuple[float, float]) -> Iterator[Figure]:
     """Yield an empty figure of a size, inches; the style of all figures holds until the end of the context."""
     with matplotlib.rc_context(fname=STYLE):
-        figure = Figure(figsize=size)
-        FigureCanvasAgg(figure)
-        yield figure
+        yield Figure(figsize=size)
 
 
 def write_figure(figure: Figure, path: Path) -> None:
