@@ -68,17 +68,7 @@ class _Stopped(Exception):
     """The run was cancelled."""
 
 
-class _Pace(Observer):
-    """Calls a live run before every control period."""
-
-    def __init__(self, live: LiveRun, loop: ClosedLoop) -> None:
-        self._live, self._loop = live, loop
-
-    def before_period(self, cell: Plant) -> None:
-        self._live.before_period(self._loop)
-
-
-class LiveRun(threading.Thread):
+class LiveRun(threading.Thread, Observer):
     """One run of a plan, simulated as fast as possible up to the time allowed.
 
     Attributes:
@@ -106,13 +96,13 @@ class LiveRun(threading.Thread):
     def run(self) -> None:
         """Carry the plan out."""
         try:
-            loop = self._begin(lambda done, total, action: self._note(loop) if action else None)
-            loop.execution.cell.observers[:0] = [_Pace(self, loop), self._pull]
-            self._note(loop)
-            self._record(loop)
+            self._loop = loop = self._begin(lambda done, total, action: self._note() if action else None)
+            loop.execution.cell.observers[:0] = [self, self._pull]
+            self._note()
+            self._record(loop.execution.cell)
             loop.run()
-            self._note(loop, ended=loop.execution.reason or "completed")
-            self._record(loop)
+            self._note(ended=loop.execution.reason or "completed")
+            self._record(loop.execution.cell)
         except _Stopped:
             pass
         except Exception as failure:
@@ -169,30 +159,29 @@ class LiveRun(threading.Thread):
         """Return the last status up to a time, s, or the first one."""
         return self.statuses[max(bisect.bisect_right(self.statuses, time, key=lambda status: status.time) - 1, 0)]
 
-    def before_period(self, loop: ClosedLoop) -> None:
+    def before_period(self, cell: Plant) -> None:
         """Wait until more time is allowed, record a frame when one is due, and apply the user's faults and pulls."""
-        run = loop.execution
-        now = float(run.cell.data.time)
+        run = self._loop.execution
+        now = float(cell.data.time)
         with self._changed:
             self._changed.wait_for(lambda: self._stopping or now < self._until)
         if self._stopping:
             raise _Stopped
         if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE_HZ - 1e-6:
-            self._record(loop)
+            self._record(cell)
         self._pull.action = action = len(run.steps) + 1
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
             if not run.injector.inject(fault):
                 run.cell.log_event("refused", fault=str(fault), reason=fault.refusal)
         if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):
-            self._note(loop)
+            self._note()
 
-    def _record(self, loop: ClosedLoop) -> None:
-        cell = loop.execution.cell
+    def _record(self, cell: Plant) -> None:
         self.frames.append(Frame(float(cell.data.time), cell.data.qpos.copy(), cell.glowing))
 
-    def _note(self, loop: ClosedLoop, *, ended: str | None = None) -> None:
-        run, plan = loop.execution, loop.plan
+    def _note(self, *, ended: str | None = None) -> None:
+        run, plan = self._loop.execution, self._loop.plan
         costs = ledger_of(self.problem, plan, run.steps).final
         news = tuple(news_of(run.cell.events, self.problem.display))
         self.statuses.append(Status(float(run.cell.data.time), plan, len(run.steps), costs, news, ended))
