@@ -44,8 +44,8 @@ MAX_STRAY_M = 0.025
 Near the base, where the elbow has swung aside, the joints then move straight to the goal: the tool strays by 2 cm when
 it is lowered by 12 cm. The path is checked for collisions."""
 
-MIN_AXES_PRODUCT = np.cos(np.radians(10))
-"""Least scalar product of the tool's z axes at both ends of a path for the hand to count as not tilting."""
+MAX_TILTING_RAD = np.radians(10)
+"""Greatest angle of the tool's z axes at both ends of a path for the hand to count as not tilting."""
 
 LINE_SAMPLES = 16
 """Number of segments in which the tool's path is measured for a straight movement in joint space."""
@@ -68,15 +68,9 @@ class Arm(InverseKinematics):
         return MotionLimits(self.robot, inertias, self._damping, self._dynamics, load)
 
     def lag(self, q: np.ndarray, references: np.ndarray, *, load: float) -> np.ndarray:
-        """Return by how much the joints will lag behind references, as their position actuators yield to the motion.
+        """Return by how much, (N, n) rad, the joints will lag behind references, as their position actuators yield.
 
-        Args:
-            q: (n,) rest before the movement, rad.
-            references: (N, n) of the movement, one per control period, rad.
-            load: at the tool, kg.
-
-        Returns:
-            (N, n) rad.
+        The movement has (N, n) references, one per control period, rad, from rest at q; the load at the tool is in kg.
         """
         rows = np.vstack([q, q, references])
         velocities = np.diff(rows, axis=0) / CONTROL_PERIOD_S
@@ -124,7 +118,7 @@ class Arm(InverseKinematics):
                 straight to the goal.
         """
         limits = self.limits(q, goal, load=load)
-        if self.tool(q).rotation[:, 2] @ pose.rotation[:, 2] < MIN_AXES_PRODUCT:
+        if self.tool(q).rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
             movement = timed(limits, *self._straight(q, goal, height), seconds=seconds)
         else:
             paths = (self._path(q, goal, pose, pace, height, drawn_in) for pace in PACES)
@@ -136,17 +130,10 @@ class Arm(InverseKinematics):
     ) -> ToolPath:
         """Return the `transfer_path` of a movement at a pace; see `move`."""
         start, turn = self.tool(q), self._turn(q, goal)
+        turn += wrap(pose.yaw - start.yaw - turn)
+        straight = height is None and not pose.points_down
         return transfer_path(
-            start,
-            pose,
-            turn + wrap(pose.yaw - start.yaw - turn),
-            height=height,
-            drawn_in=drawn_in,
-            nearest=self.robot.nearest_m,
-            axis=self.robot.position,
-            front=self.robot.yaw,
-            pace=pace,
-            straight=height is None and not pose.points_down,
+            self.robot, start, pose, turn, height=height, drawn_in=drawn_in, pace=pace, straight=straight
         )
 
     def _on_path(
@@ -159,10 +146,7 @@ class Arm(InverseKinematics):
         seconds: float,
         height: float | None,
     ) -> JointTrajectory:
-        """Return the movement along the first of some paths, ever slower ones, on which no joint lags behind.
-
-        If they lag behind on all of them, or would jump, the joints move straight to the goal. See `move`.
-        """
+        """Return the movement along the first path on which no joint lags behind or jumps, else straight (`move`)."""
         for path in paths:
             knots, points = self._follow(q, goal, path)
             if len(points) == len(knots):
@@ -181,10 +165,8 @@ class Arm(InverseKinematics):
 
     def _stray(self, points: np.ndarray) -> float:
         """Return how far the tool leaves the straight line between its ends in (K, n) configurations, m."""
-        positions = np.array([self.tool(q).position for q in points])
-        along = positions[-1] - positions[0]
-        along /= max(float(np.linalg.norm(along)), 1e-9)
-        off = positions - positions[0]
+        off = np.array([self.tool(q).position for q in points]) - self.tool(points[0]).position
+        along = off[-1] / max(float(np.linalg.norm(off[-1])), 1e-9)
         return float(np.linalg.norm(off - np.outer(off @ along, along), axis=1).max())
 
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ MAX_SIMPLIFICATION_CHECKS = 3000
 """Greatest number of configurations that are checked to shorten a path."""
 
 SEARCHES = 3
-"""Default number of searches, of which the shortest path is returned; if the first one fails, there are no others."""
+"""Number of searches, of which the shortest path is returned; if the first one fails, there are no others."""
 
 EDGE_STEPS_M = (0.02, 0.01, 0.005)
 """Distances between checks on an edge, as bounds on how far a point of the robot moves. The first one is coarse: the
@@ -40,13 +40,9 @@ class MotionPlanner:
     """Plans collision-free paths of n joints. The same seed and query give the same path."""
 
     def __init__(self, ranges: np.ndarray, levers: np.ndarray, *, seed: int = 0, searches: int = SEARCHES) -> None:
-        """Plan for joints.
+        """Plan for joints with (n, 2) position limits, rad or m, and (n,) levers, m per rad or m.
 
-        Args:
-            ranges: (n, 2) position limits, rad or m.
-            levers: (n,) how far each joint can move a point of the robot, m per rad or m; weights of the path length.
-            seed: of the sampling.
-            searches: number of searches for a path.
+        A lever is how far a joint can move a point of the robot, and its weight in the length of a path.
         """
         self._searches = searches
         self._low, self._high = ranges.T + np.array([[1.0], [-1.0]]) * PATH_MARGIN_RAD
@@ -91,20 +87,16 @@ class MotionPlanner:
 
 
 class _Search:
-    """One query in OMPL. Its states are joint angles times their levers, so that distances are in metres.
-
-    Attributes:
-        met: names of all bodies that were in collision.
-    """
+    """One query in OMPL, in joint angles times their levers: distances are in metres; `met` are bodies in collision."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, levers: np.ndarray, touches: Touches, step: float) -> None:
         self._levers, self._touches, self._n = levers, touches, len(levers)
         self._checks, self.met = 0, set[str]()
         self._space = base.RealVectorStateSpace(self._n)
         bounds = base.RealVectorBounds(self._n)
-        for joint in range(self._n):
-            bounds.setLow(joint, float(low[joint] * levers[joint]))
-            bounds.setHigh(joint, float(high[joint] * levers[joint]))
+        for joint, (least, greatest) in enumerate(zip(low * levers, high * levers, strict=True)):
+            bounds.setLow(joint, float(least))
+            bounds.setHigh(joint, float(greatest))
         self._space.setBounds(bounds)
         self._space.setLongestValidSegmentFraction(step / self._space.getMaximumExtent())
         self._info = base.SpaceInformation(self._space)

@@ -56,9 +56,6 @@ BRAKING_HEADROOM = 0.5
 MIN_BRAKING_TIME_S = 0.1
 """Shortest time in which the arm stops."""
 
-GREATEST_JERK = 60.0
-"""Peak jerk of a smooth step, as a multiple of length / duration^3."""
-
 DELAYS_TRIED, PAUSE = 4, 3
 """Number of start times that are tried for a movement, from now to the end of the previous one, and control periods
 after that end at which it starts at the latest: stopping and starting at once may exceed the limits."""
@@ -86,11 +83,8 @@ class MotionLimits(NamedTuple):
 def timed(limits: MotionLimits, knots: np.ndarray, points: np.ndarray, *, seconds: float = 0.0) -> JointTrajectory:
     """Return a movement from rest to rest on the spline through points, slowed down until it is within the limits.
 
-    Args:
-        limits: of the movement.
-        knots: (K,) times, from 0 to a multiple of `CONTROL_PERIOD_S`, s.
-        points: (K, n) joint angles at these times, rad.
-        seconds: least duration, s.
+    Its (K, n) points, rad, are passed at (K,) knots, s, the last a multiple of `CONTROL_PERIOD_S`, if the limits and
+    the least duration `seconds` allow it.
     """
     curve, duration = scipy.interpolate.CubicSpline(knots, points, bc_type="clamped"), float(knots[-1])
     slower = max(1.0, seconds / duration)
@@ -157,10 +151,11 @@ def braking_time(robot: Robot, velocities: np.ndarray) -> float:
 
 def _straight_duration(robot: Robot, line: np.ndarray) -> float:
     """Return the duration of a straight line from rest to rest, (n,) rad, within the limits, s."""
-    limits = zip(robot.velocity_limits, np.broadcast_to(robot.acceleration_limits, line.shape), strict=True)
-    lengths = np.abs(line)
-    times = [duration(x, HEADROOM * v, HEADROOM * a) for x, (v, a) in zip(lengths, limits, strict=True)]
-    jerking = np.cbrt(GREATEST_JERK * lengths / (PLANNED_JERK_HEADROOM * robot.jerk_limits))
+    lengths, accelerations = np.abs(line), np.broadcast_to(robot.acceleration_limits, line.shape)
+    limits = HEADROOM * np.array([robot.velocity_limits, accelerations])
+    times = [duration(length, *most) for length, most in zip(lengths, limits.T, strict=True)]
+    # The peak jerk of a smooth step is 60 length / duration^3.
+    jerking = np.cbrt(60 * lengths / (PLANNED_JERK_HEADROOM * robot.jerk_limits))
     return float(max(*times, *jerking, CONTROL_PERIOD_S))
 
 
@@ -172,8 +167,7 @@ def _from_rest(start: np.ndarray, references: np.ndarray) -> np.ndarray:
 def _end_excess(limits: MotionLimits, accelerations: np.ndarray) -> float:
     """Return the factor by which a movement with (2, n) accelerations at its ends, rad/s^2, is too fast.
 
-    An almost stretched arm lags behind the tool's path and catches up at its very end. Straight movements in joint
-    space (`along`) have no acceleration at their ends.
+    An almost stretched arm lags behind the tool's path and catches up at its very end.
     """
     bounds = (limits.inertias, TORQUE_RATE_HEADROOM), (limits.inertias + limits.damping, JUMP_HEADROOM)
     shares = [np.abs(accelerations @ inertias).max(axis=(0, 1)) / headroom for inertias, headroom in bounds]
@@ -198,19 +192,12 @@ def _excess(limits: MotionLimits, references: np.ndarray, *, jerk: float = JERK_
     )
 
 
-def _torque_share(
-    limits: MotionLimits, positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray
-) -> float:
-    """Return the greatest torque that a movement adds to gravity's, as a share of what a reference may add.
+def _torque_share(limits: MotionLimits, *rows: np.ndarray) -> float:
+    """Return the greatest torque that (N, n) positions, velocities and accelerations add to gravity's.
 
-    Args:
-        limits: of the movement.
-        positions: (N, n) joint angles in every control period, rad.
-        velocities: (N, n) rad/s.
-        accelerations: (N, n) rad/s^2.
+    It is a share of what a reference may add.
     """
-    samples = (rows[::TORQUE_PERIODS] for rows in (positions, velocities, accelerations))
-    holding, moving = limits.dynamics.torques(*samples, load=limits.load)
+    holding, moving = limits.dynamics.torques(*(row[::TORQUE_PERIODS] for row in rows), load=limits.load)
     most = limits.robot.torque_limits
     left = np.maximum(most - np.sign(moving) * holding, LEAST_TORQUE * most)
     return float((np.abs(moving) / left).max()) / TORQUE_HEADROOM

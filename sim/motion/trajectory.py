@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+from sim.robots.robot import Robot
 
 CONTROL_PERIOD_S = 0.01
 """Time between two joint references, s."""
@@ -26,17 +27,8 @@ TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
 MIN_DOWN_COMPONENT = 0.999
 """Least downward component of the z axis of a hand that points down."""
 
-MIN_TILT_RAD = 1e-4
-"""Least angle by which a tool counts as tilting, rad."""
-
 MIN_DURATION_S = 0.15
 """Shortest duration of a movement, s."""
-
-ORIGIN = np.zeros(3)
-
-_FASTEST = 1.875
-_HARDEST = 10 / np.sqrt(3)
-"""Peak speed and acceleration of the smooth step below, as multiples of length / duration and length / duration^2."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +102,6 @@ def wrap(angle: float, period: float = 2 * np.pi) -> float:
     return float((angle + period / 2) % period - period / 2)
 
 
-def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return the (3,) rotation vector of a (3, 3) rotation, rad; scipy takes twenty times as long."""
-    quaternion, vector = np.empty(4), np.empty(3)
-    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
-    mujoco.mju_quat2Vel(vector, quaternion, 1.0)
-    return vector
-
-
 def smooth_step(u: np.ndarray) -> np.ndarray:
     """Return the minimum-jerk step from 0 to 1 for u from 0 to 1, with zero velocity and acceleration at both ends."""
     u = np.clip(u, 0.0, 1.0)
@@ -132,52 +116,49 @@ def smooth_rate(u: np.ndarray) -> np.ndarray:
 
 def duration(length: float, speed: float, acceleration: float) -> float:
     """Return the duration of a smooth step of a length within a speed and an acceleration, s."""
-    return float(max(_FASTEST * length / speed, np.sqrt(_HARDEST * length / acceleration)))
+    # Its peak speed is 1.875 length / duration, its peak acceleration 10 / sqrt(3) length / duration^2.
+    return float(max(1.875 * length / speed, np.sqrt(10 / np.sqrt(3) * length / acceleration)))
 
 
 def transfer_path(
+    robot: Robot,
     start: ToolPose,
     goal: ToolPose,
     turn: float,
     *,
     height: float | None = None,
     drawn_in: float = 0.0,
-    nearest: float = 0.0,
-    axis: np.ndarray = ORIGIN,
-    front: float = 0.0,
     pace: float = 1.0,
     straight: bool = False,
 ) -> ToolPath:
-    """Return a path that raises the tool, moves it along an arc about the robot's base and lowers it.
+    """Return a path that raises a robot's tool, moves it along an arc about the robot's base and lowers it.
 
     The tool has risen to within a fifth of the full height when it starts sideways, and is almost above the goal before
     it descends. Paths that only rise or descend are straight.
 
     Args:
+        robot: whose tool it is.
         start: current pose.
         goal: goal pose.
         turn: of the tool about the vertical along the path, rad; the rest of the rotation to the goal is its tilt.
         height: at which to pass, m, or higher for a higher goal; a tool that starts above it descends along the path,
             since high up the arm's reach is smaller. None for that of the higher end.
-        drawn_in: how much nearer to the base the tool passes midway, m.
-        nearest: least distance from the base midway between the ends, m.
-        axis: (3,) a point on the axis of the base, m.
-        front: heading of the base, rad.
+        drawn_in: how much nearer to the base the tool passes midway, m; never nearer than the arm works.
         pace: 1 for the usual speed, less for slower.
         straight: whether to rise, move sideways and descend all at once.
     """
     top = max(goal.position[2], start.position[2] if height is None else height)
     rise, sink, drop = max(0.0, top - start.position[2]), max(0.0, start.position[2] - top), top - goal.position[2]
-    (r0, phi0), (r1, phi1) = (_polar(pose.position - axis, front) for pose in (start, goal))
+    (r0, phi0), (r1, phi1) = (robot.polar(pose.position) for pose in (start, goal))
     sweep = phi1 - phi0  # never wrapped: the arm turns past its front, not past the stop of its first joint
-    drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - nearest))
+    drawn_in = max(0.0, min(drawn_in, (r0 + r1) / 2 - robot.nearest_m))
     across = float(np.linalg.norm([r1 - r0, max(r0, r1) * sweep, sink, 2 * drawn_in]))
 
     times = [duration(length, SPEED_M_S, ACCELERATION_M_S2) for length in (rise, across, drop)]
     about_z = np.array([0.0, 0.0, turn])
-    tilt = rotation_vector(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
-    tilted = float(np.linalg.norm(tilt))
-    times[1] = max(times[1], duration(max(abs(turn), tilted), TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
+    tilt = Rotation.from_matrix(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
+    turned = max(abs(turn), float(tilt.magnitude()))
+    times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
     up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
@@ -191,19 +172,10 @@ def transfer_path(
         for begin, span in ((0.0, up), (begin_over, over), (begin_down, down))
     )
     radius = r0 + (r1 - r0) * carried - drawn_in * np.sin(np.pi * carried) ** 2
-    angle = front + phi0 + sweep * carried
+    angle = robot.yaw + phi0 + sweep * carried
+    over_table = robot.position[:2] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     z = start.position[2] + rise * raised - sink * carried - drop * lowered
-    positions = np.column_stack([axis[0] + radius * np.cos(angle), axis[1] + radius * np.sin(angle), z])
-    return ToolPath(t, positions, _turned(start.rotation, tilt, about_z, carried), smooth_step(t / t[-1]), pace)
-
-
-def _turned(rotation: np.ndarray, tilt: np.ndarray, about_z: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return (N, 3, 3): a (3, 3) rotation after (N,) shares of a tilt and then a turn, both (3,) rotation vectors."""
-    if np.linalg.norm(tilt) > MIN_TILT_RAD:
-        rotation = Rotation.from_rotvec(shares[:, None] * tilt).as_matrix() @ rotation
-    return np.asarray(Rotation.from_rotvec(shares[:, None] * about_z).as_matrix() @ rotation)
-
-
-def _polar(offset: np.ndarray, front: float) -> tuple[float, float]:
-    bearing = float(np.arctan2(offset[1], offset[0]))
-    return float(np.hypot(offset[0], offset[1])), wrap(bearing - front) if front else bearing
+    positions = np.column_stack([over_table, z])
+    tilts, turns = (Rotation.from_rotvec(carried[:, None] * end) for end in (tilt.as_rotvec(), about_z))
+    rotations = (turns * tilts).as_matrix() @ start.rotation
+    return ToolPath(t, positions, rotations, smooth_step(t / t[-1]), pace)

@@ -52,7 +52,7 @@ def test_reach_refuses_what_is_out_of_reach(arm: Arm) -> None:
 
 def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None:
     start, goal = ToolPose.down(np.array([0.5, 0.2, 0.05]), 0.0), ToolPose.down(np.array([0.4, -0.3, 0.08]), 1.0)
-    path = transfer_path(start, goal, 1.0, height=0.3)
+    path = transfer_path(PANDA, start, goal, 1.0, height=0.3)
     p = path.positions
     near = np.hypot(*(p - start.position)[:, :2].T) < 0.05
     far = np.hypot(*(p - goal.position)[:, :2].T) < 0.05
@@ -64,14 +64,14 @@ def test_arch_rises_straight_clears_the_height_and_comes_down_straight() -> None
 
 def test_arch_never_cuts_across_the_base() -> None:
     start, goal = ToolPose.down(np.array([-0.2, 0.45, 0.2]), 0.0), ToolPose.down(np.array([-0.2, -0.45, 0.2]), 0.0)
-    p = transfer_path(start, goal, 0.0, height=0.0).positions
+    p = transfer_path(PANDA, start, goal, 0.0, height=0.0).positions
     assert np.hypot(p[:, 0], p[:, 1]).min() > 0.45
     assert p[:, 0].max() > 0.45, "it should turn past the front"
 
 
 def test_a_slower_pace_takes_longer() -> None:
     start, goal = ToolPose.down(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose.down(np.array([0.5, -0.2, 0.1]), 0.0)
-    usual, slow = (len(transfer_path(start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
+    usual, slow = (len(transfer_path(PANDA, start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
     assert slow == pytest.approx(2 * usual, rel=0.05)
 
 
@@ -136,10 +136,10 @@ def test_the_tool_stays_upright_on_the_way(arm: Arm) -> None:
 
 def test_from_high_up_the_tool_comes_down_on_its_way_out() -> None:
     start, goal = ToolPose.down(np.array([0.3, 0.0, 0.5]), 0.0), ToolPose.down(np.array([0.7, 0.0, 0.1]), 0.0)
-    path = transfer_path(start, goal, 0.0, height=0.2)
+    path = transfer_path(PANDA, start, goal, 0.0, height=0.2)
     halfway = path.positions[np.searchsorted(path.positions[:, 0], 0.5)]
     assert halfway[2] == pytest.approx(0.35, abs=0.01)
-    straight = transfer_path(start, goal, 0.0)
+    straight = transfer_path(PANDA, start, goal, 0.0)
     assert straight.positions[np.searchsorted(straight.positions[:, 0], 0.5)][2] == pytest.approx(0.5)
     assert path.positions[-1] == pytest.approx(goal.position) and straight.positions[-1] == pytest.approx(goal.position)
 
@@ -148,6 +148,6 @@ def test_a_path_drawn_in_passes_nearer_to_the_base_but_not_too_near() -> None:
     start, goal = ToolPose.down(np.array([0.6, 0.2, 0.2]), 0.0), ToolPose.down(np.array([0.6, -0.2, 0.2]), 0.0)
     end = float(np.hypot(0.6, 0.2))
     for drawn_in, nearest in ((0.0, end), (0.15, end - 0.15), (0.5, 0.32)):
-        radii = np.hypot(*transfer_path(start, goal, 0.0, drawn_in=drawn_in, nearest=0.32).positions[:, :2].T)
+        radii = np.hypot(*transfer_path(PANDA, start, goal, 0.0, drawn_in=drawn_in).positions[:, :2].T)
         assert radii.min() == pytest.approx(nearest, abs=1e-3)
         assert radii[-1] == pytest.approx(end)
