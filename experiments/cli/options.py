@@ -145,9 +145,6 @@ look = several(
     ),
     camera,
     click.option(
-        "--inset", metavar="NAME", help="A second, small view in a corner: wrist or top, as --camera (default: none)."
-    ),
-    click.option(
         "--size", type=picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
     ),
 )
@@ -162,7 +159,6 @@ class LookOptions(TypedDict):
 
     quality: str
     camera: str
-    inset: str | None
     size: tuple[int, int] | None
 
 

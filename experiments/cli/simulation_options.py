@@ -12,7 +12,6 @@ from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario
 from sim.execution.faults.fault import Fault, read_fault
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
-from sim.rendering.inset import INSETS
 from sim.rendering.quality import QUALITIES, Look
 from sim.world.randomization import Perturbation, read_perturbation
 from sim.world.scene import Scene
@@ -37,14 +36,10 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
 
 
 def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:
-    """Return the values of `--quality`, `--size`, `--camera` and `--inset`; see `camera_of` for the scene."""
+    """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
     quality = QUALITIES[checked("--quality", options["quality"], QUALITIES)]
-    camera, inset = camera_of(options["camera"], scene), options["inset"]
-    if inset == camera:
-        raise PrefplanError(f"--inset {inset}: is what --camera shows already")
-    if inset is not None:
-        camera += f"+{checked('--inset', inset, INSETS)}"
-    return {"quality": replace(quality, size=options["size"] or quality.size), "camera": camera}
+    size = options["size"] or quality.size
+    return {"quality": replace(quality, size=size), "camera": camera_of(options["camera"], scene)}
 
 
 def camera_of(name: str, scene: Callable[[], Scene]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from sim.errors import RenderingError
 from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.rendering.framing import home_points, label_anchors, object_corners, of_fixtures, work_points
-from sim.rendering.labels import PixelBox, place_labels
+from sim.rendering.labels import place_labels
 from sim.world.materials import WRIST
 from sim.world.scene import Scene
 
@@ -163,13 +163,13 @@ def _visible(fixtures: mujoco.MjData, eye: np.ndarray, points: np.ndarray) -> np
     return np.array([not 0 <= distance < 1 for distance in met])
 
 
-def label_offsets(scene: Scene, camera: Camera, *, inset: PixelBox | None = None) -> dict[str, np.ndarray]:
+def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:
     """Return the (2,) offsets in pixels from each anchor to its name that keep the names clear in all views."""
     shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
     points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
     boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
     obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
-    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size, inset=inset)
+    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size)
 
 
 def axes_of(view: mujoco.MjvCamera) -> np.ndarray:

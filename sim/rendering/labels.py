@@ -32,7 +32,7 @@ STEPS, DIRECTIONS = 7, 16
 
 
 def place_labels(
-    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int], *, inset: PixelBox | None
+    anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int]
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
@@ -42,13 +42,12 @@ def place_labels(
         anchors: (V, 2) preferred pixel of each name, in each of V views.
         obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
-        inset: a box that no name may overlap either.
 
     Returns:
         (2,) pixels from each anchor to the middle of its name.
     """
     offsets = dict[str, np.ndarray]()
-    taken = np.tile(np.array([inset] if inset else [], dtype=float).reshape(-1, 4), (len(obstacles), 1, 1))
+    taken = np.empty((len(obstacles), 0, 4))
     # From the front to the back, since names in front can hide more.
     for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][:, 1].mean()):
         possible = _offsets(_extent(name, size))

@@ -15,7 +15,6 @@ from sim.rendering.antialias import MARGIN_PX, fill_specks, smooth_edges
 from sim.rendering.cameras import Camera, label_offsets
 from sim.rendering.dirty_rectangle import DirtyRectangle
 from sim.rendering.framing import label_anchors, label_targets
-from sim.rendering.inset import inset_box, with_inset
 from sim.rendering.labels import PixelBox, draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
@@ -52,25 +51,18 @@ class Painter:
             scene: to render.
             size: (width, height) in pixels.
             quality: settings; its own size is ignored.
-            camera: name of a `sim.rendering.cameras.Camera`, optionally with `+` and one of
-                `sim.rendering.inset.INSETS` for a second view in a corner.
+            camera: name of a `sim.rendering.cameras.Camera`.
             opening: as for `sim.rendering.cameras.Camera`.
         """
-        name, _, inset = camera.partition("+")
-        self._scene, self._quality, self._camera = scene, quality, Camera(scene, name, size, opening=opening)
-        self._inset_box = inset_box(scene, self._camera) if inset else None
-        if self._inset_box:
-            left, top, right, bottom = self._inset_box
-            self._inset = Camera(scene, inset, (right - left, bottom - top))
+        self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size, opening=opening)
         if self._camera.mounted:  # no names are written over its pictures
             self._model = with_names(scene.mujoco, scene.table, scene.markings, scene.model.display.location)
         else:
             self._model = copy.copy(scene.mujoco)
+            self._anchors, self._targets = label_anchors(scene), label_targets(scene)
+            self._offsets = label_offsets(scene, self._camera)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
-        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if name == WRIST else 1)
-        self._anchors, self._targets = label_anchors(scene), label_targets(scene)
-        if not self._camera.mounted:
-            self._offsets = label_offsets(scene, self._camera, inset=self._inset_box)
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == WRIST else 1)
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()
@@ -86,7 +78,12 @@ class Painter:
             raise RenderingError(no_gl(f"{type(failure).__name__}: {failure}")) from failure
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
-        self._kept: dict[Camera, tuple[DirtyRectangle, np.ndarray]] = {}
+        self._shown, self._dirty = np.empty((size[1], size[0], 3), dtype=np.uint8), None
+        # A mounted camera sees all move; the shadows of several points of the lamp lie beside the one followed.
+        if not self._camera.mounted and quality.samples == 1:
+            self._dirty = DirtyRectangle(
+                self._model, self._camera, self._key, None if scene.model.scene else scene.table
+            )
 
     def __enter__(self) -> Painter:
         """Return itself."""
@@ -116,63 +113,50 @@ class Painter:
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        picture = self._bare(self._camera, share, glow)
-        if not self._camera.mounted:
-            picture = self._labelled(picture, share)
-        if self._inset_box is None:
-            return picture
-        return with_inset(picture, self._bare(self._inset, share, glow), self._inset_box)
+        picture = self._bare(share, glow)
+        return picture if self._camera.mounted else self._labelled(picture, share)
 
     def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
-        size = bare.shape[1], bare.shape[0]
         anchors, targets = (
             dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
             for points in (self._anchors, self._targets)
         )
-        return draw_labels(bare, label_boxes(anchors, self._offsets, size), anchors, targets)
+        return draw_labels(bare, label_boxes(anchors, self._offsets, self._camera.size), anchors, targets)
 
-    def _bare(self, camera: Camera, share: float, glow: Mapping[str, float]) -> np.ndarray:
+    def _bare(self, share: float, glow: Mapping[str, float]) -> np.ndarray:
         """Return a picture of the current state with smooth edges, without labels.
 
-        What cannot have changed since the camera's last picture is kept from it.
+        What cannot have changed since the last picture is kept from it.
         """
-        view, (width, height) = camera.view(share), camera.size
-        if camera.mounted or self._quality.samples > 1:
-            # A mounted camera sees all move; the shadows of several points of the lamp lie beside the one followed.
-            return self._smooth(view, camera.size, (0, 0, width, height))
-        if camera not in self._kept:
-            table = None if self._scene.model.scene else self._scene.table
-            dirty = DirtyRectangle(self._model, camera, self._key, table)
-            self._kept[camera] = dirty, np.empty((height, width, 3), dtype=np.uint8)
-        dirty, picture = self._kept[camera]
+        view, size = self._camera.view(share), self._camera.size
+        if self._dirty is None:
+            return self._smooth(view, (0, 0, *size))
         look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
-        left, top, right, bottom = dirty.update(self._data, share, look)
+        left, top, right, bottom = self._dirty.update(self._data, share, look)
         if left < right and top < bottom:
-            changed = _grown((left, top, right, bottom), camera.size)
-            seen = _grown(changed, camera.size)
-            fresh = self._smooth(view, camera.size, seen)
-            picture[changed[1] : changed[3], changed[0] : changed[2]] = fresh[
+            changed = _grown((left, top, right, bottom), size)
+            seen = _grown(changed, size)
+            fresh = self._smooth(view, seen)
+            self._shown[changed[1] : changed[3], changed[0] : changed[2]] = fresh[
                 changed[1] - seen[1] : changed[3] - seen[1], changed[0] - seen[0] : changed[2] - seen[0]
             ]
-        return picture.copy()
+        return self._shown.copy()
 
-    def _smooth(self, view: mujoco.MjvCamera, size: tuple[int, int], box: PixelBox) -> np.ndarray:
+    def _smooth(self, view: mujoco.MjvCamera, box: PixelBox) -> np.ndarray:
         """Return a box of a picture with smooth edges, its rim aside."""
         samples = self._quality.samples
         if samples == 1:
-            return smooth_edges(self._painted(view, size, box))
+            return smooth_edges(self._painted(view, box))
         total = np.full((box[3] - box[1], box[2] - box[0], 3), samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
             shift = (k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5
-            total += fill_specks(self._painted(view, size, box, shift=shift))
+            total += fill_specks(self._painted(view, box, shift=shift))
         return (total // samples).astype(np.uint8)
 
-    def _painted(
-        self, view: mujoco.MjvCamera, size: tuple[int, int], box: PixelBox, *, shift: tuple[float, float] = (0.0, 0.0)
-    ) -> np.ndarray:
+    def _painted(self, view: mujoco.MjvCamera, box: PixelBox, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
         """Return a box of a rendering of the current state, shifted to the right and up by fractions of a pixel."""
-        left, top, right, bottom = box
+        (width, height), (left, top, right, bottom) = self._camera.size, box
         area = mujoco.MjrRect(0, 0, right - left, bottom - top)
         pixels = np.empty((area.height, area.width, 3), dtype=np.uint8)
         mujoco.mj_camlight(self._model, self._data)
@@ -180,8 +164,8 @@ class Painter:
             self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
         )
         for eye in self._drawn.camera:
-            pixel, highest = (eye.frustum_top - eye.frustum_bottom) / size[1], eye.frustum_top
-            eye.frustum_center += ((left + right - size[0]) / 2 + shift[0]) * pixel
+            pixel, highest = (eye.frustum_top - eye.frustum_bottom) / height, eye.frustum_top
+            eye.frustum_center += ((left + right - width) / 2 + shift[0]) * pixel
             eye.frustum_bottom = highest + (shift[1] - bottom) * pixel
             eye.frustum_top = highest + (shift[1] - top) * pixel
         mujoco.mjr_render(area, self._drawn, self._context)

@@ -74,7 +74,7 @@ IN_THIS_PROCESS: dict[str, Callable[[list[str]], int]] = {"prefplan": main, "pyt
 FOR_A_SHELL = re.compile(r"[|&<>$]")
 
 READ_ONLY = (
-    r"prefplan run (case_study_3|.* --(camera|inset)) |MUJOCO_GL|"
+    r"prefplan run (case_study_3|.* --camera) |MUJOCO_GL|"
     r"prefplan (report|draw|export|view|doctor)\b"
 )
 """Commands that have separate tests or are run on a later page, and produce nothing that a page needs: only their

@@ -50,8 +50,6 @@ def cup(run: Run, tmp_path: Path) -> Path:
         ),
         (["cup.toml", "--robot", "pandda"], "prefplan: unknown robot 'pandda' (did you mean 'panda'?)"),
         (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
-        (["cup.toml", "--inset", "side"], "--inset: unknown name 'side' (valid: wrist, top)"),
-        (["cup.toml", "--inset", "top", "--camera", "top"], "--inset top: is what --camera shows already"),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--seed", "-1"], "'--seed': -1 is not in the range x>=0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),

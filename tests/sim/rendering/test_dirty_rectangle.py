@@ -34,9 +34,7 @@ def states(scene: Scene, count: int, *, seed: int) -> list[np.ndarray]:
     return rows
 
 
-@pytest.mark.parametrize(
-    ("camera", "samples"), [("fixed", 1), ("top", 1), ("40,-20,2", 1), ("fixed+wrist", 1), ("fixed", 5)]
-)
+@pytest.mark.parametrize(("camera", "samples"), [("fixed", 1), ("top", 1), ("40,-20,2", 1), ("fixed", 5)])
 def test_pictures_are_those_of_a_renderer_that_keeps_nothing(scene: Scene, gl: None, camera: str, samples: int) -> None:
     quality, shown = replace(DRAFT, samples=samples), states(scene, 8, seed=samples)
     glows = [{}, {}, {"san": 1.0}, {"san": 1.0}, {"san": 0.3}, {}, {}, {}]
@@ -56,11 +54,11 @@ def test_shadows_fall_on_a_base_that_stands_beside_the_table(scene: Scene, gl: N
         Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as keeping,
         Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as forgetting,
     ):
+        forgetting._dirty = None
         for qpos in states(fetch, 20, seed=0):
             keeping._gl.make_current()
             picture = keeping.frame(qpos, glow={})
             forgetting._gl.make_current()
-            forgetting._kept.clear()
             whole = forgetting.frame(qpos, glow={})
             assert (np.abs(whole.astype(int) - picture).max(axis=2) > 12).mean() < 3e-4
 
