@@ -15,19 +15,12 @@ from sim.export.names import OFF, ON, body_node, geom_node, lamps
 FLOAT = 5126
 """glTF's component type of 32-bit floating point numbers."""
 
-ACCESSOR_TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
-"""glTF's accessor types, by the number of components."""
-
 Items = dict[Any, bytes]
 """Buffers of the file's binary part, in order, by unique names."""
 
 
 def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pose of each body in its parent's frame.
-
-    Args:
-        model: of a scene.
-        qpos: (T, nq) positions.
+    """Return the pose of each body in its parent's frame at (T, nq) positions.
 
     Returns:
         (T, nbody, 3) positions, m, and (T, nbody, 4) unit quaternions, w first, with continuous signs over time.
@@ -118,7 +111,7 @@ def _accessor(tree: dict[str, Any], items: Items, values: np.ndarray) -> int:
     tree["accessors"][f"animation {len(items)}"] = {
         "bufferView": len(items) - 1,
         "componentType": FLOAT,
-        "type": ACCESSOR_TYPES[rows.shape[1]],
+        "type": {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[rows.shape[1]],
         "count": len(rows),
         "min": rows.min(axis=0).tolist(),
         "max": rows.max(axis=0).tolist(),

@@ -17,15 +17,6 @@ from sim.geometry.mjcf import plain_solid
 from sim.geometry.solids import smoothed
 from sim.world.materials import Rgba
 
-TEXTURE_QUALITY = 80
-"""JPEG quality of textures."""
-
-UNSET = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's default colour of a geom, in place of which it uses that of the material."""
-
-DEFAULT_SHININESS = 0.5
-"""MuJoCo's value for a geom without a material."""
-
 
 @dataclass(frozen=True)
 class Appearance:
@@ -61,35 +52,29 @@ class Appearance:
 
 
 def linear(colour: Sequence[float] | np.ndarray) -> tuple[float, ...]:
-    """Return an sRGB colour as linear RGB, as glTF needs it (IEC 61966-2-1); a fourth value, the opacity, is kept."""
-    light = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in colour[:3]]
-    return *map(float, light), *map(float, colour[3:])
+    """Return an sRGB colour as linear RGB, as glTF needs it; a fourth value, the opacity, is kept."""
+    light = trimesh.visual.color.srgb_to_linear(np.array(colour[:3], dtype=float))
+    return *light.tolist(), *map(float, colour[3:])
 
 
 def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
     """Return the appearance of a geom."""
     material, rgba = int(model.geom_matid[geom]), model.geom_rgba[geom]
-    if material < 0:
-        name = "plain " + " ".join(f"{value:.3g}" for value in rgba)
-        return Appearance(name, linear(rgba), (0.0, 0.0, 0.0), roughness=_roughness(DEFAULT_SHININESS))
-    name = str(model.mat(material).name)
-    if np.allclose(rgba, UNSET):
+    has_material = material >= 0
+    name = str(model.mat(material).name) if has_material else "plain"
+    if has_material and np.allclose(rgba, [0.5, 0.5, 0.5, 1]):  # MuJoCo's default, in place of which it uses this
         rgba = model.mat_rgba[material]
     else:
         name += " " + " ".join(f"{value:.3g}" for value in rgba)
-    emission = model.mat_emission[material] * np.array(linear(rgba[:3]))
+    glows, shines = (model.mat_emission[material], model.mat_shininess[material]) if has_material else (0.0, 0.5)
     return Appearance(
         name,
         linear(rgba),
-        tuple(emission.tolist()),
-        roughness=_roughness(float(model.mat_shininess[material])),
-        texture=_texture(model, material),
+        tuple((glows * np.array(linear(rgba[:3]))).tolist()),
+        # Its highlight is as wide as that of the Blinn-Phong exponent, 128 times the shininess.
+        roughness=float((2 / (2 + 128 * shines)) ** 0.25),
+        texture=_texture(model, material) if has_material else None,
     )
-
-
-def _roughness(shininess: float) -> float:
-    """Return the roughness whose highlight is as wide as that of the Blinn-Phong exponent, 128 times `shininess`."""
-    return float((2 / (2 + 128 * shininess)) ** 0.25)
 
 
 def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
@@ -113,29 +98,22 @@ def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
     pixels = model.tex_data[start : start + np.prod(size)].reshape(size)
     # MuJoCo stores rows from the bottom up.
     image, file = Image.fromarray(pixels[::-1, :, :3]), io.BytesIO()
-    image.save(file, format="JPEG", quality=TEXTURE_QUALITY)
+    image.save(file, format="JPEG")
     return Image.open(file)
 
 
 def _compiled(model: mujoco.MjModel, mesh: int) -> trimesh.Trimesh:
     """Return a compiled mesh; a vertex with several normals or texture coordinates is split."""
-
-    def part(values: np.ndarray, starts: np.ndarray, counts: np.ndarray) -> np.ndarray:
-        return np.array(values[starts[mesh] : starts[mesh] + counts[mesh]])
-
-    faces = part(model.mesh_face, model.mesh_faceadr, model.mesh_facenum)
-    normals = part(model.mesh_facenormal, model.mesh_faceadr, model.mesh_facenum)
-    corners = [faces.ravel(), normals.ravel()]
-    mapped = model.mesh_texcoordadr[mesh] >= 0
-    if mapped:
-        corners.append(part(model.mesh_facetexcoord, model.mesh_faceadr, model.mesh_facenum).ravel())
-    unique, index = np.unique(np.stack(corners, axis=1), axis=0, return_inverse=True)
+    faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
+    corners = np.stack([model.mesh_face[faces], model.mesh_facenormal[faces], model.mesh_facetexcoord[faces]], axis=-1)
+    unique, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, normals, texture = unique.T
     solid = trimesh.Trimesh(
-        part(model.mesh_vert, model.mesh_vertadr, model.mesh_vertnum)[unique[:, 0]],
+        model.mesh_vert[model.mesh_vertadr[mesh] + vertices],
         index.reshape(-1, 3),
-        vertex_normals=part(model.mesh_normal, model.mesh_normaladr, model.mesh_normalnum)[unique[:, 1]],
+        vertex_normals=model.mesh_normal[model.mesh_normaladr[mesh] + normals],
         process=False,
     )
-    uv = part(model.mesh_texcoord, model.mesh_texcoordadr, model.mesh_texcoordnum)[unique[:, 2]] if mapped else None
-    solid.visual = TextureVisuals(uv=uv)
+    start = model.mesh_texcoordadr[mesh]
+    solid.visual = TextureVisuals(uv=None if start < 0 else model.mesh_texcoord[start + texture])
     return solid

@@ -15,47 +15,29 @@ from sim.world.scene import Scene
 
 LIGHTS = "KHR_lights_punctual"
 
-WHITE_LUX = np.pi
-"""Illuminance under which a white surface appears white in viewers without an exposure setting."""
-
 ASPECT = (16, 9)
 """Aspect ratio of the exported camera: that of the videos."""
 
-NEAR_M, FAR_M = 0.02, 30.0
-
 
 def add_studio(tree: dict[str, Any], scene: Scene) -> None:
-    """Add the scene's lights and the camera of its videos to a glTF document.
-
-    Args:
-        tree: the document, with its nodes.
-        scene: of the document.
-    """
+    """Add the scene's lights and the camera of its videos to a glTF document with its nodes."""
     model = scene.mujoco
     directional = model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    lights = []
+    lights = list[dict[str, Any]]()
     for light in map(int, np.flatnonzero(directional & (model.light_active != 0))):
-        diffuse = np.array(linear(model.light_diffuse[light]))
+        name, diffuse = model.light(light).name, np.array(linear(model.light_diffuse[light]))
         strength = float(diffuse.max())
-        lights.append(
-            {
-                "type": "directional",
-                "name": model.light(light).name,
-                "color": (diffuse / strength).tolist(),
-                "intensity": strength * WHITE_LUX,
-            }
-        )
         node = _looking(model.light_pos[light], model.light_dir[light])
-        _add_node(
-            tree,
-            node | {"name": f"{model.light(light).name}, light", "extensions": {LIGHTS: {"light": len(lights) - 1}}},
-        )
+        _add_node(tree, node | {"name": f"{name}, light", "extensions": {LIGHTS: {"light": len(lights)}}})
+        # Under pi lux, a white surface appears white in viewers without an exposure setting.
+        shines = {"color": (diffuse / strength).tolist(), "intensity": strength * np.pi}
+        lights.append({"type": "directional", "name": name} | shines)
     tree.setdefault("extensions", {})[LIGHTS] = {"lights": lights}
     tree.setdefault("extensionsUsed", []).append(LIGHTS)
     view = Camera(scene, "fixed", ASPECT).view()
     _, _, ahead = axes_of(view)
     lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": ASPECT[0] / ASPECT[1]}
-    tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": NEAR_M, "zfar": FAR_M}}]
+    tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": 0.02, "zfar": 30.0}}]
     # Distance to the point about which an interactive viewer should orbit.
     extras = {"distance": float(view.distance)}
     node = _looking(view.lookat - view.distance * ahead, ahead)
