@@ -17,22 +17,13 @@ from prefplan.models.manipulation.model import Object
 from sim.external.user_scene import UserScene, bounds, scene_files
 from sim.geometry.mjcf import as_utf8
 
-MODEL_SIZES = ("memory", "nconmax", "njmax", "nstack", "nuserdata")
-"""Sizes of a model that a file may set; here, those of the whole scene apply."""
-
 
 def add_user_scene(
     spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[Object, np.ndarray]]
 ) -> list[str]:
-    """Add a user's scene to a spec; its bodies that are objects get the objects' names.
+    """Add a user's scene to the whole one; its bodies that are objects get the objects' names.
 
-    Args:
-        spec: of the whole scene.
-        scene: from `read_scene`.
-        objects: those that are bodies of it, with the (3,) half sides of their shapes, m, by name.
-
-    Returns:
-        Warnings for the user.
+    Objects are given by name, with the (3,) half sides of their shapes, m. Returns warnings for the user.
     """
     world = mujoco.MjSpec.from_file(as_utf8(scene.path))
     _find_files(world, scene.path)
@@ -99,7 +90,7 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
             changed.append("option flag" if name in ("disableflags", "enableflags") else f"option {name}")
         setattr(world.option, name, getattr(spec.option, name))
     world.visual, world.stat = spec.visual, spec.stat
-    for name in MODEL_SIZES:
+    for name in ("memory", "nconmax", "njmax", "nstack", "nuserdata"):
         setattr(world, name, getattr(spec, name))
     return changed
 
@@ -139,11 +130,7 @@ def _join(body: mujoco.MjsBody) -> list[str]:
 def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explicit: bool) -> None:
     """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close.
 
-    Args:
-        body: of the user's scene.
-        scene: that scene.
-        half: (3,) half sides of the object, m.
-        explicit: whether the file gives the inertia of at least one of its parts.
+    `half` are the object's (3,) half sides, m; `explicit` is whether the file gives the inertia of any of its parts.
     """
     low, high = bounds(scene, body.name)
     turned = not np.isclose(2 * half[0], high[0] - low[0])
@@ -166,10 +153,7 @@ def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explici
 
 
 def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the mass of a free body and its children, kg, their (3,) centre, m, and (3, 3) inertia, kg m^2.
-
-    Centre and inertia are in the body's frame; the inertia is about the centre.
-    """
+    """Return mass, kg, (3,) centre, m, and (3, 3) inertia about it of a free body and its children, in its frame."""
     data, number = mujoco.MjData(scene.mujoco), scene.mujoco.body(body).id
     mujoco.mj_kinematics(scene.mujoco, data)
     mujoco.mj_comPos(scene.mujoco, data)

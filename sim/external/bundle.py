@@ -101,11 +101,7 @@ def _decoded(name: str, text: str) -> bytes:
 
 
 def _paths(name: str, contents: bytes) -> Iterator[str]:
-    """Yield the paths in a file if it is XML.
-
-    Raises:
-        LogError: it is no valid XML, or a path in it is not relative.
-    """
+    """Yield the paths in a file if it is XML; raise `LogError` if it is no valid XML, or one is not relative."""
     if not contents.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
         return
     try:

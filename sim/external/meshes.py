@@ -19,9 +19,6 @@ from sim.errors import SimulationError
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
 
-FORMATS = (".stl", ".obj")
-"""Suffixes of mesh files."""
-
 SIDES_M = 1e-4, 1.0
 """Bounds on the longest side of a mesh, m; checked before a decomposition that may take half a minute."""
 
@@ -31,14 +28,19 @@ CONVEX_SHARE = 0.97
 MAX_DRAWN_FACES = 20_000
 """Greatest number of faces of a visual mesh; larger ones are simplified."""
 
-CONCAVITY, MAX_PARTS, MAX_PART_VERTICES = 0.1, 24, 64
-"""Of the decomposition: greatest remaining concavity (CoACD's threshold), number of parts, and vertices of a part."""
-
-SEARCH = {"mcts_nodes": 8, "mcts_iterations": 30, "mcts_max_depth": 2, "resolution": 1000, "preprocess_resolution": 30}
-"""Effort of CoACD's search: a mug takes half a minute on one core, and minutes with its defaults."""
-
-PARTS_VERSION = 1
-"""Version of the decomposition; raised when it changes, so that cached parts are computed again."""
+COACD = {
+    "threshold": 0.1,
+    "max_convex_hull": 24,
+    "max_ch_vertex": 64,
+    "decimate": True,
+    "seed": 0,
+    "mcts_nodes": 8,
+    "mcts_iterations": 30,
+    "mcts_max_depth": 2,
+    "resolution": 1000,
+    "preprocess_resolution": 30,
+}
+"""Options of the decomposition: a mug takes half a minute on one core, and minutes with CoACD's defaults."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +91,7 @@ def mesh_of(obj: Object, folder: Path) -> MeshParts:
     if obj.file is None:
         raise SimulationError(f"{where}: missing; an STL or OBJ file beside the scenario")
     path = folder / obj.file
-    if path.suffix.lower() not in FORMATS:
+    if path.suffix.lower() not in (".stl", ".obj"):
         raise SimulationError(f"{where}: {obj.file!r} is neither an STL nor an OBJ file")
     try:
         with prefixed(f"objects.{obj.name}."):
@@ -126,9 +128,8 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
 
 def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
     """Return the convex parts of a mesh, cached on disk: to compute them takes seconds to minutes."""
-    digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
-    path = cache_folder("convex_parts") / f"{digest}-{PARTS_VERSION}.npz"
-    arrays = kept_arrays(path, partial(_decompose, mesh))
+    digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes() + repr(COACD).encode()).hexdigest()
+    arrays = kept_arrays(cache_folder("convex_parts") / f"{digest}.npz", partial(_decompose, mesh))
     return tuple(trimesh.Trimesh(points).convex_hull for points in arrays)
 
 
@@ -137,13 +138,5 @@ def _decompose(mesh: trimesh.Trimesh) -> list[np.ndarray]:
     import coacd  # imported late, since it starts a pool of threads
 
     coacd.set_log_level("error")
-    parts = coacd.run_coacd(
-        coacd.Mesh(mesh.vertices, mesh.faces),
-        threshold=CONCAVITY,
-        max_convex_hull=MAX_PARTS,
-        max_ch_vertex=MAX_PART_VERTICES,
-        decimate=True,
-        seed=0,
-        **SEARCH,
-    )
+    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), **COACD)
     return [np.asarray(vertices, dtype=np.float64) for vertices, _ in parts]

@@ -6,7 +6,6 @@ A log holds the files of its scene, so that anyone can check it: their paths are
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from math import prod
 from pathlib import Path
@@ -14,17 +13,11 @@ from xml.etree import ElementTree
 
 from sim.errors import SimulationError
 
-PATHS = re.compile("file.*|.*dir")
-"""Names of the attributes of MJCF that hold paths."""
-
 MAX_COPIES = 10_000
 """Most copies that the elements `replicate`, one inside another, make in a file."""
 
 MAX_CELLS = 10_000_000
 """Most cells of a height field, and most pixels of a side of a texture: 40 MB."""
-
-PIXELS = ("width", "height")
-CELLS = ("nrow", "ncol")
 
 
 def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -> None:
@@ -42,7 +35,7 @@ def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -
         for path_in_it in paths(element):
             if not is_relative(path_in_it):
                 raise SimulationError(f"{key}: {path}: {path_in_it!r} is no path relative to the file")
-        for kind, sides in (("hfield", CELLS), ("texture", PIXELS)):
+        for kind, sides in (("hfield", ("nrow", "ncol")), ("texture", ("width", "height"))):
             if element.tag == kind and prod(_number(element, side) for side in sides) > MAX_CELLS:
                 raise SimulationError(f"{key}: {path}: {kind}: {' x '.join(sides)} is more than {MAX_CELLS}")
         if element.tag == "include" and (other := path.parent / element.get("file", "")) not in within:
@@ -51,7 +44,7 @@ def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -
 
 def paths(element: ElementTree.Element) -> list[str]:
     """Return the paths that an element of MJCF names."""
-    return [value for key, value in element.attrib.items() if PATHS.fullmatch(key)]
+    return [value for key, value in element.attrib.items() if key.startswith("file") or key.endswith("dir")]
 
 
 def is_relative(path: str) -> bool:

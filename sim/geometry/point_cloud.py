@@ -62,7 +62,3 @@ class PointCloud:
             points.append(drawn[~inside])
             normals.append(part.face_normals[faces[~inside]])
         return PointCloud(np.concatenate(points), np.concatenate(normals), centre_of_mass(parts))
-
-    def off_centre(self, point: np.ndarray) -> float:
-        """Return the distance of a (3,) point from the centre of mass, m."""
-        return float(np.linalg.norm(point - self.centre))

@@ -86,7 +86,7 @@ def _normals(parts: Sequence[trimesh.Trimesh], area: float) -> list[np.ndarray]:
 def _heights(part: trimesh.Trimesh, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Return the greatest height of a convex part along a (3,) normal on the lines through (..., 3) points, m.
 
-    A line is inside the part where it is inside every face's half-space. Lines that never are get `NO_HEIGHT_M`.
+    A line is inside the part where it is inside every face's half-space.
     """
     slopes = part.face_normals @ normal
     with np.errstate(divide="ignore", invalid="ignore"):

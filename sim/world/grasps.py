@@ -130,7 +130,7 @@ def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tu
     for pair, tilt in itertools.product(shape.pairs, TILTS_RAD):
         rotation, off_top = _hand(pair.direction, tilt)
         seen = (surface.points - pair.position) @ rotation
-        off_centre = round(surface.off_centre(pair.position), 3)
+        off_centre = round(float(np.linalg.norm(pair.position - surface.centre)), 3)
         for order, clearance in enumerate(CLEARANCES_M):
             grasp = GraspPose(pair.position, rotation, pair.width, clearance)
             if not _obstructing(seen, grasp, gripper).any():
