@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
 from typing import Any
 
 import mujoco
@@ -53,16 +53,6 @@ def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
     pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
 
 
-@dataclass(frozen=True)
-class HandState:
-    """The hand at rest at a command: the (k,) fingers' joint positions, the actuator's length, and the kinematics."""
-
-    command: float
-    positions: np.ndarray
-    length: float
-    data: mujoco.MjData
-
-
 def gripper_from_mjcf(
     spec: mujoco.MjSpec, arm: dict[str, float], setup: GripperSetup, *, tool: str, actuator: str
 ) -> Gripper:
@@ -85,9 +75,9 @@ def gripper_from_mjcf(
     opening_m, closed_m, force_n = setup.open, setup.closed, setup.force
     model = spec.compile()
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
-    states = _states(model, arm, actuator, joints)
-    pads = _pads(states, model, joints, tool)
-    widths = np.array([_width(model, state.data, pads, tool) for state in states])
+    states = _states(model, arm, actuator)
+    pads = _pads(states[len(states) // 2], joints, tool)
+    widths = np.array([_width(state, pads, tool) for state in states])
     order = np.argsort(widths)
     if np.ptp(widths) < MIN_TRAVEL_M:
         raise RobotError(
@@ -96,21 +86,23 @@ def gripper_from_mjcf(
     if widths.max() < opening_m - WIDTH_TOLERANCE_M or widths.min() > closed_m + WIDTH_TOLERANCE_M:
         found = f"{widths.min():.3f} to {widths.max():.3f} m"
         raise RobotError(f"the fingers should open from {closed_m:g} to {opening_m:g} m, but their range is {found}")
-    _check_axis(model, states[order[-1]].data, pads, tool)
-    kept = order[np.concatenate([[True], np.diff(widths[order]) > 1e-5])]
+    _check_axis(states[order[-1]], pads, tool)
+    kept = [states[i] for i in order[np.diff(widths[order], prepend=-np.inf) > 1e-5]]
     linkage = Linkage(
-        widths[kept], np.array([states[i].command for i in kept]), np.array([states[i].positions for i in kept])
+        widths=np.array([_width(state, pads, tool) for state in kept]),
+        commands=np.array([state.actuator(actuator).ctrl[0] for state in kept]),
+        positions=np.array([[state.joint(name).qpos[0] for name in joints] for state in kept]),
     )
-    lengths = np.array([states[i].length for i in kept])
+    lengths = np.array([state.actuator(actuator).length[0] for state in kept])
     squeeze = _set_force(spec, actuator, linkage, lengths, force_n)
     for pad in map(spec.geom, pads):
         set_pad(pad, friction=max(1.0, float(pad.friction[0])))
     firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
-    sizes = _dimensions(model, [state.data for state in states], joints, pads, tool)
+    sizes = _dimensions(states, joints, pads, tool)
     return Gripper(actuator, joints, pads, opening_m, squeeze, firm, **sizes, linkage=linkage)
 
 
-def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints: tuple[str, ...]) -> list[HandState]:
+def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str) -> list[mujoco.MjData]:
     """Return the hand at rest at each of several commands, the arm held at home."""
     option = model.opt
     option.integrator, option.timestep = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 0.002
@@ -129,26 +121,21 @@ def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str, joints:
         for name, value in arm.items():
             data.joint(name).qpos[0], data.joint(name).qvel[0] = value, 0.0
         mujoco.mj_forward(model, data)
-        there = mujoco.MjData(model)
-        there.qpos[:] = data.qpos
-        mujoco.mj_kinematics(model, there)
-        positions = np.array([data.joint(name).qpos[0] for name in joints])
-        found.append(HandState(float(command), positions, float(data.actuator_length[motor]), there))
+        found.append(copy.copy(data))
     return found
 
 
-def _pads(states: list[HandState], model: mujoco.MjModel, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
+def _pads(data: mujoco.MjData, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
     """Return the geoms of the left and the right finger that are nearest to the tool: these hold objects."""
+    model, site = data.model, data.site(tool)
     moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
     shapes = [i for i in range(model.ngeom) if int(model.geom_bodyid[i]) in moving and model.geom_contype[i]]
-    narrow = states[len(states) // 2].data
-    site = narrow.site(tool)
-    across = (narrow.geom_xpos[shapes] - site.xpos) @ site.xmat.reshape(3, 3)[:, 1]
+    across = (data.geom_xpos[shapes] - site.xpos) @ site.xmat.reshape(3, 3)[:, 1]
     left, right = ([i for i, y in zip(shapes, across, strict=True) if y * side > 0] for side in (1, -1))
     if not left or not right:
         raise RobotError(f"no finger has a colliding shape on either side of the site {tool!r}, along its y axis")
     nearest = [
-        min(side, key=lambda geom: float(np.linalg.norm(narrow.geom_xpos[geom] - site.xpos))) for side in (left, right)
+        min(side, key=lambda geom: float(np.linalg.norm(data.geom_xpos[geom] - site.xpos))) for side in (left, right)
     ]
     return model.geom(nearest[0]).name, model.geom(nearest[1]).name
 
@@ -172,7 +159,7 @@ def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: st
     mujoco.mj_kinematics(model, data)
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
     firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
-    sizes = _dimensions(model, [data], joints, (lip.name,), tool)
+    sizes = _dimensions([data], joints, (lip.name,), tool)
     sizes |= {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "force_n": force_n}
     sizes["press_m"] = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
     return SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, **sizes)
@@ -187,17 +174,17 @@ def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
     return found
 
 
-def _width(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
+def _width(data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
     """Return the width between the pads, measured by their bounding boxes in the tool's frame, m."""
-    left, right = (_box(data, model.geom(name).id, tool)[:, 1] for name in pads)
+    left, right = (_box(data, data.model.geom(name).id, tool)[:, 1] for name in pads)
     return float(left.min() - right.max())
 
 
-def _check_axis(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[str, str], tool: str) -> None:
+def _check_axis(data: mujoco.MjData, pads: tuple[str, str], tool: str) -> None:
     """Raise RobotError unless the shortest line between the open pads is along the tool's y axis."""
     ends = np.zeros(6)
-    left, right = (model.geom(name).id for name in pads)
-    mujoco.mj_geomDistance(model, data, left, right, 1.0, ends)
+    left, right = (data.model.geom(name).id for name in pads)
+    mujoco.mj_geomDistance(data.model, data, left, right, 1.0, ends)
     apart = ends[:3] - ends[3:]
     axes = data.site(tool).xmat.reshape(3, 3)
     if abs(apart @ axes[:, 1]) < CLOSING_COSINE * np.linalg.norm(apart):
@@ -225,22 +212,21 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
 
 
 def _dimensions(
-    model: mujoco.MjModel, states: list[mujoco.MjData], joints: tuple[str, ...], pads: tuple[str, ...], tool: str
+    states: list[mujoco.MjData], joints: tuple[str, ...], pads: tuple[str, ...], tool: str
 ) -> dict[str, Any]:
     """Return the dimensions of the hand over several states, by their names in `Gripper`, from its bounding boxes."""
+    model = states[0].model
     fingers = {int(model.geom(name).bodyid[0]) for name in pads}
     moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
     hand = _carried(model, {int(model.site(tool).bodyid[0])}) - fingers - moving
-    pad_geoms = [model.geom(name).id for name in pads]
-    solid = [int(geom) for geom in np.flatnonzero(model.geom_contype)]
+    solid = [(geom, int(model.geom_bodyid[geom])) for geom in np.flatnonzero(model.geom_contype).tolist()]
     depth, finger, palm = 0.0, [], []
     for data in states:
-        boxes = {geom: _box(data, geom, tool) for geom in solid}
-        own = np.concatenate([boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in fingers])
-        inner = min(float(np.abs(boxes[pad][:, 1]).min()) for pad in pad_geoms)
-        depth = max(depth, float(np.abs(own[:, 1]).max()) - inner)
-        finger.append(own)
-        palm += [boxes[geom] for geom in solid if int(model.geom_bodyid[geom]) in hand and boxes[geom][:, 2].max() < 0]
+        finger.append(np.concatenate([_box(data, geom, tool) for geom, body in solid if body in fingers]))
+        inner = min(float(np.abs(_box(data, model.geom(name).id, tool)[:, 1]).min()) for name in pads)
+        depth = max(depth, float(np.abs(finger[-1][:, 1]).max()) - inner)
+        boxes = [_box(data, geom, tool) for geom, body in solid if body in hand]
+        palm += [box for box in boxes if box[:, 2].max() < 0]
     across = max((float(np.abs(box[:, 0]).max()) for box in palm), default=0.0)
     shapes = np.concatenate(finger)
     return {
