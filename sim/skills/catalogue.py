@@ -20,16 +20,9 @@ SKILLS: dict[str, Skill] = {
 def perform(
     cell: Workcell, action: Action | str, skills: Mapping[str, Skill] = SKILLS, *, ahead: Sequence[Action | str] = ()
 ) -> None:
-    """Carry out one action, given as a value or as text such as `transport blue san`; return when the arm is at rest.
+    """Carry out one action, as a value or as text such as `transport blue san`; return when the arm is at rest.
 
-    Args:
-        cell: the simulation.
-        action: the action.
-        skills: by kind of action.
-        ahead: the actions planned after it.
-
-    Raises:
-        SimulationError: see `Skill.perform`.
+    `skills` are by kind of action; `ahead` are the actions planned after it. Errors as of `Skill.perform`.
     """
     first, *rest = (cell.scene.model.action(each) if isinstance(each, str) else each for each in (action, *ahead))
     skills[first.kind].perform(cell, first, rest)

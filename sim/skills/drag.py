@@ -16,7 +16,7 @@ from sim.robots.gripper import SuctionGripper
 from sim.simulation.kinematic_cell import PRESSED_N
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
-from sim.skills.hand import OPEN_DURATION_S, free_pose, move_tool
+from sim.skills.hand import OPEN_DURATION_S, SIDEWAYS, free_pose, move_tool
 from sim.skills.placing import obstacles
 from sim.skills.skill import SkillError
 from sim.skills.transfer import travel
@@ -32,17 +32,13 @@ STROKE_M = 0.03
 """How far the fingers move in one stroke, pressing the object, m."""
 
 MIN_PROGRESS_M = 0.005
-"""Least distance that a stroke drags an object towards its goal, m: if it is less, the fingers slip, and another stroke
-would do no better."""
+"""Least distance that a stroke drags an object towards its goal, m: if it is less, the fingers slip."""
 
 SHARE_DRAGGED = 0.8
 """Share of the distance after which an object counts as dragged free."""
 
 MAX_DIRECTIONS = 3
 """Number of directions to try for each distance: if none of them frees the object, another one rarely does."""
-
-DIRECTIONS_RAD = np.radians(np.arange(0, 360, 22.5))
-"""Headings in which to drag it."""
 
 PRESS_DURATION_S = 3.0
 """Least duration of the last part of the way down, which ends early when the fingertips press the object."""
@@ -103,12 +99,7 @@ def find_drag(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
 
 
 def drag_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
-    """Press an object from above with closed fingers and drag it aside, in several strokes, since it slips or rolls.
-
-    Args:
-        cell: the running simulation.
-        obj: the object.
-        shift: (3,) by which it is dragged, m.
+    """Press an object from above with closed fingers and drag it by a (3,) shift, m, in strokes: it slips or rolls.
 
     Raises:
         SkillError: it slips under the fingers.
@@ -172,11 +163,7 @@ def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> 
     """Return the tool's pose at which the closed fingertips are just above an object, preceded by its pre-grasp pose.
 
     Collisions are checked `fingertip_m` lower, before and after the (3,) shift, m: the hand moves down until a pad is
-    pressed, at most that far.
-
-    Raises:
-        BlockedError: bodies are in the way of the last pose that was tried.
-        SimulationError: the arm does not reach that pose.
+    pressed, at most that far. If there is none, the error tells why the last pose that was tried is none.
     """
     refused = SimulationError(f"{obj} is out of reach")
     give = np.array([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
@@ -228,10 +215,10 @@ def _lies_round(pose: ObjectPose) -> bool:
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
     """Yield collision-free (3,) shifts of an object to try, m: short ones first, of each length the most central ones.
 
-    Central are headings near the mean of all that are free. A round object that lies is rolled across its axis or
-    dragged along it.
+    Central are headings near the mean of all that are free. A round object that lies is rolled, or dragged along its
+    axis.
     """
-    headings = np.column_stack([np.cos(DIRECTIONS_RAD), np.sin(DIRECTIONS_RAD), np.zeros(len(DIRECTIONS_RAD))])
+    headings = SIDEWAYS
     if _lies_round(pose):
         along = pose.rotation[:, 2] * [1.0, 1.0, 0.0]
         headings = np.array([[-along[1], along[0], 0.0], [along[1], -along[0], 0.0], along, -along])

@@ -23,6 +23,7 @@ from sim.skills.hand import (
     LIFT_M,
     OPEN_DURATION_S,
     PLANNING_CLEARANCE_M,
+    SIDEWAYS,
     check_held,
     move_tool,
     pregrasps,
@@ -40,8 +41,8 @@ NEARLY_CLOSED_M = 0.008
 """By how much the open hand is wider than the object when the arm has stopped at the grasp, m."""
 
 CLOSE_DURATION_S, SQUEEZE_DURATION_S = 0.2, 0.45
-"""Durations of closing the hand to that width, and then on the object: the pad that touches it first pushes it gently.
-When it pushed the object against the other pad within 0.3 s, torque rates of the arm reached 121 % of their limit."""
+"""Durations of closing the hand to that width, and then on the object, which the first pad to touch it pushes
+gently."""
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
@@ -52,13 +53,12 @@ OFF_GROUND_M = 0.006
 RUBBING_M = 0.003
 """Distance within which the object may rub on what is beside it, m."""
 
-OFF_WALL_M, OFF_WALL_HEADINGS_RAD = (0.015, 0.012), np.radians(np.arange(0, 360, 22.5))
-"""How far the object is moved away from what is beside it, to the side and up, m; and the headings to try."""
+OFF_WALL_M = (0.015, 0.012)
+"""How far the object is moved away from what is beside it, to the side and up, m."""
 
 RUBBING_LIFT_S = 1.5
 """Least duration of moving an object off what stands beside it, such as the wall of a bin on which it leans, or of
-raising it along that: it sticks and slips. In 0.5 s the joints' accelerations reached 119 % of their limit, and torque
-rates 124 %; now 78 and 50 %."""
+raising it along that: it sticks and slips. In 0.5 s, torque rates reached 124 % of their limit, now 50 %."""
 
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
@@ -160,9 +160,8 @@ class GraspSkill(Grasp, Skill):
     def _close(self, cell: Workcell, obj: str, grasp: GraspPose, before: ToolPose) -> np.ndarray:
         """Close the hand on an object and raise it; return the pads' contact forces, (pads,) N.
 
-        Raises:
-            SkillError: there is no firm grip, or the object is lost while it is raised.
-            BlockedError: bodies are in the way of raising it; it was let go.
+        Raises `SkillError` without a firm grip, or if the object is lost; `BlockedError` where it was let go, since
+        bodies are in the way of raising it.
         """
         cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
@@ -189,9 +188,6 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
 
     An object that leans on another body is first moved off it. If the way is blocked, the hand moves straight to a
     pre-grasp pose of where it is now: up, or back along its axis if it is tilted.
-
-    Raises:
-        BlockedError: all these ways are blocked.
     """
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
@@ -222,18 +218,14 @@ def _leans(cell: Workcell, obj: str, before: ToolPose) -> bool:
 
 def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
     """Return the most central (3,) shift, m, that frees the held object from what is beside it; None if none does."""
-    here, up = cell.arm.tool(cell.reference), np.array([0.0, 0.0, OFF_WALL_M[1]])
-    shifts = [up + OFF_WALL_M[0] * np.array([np.cos(yaw), np.sin(yaw), 0.0]) for yaw in OFF_WALL_HEADINGS_RAD]
+    here, shifts = cell.arm.tool(cell.reference), OFF_WALL_M[0] * SIDEWAYS + [0.0, 0.0, OFF_WALL_M[1]]
     free = [shift for shift in shifts if not _is_beside(cell, obj, here.shifted(shift), PLANNING_CLEARANCE_M)]
     middle = np.sum(free, axis=0)
     return max(free, key=lambda shift: float(shift @ middle), default=None)
 
 
 def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bool:
-    """Return whether the held object would be within a clearance, m, of another body with the tool at a pose.
-
-    True if the arm does not reach the pose.
-    """
+    """Return whether the held object would be within a clearance, m, of a body at a pose of the tool, if in reach."""
     try:
         q, _ = cell.arm.reach([tool], near=cell.reference)
     except SimulationError:
@@ -248,11 +240,7 @@ def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -
 
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:
-    """Return the slot nearest to an object.
-
-    Raises:
-        SkillError: the object is not in it, or the hand is not over its location.
-    """
+    """Return the slot nearest to an object; raise `SkillError` unless the object is in it and the hand over it."""
     pose = cell.observe(obj)
     position = pose.underside
     slots = [slot for row in cell.scene.slots.values() for slot in row]

@@ -57,8 +57,10 @@ OPEN_DURATION_S = 0.25
 
 LIFT_M, LIFT_DURATION_S = 0.005, 0.8
 """How far a heavy object is lifted first, and lowered last, and the least duration: meanwhile the arm begins to
-compensate for its weight. When it did so before, a suction cup rose on its spring: torque rates reached 112 % of their
-limit with 1.5 kg, now 58 %."""
+compensate for its weight. On a suction cup, torque rates then reach 58 % of their limit, not 112 %."""
+
+SIDEWAYS = np.array([[np.cos(yaw), np.sin(yaw), 0.0] for yaw in np.radians(np.arange(0, 360, 22.5))])
+"""(16, 3) horizontal directions in which an object is moved off what is beside it."""
 
 RECONFIGURED = "the arm would have to change its configuration on the way"
 """Why the hand cannot move straight from one pose to another."""
@@ -78,13 +80,9 @@ def move_tool(
 ) -> ToolPose:
     """Move the tool along a straight line to one of several poses nearby; return that pose.
 
-    Args:
-        cell: the running simulation.
-        goals: acceptable poses.
-        within: distance from the goal at which the next movement may begin, m; 0 to come to rest there.
-        seconds: least duration, s.
-        watch: called repeatedly during the movement; if it raises an error, the arm brakes.
-        touching: whether the fingers may hold or touch the handled object.
+    The next movement may begin when the tool is nearer than `within` to its goal, m; 0 to come to rest there. `seconds`
+    is the least duration, s. If `watch`, called repeatedly, raises an error, the arm brakes. `touching` is whether the
+    fingers may hold or touch the handled object.
 
     Raises:
         BlockedError: bodies are on the path.
@@ -99,11 +97,8 @@ def move_tool(
 def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, touching: bool = True) -> None:
     """Check a movement from the current configuration for collisions, including those between the robot's own links.
 
-    Args:
-        cell: the running simulation.
-        movement: from where the arm will rest; the rest of the previous movement is added to it.
-        clearance: bodies nearer than this count as in collision, m (`CollisionChecker.blockers`).
-        touching: whether the fingers may hold or touch the handled object even if it is not attached.
+    Bodies nearer than the clearance, m, count as in collision (`CollisionChecker.blockers`). `touching` is whether the
+    fingers may hold or touch the handled object even if it is not attached.
 
     Raises:
         BlockedError: there is a collision.
@@ -198,10 +193,8 @@ def _followed(
 ) -> list[np.ndarray]:
     """Return (n,) joint angles, rad, along the straight path from the pose `before`, reached at `q`, to another pose.
 
-    The last ones are those at `pose`. If the hand is tilted, all keep a margin from the joints' position limits, rad.
-
-    Raises:
-        SimulationError: the arm would have to change its configuration on the way.
+    If the hand is tilted, all keep a margin from the joints' position limits, rad. Raises `SimulationError` where the
+    arm would have to change its configuration.
     """
     path = [q]
     for share in np.linspace(0, 1, APPROACH_STEPS + 1)[1:]:

@@ -64,10 +64,7 @@ def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
 
 
 def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
-    """Return a function that tells whether an object in a pose would be in collision.
-
-    It is if it overlaps another object, seen from above, or touches a fixture other than its support.
-    """
+    """Return a function that tells whether an object in a pose overlaps another, seen from above, or meets fixtures."""
     model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
     data.qpos[:] = cell.data.qpos
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
@@ -113,11 +110,7 @@ def resting_centre(cell: Workcell, obj: str, slot: Slot) -> np.ndarray:
 
 
 def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, str]]:
-    """Return the poses of the other objects, and the one that rests at each location that supports a slot, by location.
-
-    Raises:
-        SkillError: nothing rests at one of these locations.
-    """
+    """Return the poses of the other objects, and which of them rests at each location that supports a slot."""
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
     supports = cell.scene.model.location(slot.location).on
     under = {at.location: other for other, at in resting(cell.scene, poses).items()} if supports else {}
@@ -130,9 +123,8 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]:
     """Return how an object fits into a slot beside the other objects on its level.
 
-    Returns:
-        The object that is in its way most, by how much that is too close, m, or 0 if there is room, and the distance of
-        centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
+    These are: the object most in its way, by how much that is too close, m (0 if there is room), and the distance of
+    centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
     """
     shapes = cell.shapes
     own, centre = shapes[obj].half, resting_centre(cell, obj, slot)

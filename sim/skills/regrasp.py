@@ -86,13 +86,7 @@ def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | 
 
 
 def set_down(cell: Workcell, obj: str, regrasp: Regrasp) -> None:
-    """Set the held object down, let go and raise the hand.
-
-    Raises:
-        SkillError: it is not held.
-        BlockedError: bodies are in the way.
-        SimulationError: the arm does not reach the pose where it is set down.
-    """
+    """Set the held object down, let go and raise the hand; errors as of `travel`, or `SkillError` if it is lost."""
     cell.attach(obj)
     travel(cell, [regrasp.above], height=transfer_height(cell, cell.shapes, held=obj))
     cell.settle()
@@ -116,8 +110,7 @@ def set_down(cell: Workcell, obj: str, regrasp: Regrasp) -> None:
 def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[GraspPose, np.ndarray]]:
     """Yield grasps of an object with (3, 3) axes `frame`, each with the (3, 3) axes in which it sets the object down.
 
-    Those with the least tilt of the hand come first. From each of the new orientations, some grasp can set the object
-    upright.
+    The least tilt of the hand comes first. From each new orientation, some grasp can set the object upright.
     """
     shape = cell.scene.shapes[obj]
     options: list[tuple[int, int, GraspPose, np.ndarray]] = []
@@ -145,10 +138,7 @@ def _reached(
 
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield collision-free (3,) centres, m, of an object with (3, 3) axes `turned`: where it is, then around that.
-
-    Elsewhere, its support must be as high as its support is now.
-    """
+    """Yield collision-free (3,) centres, m, of an object with (3, 3) axes `turned`: where it is, then around that."""
     meets = obstacles(cell, obj)
     height = pose.underside[2] + pose.shape.depth(turned)
     for shift in SHIFTS_M:

@@ -44,7 +44,7 @@ DROP_HEIGHT_M = 0.001
 
 TILTED_DURATIONS_S = 0.8, 0.8
 """Duration of opening a tilted hand, and time from its beginning until the hand is raised: an object that touches down
-presses the hand aside, and when it was let go in 0.25 s, torque rates of the arm reached 118 % of their limit."""
+presses the hand aside, which must not spring back."""
 
 LET_GO_DURATION_S = 0.15
 """Time from when the hand begins to open until it is raised: by then the pads have left the object."""
@@ -90,14 +90,7 @@ def lower(cell: Workcell, obj: str, pose: ToolPose, *, watch: Callable[[], None]
 
     It may touch down before that if its pose in the hand is not known exactly: a heavy object creeps down in the hand,
     as does a mesh, which is held away from its middle, and sensors are noisy. Its last millimetres then take as long as
-    the first ones of lifting a heavy object. When lowered in one movement of 1.4 s, 2.4 kg made the torque rates of the
-    arm reach 100 % of their limit.
-
-    Args:
-        cell: the running simulation.
-        obj: the held object.
-        pose: of the tool.
-        watch: see `move_tool`.
+    the first ones of lifting a heavy object. For `watch`, see `move_tool`.
     """
     shape, above = cell.scene.shapes[obj], cell.arm.tool(cell.reference).position - pose.position
     if shape.pairs or shape.seats or shape.is_heavy or cell.sensor.error:
@@ -112,8 +105,7 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
     """Return the least duration of lowering an object without touching down too early, s.
 
     The arm lags behind as it brakes, by more the farther it is stretched out, and its accelerations decrease with the
-    square of the duration. At 0.75 m, 0.25 kg that were lowered in 0.7 s hit the table at 0.09 m/s, and the torque
-    rates of the arm reached 120 % of their limit.
+    square of the duration.
     """
     _, movement = straight_move(cell, [pose], seconds=LOWER_DURATION_S)
     references = movement.references
@@ -125,9 +117,8 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
 def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float | None]:
     """Return the tool's pose that sets the held object, as it is in the hand, upright into a slot, and a width, m.
 
-    The hand can open to this width there; it is None if it has not been determined. The object's lowest point sets the
-    height, since a tilted one touches down with an edge. The arm may be moving if the sensor needs one observation;
-    otherwise this waits until it rests.
+    The hand can open to this width there; None if it has not been determined. The object's lowest point sets the
+    height. The arm may be moving if the sensor needs one observation; otherwise this waits until it rests.
     """
     if cell.sensor.samples > 1:
         cell.settle()

@@ -39,13 +39,8 @@ OVERLAPS = (0.5, 0.25, 0.0)
 def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
     """Move the tool to one of several distant poses along the first path that is free of collisions.
 
-    Paths over all objects come first: they look natural and need no search. If all of them collide, one is planned.
-
-    Args:
-        cell: the running simulation.
-        goals: acceptable poses.
-        height: of the tool as it passes over objects at rest, m.
-        onward: pose to which the tool then moves straight from its goal; None if it is not known.
+    Paths over all objects, which the tool passes at a height, m, come first: they look natural and need no search. If
+    all of them collide, one is planned. From the goal, the tool then moves straight `onward`, if that is known.
 
     Raises:
         BlockedError: no path is free of collisions.
@@ -83,11 +78,7 @@ def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
     """Move the open hand away from the handled object that it has let go, straight to a pose if the object stays free.
 
     Where the arm cannot keep to the straight line (`Arm.move`), a finger would push the object: it then goes round it.
-
-    Args:
-        cell: the running simulation.
-        before: the pose.
-        seconds: least duration of moving straight, s.
+    Moving straight takes at least `seconds`.
 
     Raises:
         BlockedError: no path is free of collisions.
@@ -102,10 +93,7 @@ def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
 def _ends(
     cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[tuple[np.ndarray, ToolPose]]:
-    """Yield (n,) configurations, rad, for goals from which the hand can move onward, with the goal.
-
-    Bodies in the way of moving onward are added to the blockers.
-    """
+    """Yield (n,) configurations, rad, from which the hand can move onward, with their goals; add to the blockers."""
     for q, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
         try:
             if onward is not None:
@@ -140,8 +128,7 @@ def _planned(
 ) -> Iterator[JointTrajectory]:
     """Yield movements along planned paths; add the bodies in the way to the blockers.
 
-    The edges of a path are checked coarsely, so movements along it may still collide: if the caller asks for more,
-    paths are planned with finer checks.
+    Edges are checked coarsely at first: if the caller asks for more paths, they are planned with finer checks.
     """
     for step in EDGE_STEPS_M:
         reached = []

@@ -24,8 +24,7 @@ TRANSFER_RADIUS_M = 0.2
 """Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
 
 RAISES_M, TURNS_RAD = (0.0, 0.1, 0.2), np.radians([0, 90, 45, -45])
-"""Additional heights of the hand over a location, m, and turns about the vertical, to try in turn if it is in collision
-there."""
+"""Additional heights of the hand over a location, m, and turns about the vertical, to try in turn."""
 
 PILE_HEIGHT_M = 0.2
 """Height above a location's floor up to which objects belong to the location: those on a board above it do not."""
@@ -80,10 +79,7 @@ def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None
 
 
 def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
-    """Raise BlockedError if a fixture, such as a shelf's board, is between the hand and the floor below it, m.
-
-    Only the first body below the hand is checked: a movable object there lies on the floor, or on such a fixture.
-    """
+    """Raise BlockedError if a fixture, such as a shelf's board, is between the hand and the floor below it, m."""
     model, below = cell.scene.mujoco, pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
     geom, distance = first_met(model, cell.data, below, np.array([0.0, 0.0, -1.0]))
     body = int(model.geom_bodyid[geom])
