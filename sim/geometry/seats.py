@@ -44,11 +44,8 @@ def seats(
 ) -> tuple[Seat, ...]:
     """Return seats on the union of convex parts: by face, the largest first, and near the centre of mass first.
 
-    Args:
-        parts: convex meshes, m.
-        half_width: of the square that must be flat, m.
-        hand_half_width: of the hand behind the cup, aligned with the cup, m.
-        hand_height: of the hand over the lip, m: below the hand, no part may be higher.
+    A square of `half_width`, m, must be flat; below the hand, which is aligned with it, no part may be higher than
+    `hand_height` over the lip, m.
     """
     found = []
     centre = centre_of_mass(parts)

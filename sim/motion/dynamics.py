@@ -28,16 +28,9 @@ class InverseDynamics:
     def torques(
         self, positions: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray, *, load: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the torques that hold the arm and its load at rest, and those that its movement adds.
+        """Return the torques, N m, that hold the arm and its load, kg, at rest, and those that its movement adds.
 
-        Args:
-            positions: (K, n) joint angles, rad.
-            velocities: (K, n) rad/s.
-            accelerations: (K, n) rad/s^2.
-            load: at the tool, kg.
-
-        Returns:
-            (K, n) and (K, n) N m.
+        Positions, velocities, accelerations and both results are (K, n), rad and s.
         """
         model, data = self._model, self._data
         holding, moving = np.empty((2, *positions.shape))

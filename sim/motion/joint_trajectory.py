@@ -48,11 +48,8 @@ class JointTrajectory:
     def out_of(self, ending: JointTrajectory, rest: np.ndarray) -> JointTrajectory:
         """Return the sum of this trajectory and the end of the previous one, during which it begins.
 
-        Both are at rest where they meet, so that the sum is as smooth as they are and passes near that point.
-
-        Args:
-            ending: the rest of the previous movement.
-            rest: (n,) joint angles where that ends and this one begins, rad.
+        Both are at (n,) rest, rad, where they meet, so that the sum is as smooth as they are and passes near that
+        point.
         """
         positions = summed(self.positions, ending.positions - rest)
         return JointTrajectory(positions, summed(self.velocities, ending.velocities))

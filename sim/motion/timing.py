@@ -16,11 +16,9 @@ HEADROOM = 0.8
 """Share of the joints' speed and acceleration limits that a reference may use; the rest is for the controller."""
 
 TORQUE_HEADROOM = 0.6
-"""Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller.
-
-A torque at its limit follows no reference, and it jumps when the arm has caught up: by 184 % of its rate limit after
-2.6 kg were lifted at 0.77 m. At 0.8, torques still reach the limit with 3 kg at 0.8 m. Holding 3 kg took at most 94 %
-of the Panda's torques in random postures."""
+"""Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller.  A
+torque at its limit follows no reference, and it jumps when the arm has caught up. At 0.8, torques still reach the limit
+with 3 kg at 0.8 m. Holding 3 kg took at most 94 % of the Panda's torques in random postures."""
 
 TORQUE_PERIODS = 6
 """Control periods between two samples of the torques of a movement: shorter than any peak."""
@@ -123,13 +121,9 @@ def along(limits: MotionLimits, path: np.ndarray, *, overlap: float) -> JointTra
 def begun_late(
     limits: MotionLimits, movement: JointTrajectory, rest: np.ndarray, ending: np.ndarray
 ) -> JointTrajectory:
-    """Return a movement delayed until its sum with the end of the previous movement is within the limits.
+    """Return a movement from rest, delayed until its sum with the end of the previous movement is within the limits.
 
-    Args:
-        limits: of the movement.
-        movement: from rest.
-        rest: (n,) where it begins, rad.
-        ending: (M, n) rest of the previous movement, relative to that, rad, per control period.
+    It begins at (n,) rest, rad; `ending` is (M, n), relative to that, rad, per control period.
     """
     if not len(ending):
         return movement

@@ -26,20 +26,12 @@ SHARES = (-0.4, 0.0, 0.4)
 
 
 def smooth_edges(frame: np.ndarray) -> np.ndarray:
-    """Return a frame with smooth edges and each speck replaced by the median of its neighbours.
-
-    Args:
-        frame: (height, width, 3) uint8.
-    """
+    """Return a (height, width, 3) uint8 frame with smooth edges; specks become the median of their neighbours."""
     return _blended(*_without_specks(frame))
 
 
 def fill_specks(frame: np.ndarray) -> np.ndarray:
-    """Return a frame without specks, its edges unchanged: for a mean of several frames.
-
-    Args:
-        frame: (height, width, 3) uint8.
-    """
+    """Return a (height, width, 3) uint8 frame without specks, its edges unchanged: for a mean of several frames."""
     return _without_specks(frame)[0]
 
 

@@ -46,16 +46,10 @@ class Camera:
     """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:
-        """Compute what has to fit into the picture.
+        """Compute what has to fit into a picture of a size, (width, height) in pixels.
 
-        Args:
-            scene: to look at.
-            name: one of `camera_names`, or a text for `read_view`.
-            size: (width, height) of the picture in pixels.
-            opening: share of the video in which the camera moves in from a view that includes the hand at home.
-
-        Raises:
-            RenderingError: the name is neither.
+        The name is one of `camera_names`, or a text for `read_view`, else `RenderingError` is raised. In the share
+        `opening` of the video, the camera moves in from a view that includes the hand at home.
         """
         self.name = name
         self.mounted = name == WRIST or name in camera_names(scene)[len(CAMERAS) :]
@@ -116,10 +110,9 @@ class Camera:
         return np.linspace(0.25, 0.75, ORBIT_VIEWS) if self.name == "orbit" else np.zeros(1)
 
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
-        """Return where (N, 3) points, m, are in the picture of a camera that is not mounted.
+        """Return the (N, 2) pixels, from the left and the top, where (N, 3) points, m, are in the picture.
 
-        Returns:
-            (N, 2) pixels from the left and from the top, far outside for a point behind the camera.
+        The camera is not mounted; a point behind it is far outside.
         """
         view = self.view(share)
         right, up, ahead = (axes_of(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
@@ -186,17 +179,11 @@ def _eased(share: float) -> float:
 
 
 def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Return the nearest camera position from which all points are in the picture.
+    """Return the (3,) nearest camera position from which (N, 3) points, m, are in the picture.
 
-    Each of the four planes of the view frustum is moved until it touches a point. The two of the tighter direction,
-    horizontal or vertical, meet at the camera, the others behind it.
-
-    Args:
-        points: (N, 3) to the right, up and ahead, m.
-        slopes: (2,) tangent of half the horizontal and vertical field of view.
-
-    Returns:
-        (3,) in the axes of the points, m.
+    Axes point to the right, up and ahead; slopes are the tangents of half the horizontal and vertical field of view.
+    Each of the four planes of the view frustum is moved until it touches a point. The two of the tighter direction meet
+    at the camera, the others behind it.
     """
     high = (points[:, :2] - slopes * points[:, 2:]).max(axis=0)
     low = (points[:, :2] + slopes * points[:, 2:]).min(axis=0)

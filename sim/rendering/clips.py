@@ -87,11 +87,7 @@ def compose(
 
 
 def run_ffmpeg(command: Sequence[str], *, making: Path) -> None:
-    """Run ffmpeg with some options.
-
-    Raises:
-        RenderingError: it failed; the message names what was to be made.
-    """
+    """Run ffmpeg with some options; raise `RenderingError`, which names what was to be made, if it fails."""
     done = subprocess.run(
         [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", *command], capture_output=True, text=True
     )

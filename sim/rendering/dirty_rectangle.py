@@ -28,13 +28,9 @@ class DirtyRectangle:
     """Follows the geoms that a camera sees."""
 
     def __init__(self, model: mujoco.MjModel, camera: Camera, light: int, table: Rectangle | None) -> None:
-        """Begin with an unknown picture.
+        """Begin with an unknown picture of a camera that is not mounted.
 
-        Args:
-            model: of the scene.
-            camera: not mounted on the robot.
-            light: the directional light that casts the shadows.
-            table: outline of the table's top, at height 0; None if there is none.
+        `light` casts the shadows, and `table` is the outline of the table's top, at height 0; None if there is none.
         """
         self._camera, self._light, self._table = camera, light, table
         self._geoms = np.flatnonzero(model.geom_group <= VISIBLE)
@@ -51,10 +47,8 @@ class DirtyRectangle:
     def update(self, data: mujoco.MjData, share: float, look: object = None) -> PixelBox:
         """Return the box of pixels that can have changed since the last call: at first all, none if nothing moved.
 
-        Args:
-            data: after `mj_kinematics`.
-            share: of the video that has passed, for the camera.
-            look: what else decides the whole picture, such as the view and the lamps; all changes with it.
+        The data are after `mj_kinematics`, at a share of the video. `look` is what else decides the whole picture, such
+        as the view and the lamps: all changes with it.
         """
         corners = box_corners(data, self._geoms)
         if self._shown is None or self._look != look or not self._is_local:
@@ -75,12 +69,8 @@ class DirtyRectangle:
     def _shadows(self, boxes: np.ndarray, corners: np.ndarray, ray: np.ndarray) -> np.ndarray:
         """Return (N, 8, 3) where the shadows of boxes end: level with the table, or below all where they may pass it.
 
-        If nothing low stands or lies beside the table, only a shadow that comes from beside it falls below its top.
-
-        Args:
-            boxes: (N, 8, 3) corners, m.
-            corners: (G, 8, 3) of all geoms, m.
-            ray: (3,) direction of the light, per metre downwards.
+        If nothing low stands beside the table, only a shadow that comes from beside it falls below its top. The corners
+        of all geoms are (G, 8, 3), m; the ray is the light's (3,) direction per metre downwards.
         """
         level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, corners[..., 2].min()))
         if self._table is None:

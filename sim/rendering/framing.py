@@ -86,9 +86,7 @@ def hand_corners(scene: Scene) -> np.ndarray:
 def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
     """Return a scene with temporary locations where objects come to rest off every slot, for instance after faults.
 
-    Args:
-        scene: of the run.
-        qpos: (T, nq) recorded states, one every `REST_S`.
+    The (T, nq) recorded states are `REST_S` apart.
     """
     slots = np.array([slot.position[:2] for slot in _slots(scene)])
     found = {}

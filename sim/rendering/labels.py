@@ -36,15 +36,12 @@ def place_labels(
 ) -> dict[str, np.ndarray]:
     """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
-    Each keeps one offset from its anchor in all views of a video, so that it never jumps.
+    Each keeps one offset, (2,) pixels from its anchor to its middle, in all V views of a video, so that it never jumps.
 
     Args:
-        anchors: (V, 2) preferred pixel of each name, in each of V views.
+        anchors: (V, 2) preferred pixel of each name.
         obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
-
-    Returns:
-        (2,) pixels from each anchor to the middle of its name.
     """
     offsets = dict[str, np.ndarray]()
     taken = np.empty((len(obstacles), 0, 4))
@@ -81,11 +78,8 @@ def draw_labels(
 ) -> np.ndarray:
     """Return a frame with names, and a thin line from each name that is far from its anchor to its location.
 
-    Args:
-        frame: (height, width, 3) uint8.
-        placed: from `label_boxes`.
-        anchors: (2,) pixel by name, as given to `label_boxes`.
-        targets: (2,) pixel in the middle of each location.
+    The boxes are from `label_boxes`, as are the (2,) anchors; targets are the (2,) pixels in the middle of each
+    location.
     """
     picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)

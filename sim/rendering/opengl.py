@@ -17,10 +17,9 @@ CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1
 
 
 def check_rendering() -> None:
-    """Check that rendering works, in a process of its own, which a faulty driver may crash without harm.
+    """Raise `RenderingError`, which says why and how to repair it, unless rendering works.
 
-    Raises:
-        RenderingError: it does not work; the message says why and how to repair it, in one sentence.
+    That is tried in a process of its own, which a faulty driver may crash without harm.
     """
     call = f"import sys; sys.path = {sys.path}; from sim.rendering.opengl import probe; probe()"
     done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)

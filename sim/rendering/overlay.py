@@ -92,16 +92,7 @@ def strip_height(height: int) -> int:
 
 
 def with_strip(picture: np.ndarray, caption: Caption | None, height: int) -> np.ndarray:
-    """Return a frame: a picture and, below it, a caption.
-
-    Args:
-        picture: (height - strip_height(height), width, 3) uint8.
-        caption: None for an empty strip.
-        height: of the frame, pixels.
-
-    Returns:
-        (height, width, 3) uint8.
-    """
+    """Return a (height, width, 3) uint8 frame: a caption, or an empty strip, below a picture that fills the rest."""
     return np.concatenate([picture, _strip(caption, picture.shape[1], height)])
 
 

@@ -97,15 +97,9 @@ class Painter:
         self._gl.free()
 
     def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float], share: float = 0.0) -> np.ndarray:
-        """Return a picture.
+        """Return a picture, (height, width, 3) uint8, of a state when a share, 0 .. 1, of the video has passed.
 
-        Args:
-            qpos: (nq,) positions of the scene's MuJoCo model.
-            glow: brightness of the lamp of each marking location at work, 0 .. 1.
-            share: of the video that has passed, 0 .. 1.
-
-        Returns:
-            (height, width, 3) uint8.
+        `qpos` are the (nq,) positions; `glow` is the brightness of the lamp of each marking location at work, 0 .. 1.
         """
         for place in self._scene.model.locations:
             if place.marks:

@@ -40,14 +40,7 @@ PART_FRAMES = 100
 
 @dataclass(frozen=True)
 class _Frame:
-    """One picture of a video.
-
-    Attributes:
-        time: simulated time, s.
-        share: of the video that has passed, 0 .. 1.
-        qpos: (nq,) state.
-        glow: how brightly the lamp of each marking location glows, 0 .. 1.
-    """
+    """A state, (nq,), at a simulated time, s, and a share, 0 .. 1, of the video; `glow` is as for `Painter.frame`."""
 
     time: float
     share: float
@@ -127,16 +120,9 @@ def render_frame(
     quality: Quality = DRAFT,
     camera: str = "fixed",
 ) -> np.ndarray:
-    """Return a picture of one state, (height, width, 3) uint8.
+    """Return a picture of one state, (height, width, 3) uint8; settings are as for `render_video`.
 
-    Args:
-        scene: the scene.
-        qpos: (nq,) positions of its MuJoCo model.
-        caption: shown below the picture, within the size.
-        glow: marking locations at work.
-        size: (width, height) in pixels; None for the quality's.
-        quality: rendering settings.
-        camera: as for `Painter`.
+    The caption is below the picture, within the size; `glow` are marking locations at work.
 
     Raises:
         RenderingError: there is no OpenGL.
@@ -171,11 +157,7 @@ def _eased(on: np.ndarray, fps: int) -> np.ndarray:
 
 
 def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
-    """Run joblib jobs in other processes, and yield their results as they finish.
-
-    Raises:
-        RenderingError: one of them failed, or its process crashed.
-    """
+    """Run joblib jobs in other processes, and yield their results as they finish; `RenderingError` if one fails."""
     pool = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")
     # The workers start with Ctrl-C blocked, since this process ends them.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

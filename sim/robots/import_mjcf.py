@@ -190,16 +190,10 @@ def add_servo(
     *,
     tendon: str | None = None,
 ) -> None:
-    """Add a position servo.
+    """Add a position servo of a joint of its name, or of a tendon.
 
-    Args:
-        spec: of the robot.
-        name: of the servo, and of its joint.
-        reach: least and greatest command, rad or m.
-        limit: greatest force, N m or N.
-        stiffness: N m/rad or N/m.
-        damping: N m s/rad or N s/m.
-        tendon: driven instead of a joint.
+    Stiffness and damping are in N m/rad and N m s/rad, or N/m and N s/m; `reach` is the least and the greatest command,
+    rad or m, `limit` the greatest force, N m or N.
     """
     motor = spec.add_actuator(name=name, target=tendon or name)
     motor.trntype = mujoco.mjtTrn.mjTRN_TENDON if tendon else mujoco.mjtTrn.mjTRN_JOINT

@@ -54,10 +54,7 @@ def unavailable_because() -> str | None:
 
 
 def menagerie_mjcf(description: str) -> mujoco.MjSpec:
-    """Return the MJCF of a robot, its root body moved to the origin: from the cache, else downloaded into it.
-
-    Args:
-        description: its module of robot_descriptions, such as `panda_mj_description`.
+    """Return the MJCF of a robot, such as `panda_mj_description`, its root body at the origin: cached, or downloaded.
 
     Raises:
         RobotError: robot_descriptions or git is missing, or nothing is cached and the repository is unreachable.

@@ -169,9 +169,7 @@ class Robot(ArmConstants):
     def let_links_collide(self, model: mujoco.MjModel, *, apart_from: Collection[tuple[int, int]] = ()) -> None:
         """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next.
 
-        Args:
-            model: of the scene; changed in place.
-            apart_from: pairs of bodies between which contacts need not be found, for speed.
+        Contacts between the pairs of bodies in `apart_from` need not be found, for speed.
         """
         moved = self.bodies(model)
         links = moved[model.geom_bodyid] & (model.geom_contype != 0)

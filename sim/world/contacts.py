@@ -26,16 +26,14 @@ OBJECT_FRICTION = 0.8
 
 HEAVY_IMPEDANCE = 0.85
 """Impedance (`solimp[0]`) of contacts of heavy objects with pads. At the same impedance, a heavier object penetrates
-less: at the pads' 0.95, a contact is sometimes lost for a step while the other pad pushes the hand aside, and torque
-rates of the Panda reach 114 % of their limit with 0.5 kg and 225 % with 3 kg; at 0.85, 29 % and 49 %. At 0.8, an
-object of 3 kg slips so far down in the hand that it touches down too early."""
+less: at the pads' 0.95, a contact is sometimes lost for a step, and torque rates of the Panda reach 225 % of their
+limit with 3 kg; at 0.85, 49 %. At 0.8, such an object slips down in the hand."""
 
 
 CARRIED_SHARE = 8.0
-"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 1 mm.
-
-Only lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (61 g beside
-2.8 kg: with 1, 4, 5, 8 and 12, joint 2 reaches 139, 106, 98, 82 and 69 % of its torque rate)."""
+"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 1 mm.  Only
+lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (with 1, 5 and 12, 61 g
+beside 2.8 kg make joint 2 reach 139, 98 and 69 % of its torque rate)."""
 
 
 def declare_contacts(
@@ -48,12 +46,8 @@ def declare_contacts(
 ) -> None:
     """Give objects their stiffness, and their friction on pads, on one another and on what they may lie on.
 
-    Args:
-        spec: of the scene.
-        masses: of the objects by the names of their bodies, kg.
-        pads: names of the gripper's pads.
-        supports: bodies that objects may lie on.
-        heavy: objects whose contacts with pads get `HEAVY_IMPEDANCE`.
+    Masses, kg, are by the names of the objects' bodies, `supports` are bodies that objects may lie on, and contacts of
+    `heavy` objects with pads get `HEAVY_IMPEDANCE`.
     """
     for body in supports:
         for geom in body.geoms:
@@ -74,11 +68,7 @@ def scale_friction(
 ) -> None:
     """Multiply the sliding friction of every contact of an object by the factors of both partners.
 
-    Args:
-        model: of the scene.
-        objects: factors by object.
-        pads: factors by pad.
-        table: factor of every surface that objects lie on.
+    Factors are by object and by pad; `table` is that of every surface that objects lie on.
     """
     factors = np.ones(model.ngeom)
     for name, factor in objects.items():

@@ -144,8 +144,8 @@ def _check_mass(obj: Object, shape: ObjectShape, robot: Robot) -> None:
 def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, ObjectShape]) -> Extent:
     """Return bounds on the dimensions of the objects for which a location must have space.
 
-    A movable object may come to any open location. A spot has neither walls nor a rim, so it needs space only for what
-    starts there, or else for the least sides of all: which object fits there depends on what is beside it.
+    A movable object may come to any open location. A spot has neither walls nor a rim: it needs space only for what
+    starts there, or else for the least sides of all, as what is beside it decides which object fits.
     """
     first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
     movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]

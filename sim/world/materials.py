@@ -74,10 +74,7 @@ WRIST_FIELD_DEG = 70.0
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
 
-    Args:
-        spec: of the scene.
-        target: (3,) point that the lights aim at, m.
-        span: half the longer side of the table, which the shadow map has to cover, m.
+    The lights aim at a (3,) target, m; the shadow map has to cover `span`, half the longer side of the table, m.
     """
     studio = mujoco.MjSpec.from_file(str(STUDIO))
     spec.visual = studio.visual

@@ -44,8 +44,7 @@ Slots = Mapping[str, tuple[Slot, ...]]
 def _configuration(arm: Arm, slot: Slot, height: float) -> np.ndarray:
     """Return a configuration with the tool at a height, m, over a slot, from straight above if that is possible.
 
-    Raises:
-        SimulationError: the slot is behind the base, or out of reach with any tilt of the hand.
+    Raises `SimulationError` where the slot is behind the base, or out of reach with any tilt of the hand.
     """
     robot = arm.robot
     distance, bearing = robot.polar(slot.position)
@@ -218,16 +217,10 @@ def _storeys(model: ManipulationModel, location: str) -> int:
 def faults_at_home(
     model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, keys: Mapping[str, str], own: UserScene | None
 ) -> list[str]:
-    """Return the faults of bodies that the robot would be inside of at home, or too near to.
+    """Return the faults of bodies that the robot would be inside of, or too near to, at home in the initial state.
 
-    Parts of the robot that never move, such as its base, may touch what never moves either.
-
-    Args:
-        model: of the scene.
-        data: its initial state, with kinematics computed.
-        robot: in its place in the scene.
-        keys: key in the scenario of each body that has one.
-        own: the user's own scene, or None.
+    Parts of the robot that never move, such as its base, may touch what never moves either. `keys` are the scenario's
+    keys by body; `own` is the user's own scene, or None.
     """
     model, data = copy.copy(model), copy.copy(data)
     is_robot = robot.bodies(model)

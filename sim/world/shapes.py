@@ -185,11 +185,7 @@ def opening(width: float) -> float:
 def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | None = None) -> ObjectShape:
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
-    Args:
-        obj: any; one that is a body of a scene must have been `resolved`.
-        gripper: of the robot.
-        folder: in which files are looked for.
-        scene: file of the user's own, if there is one.
+    Files are looked for in a folder, and an object that is a body of the user's `scene` must have been `resolved`.
 
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot grasp. The message starts with its key.
@@ -223,11 +219,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
 
 
 def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:
-    """Return the shape of a mesh with the places that a gripper can press.
-
-    Raises:
-        SimulationError: there are none.
-    """
+    """Return the shape of a mesh with the places that a gripper can press; raise `SimulationError` if it has none."""
     shape = replace(shape, corners=mesh.corners)
     if isinstance(gripper, SuctionGripper):
         found = seats(

@@ -62,13 +62,9 @@ def text_size(text: str) -> tuple[float, float]:
 def with_names(
     model: mujoco.MjModel, table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str]
 ) -> mujoco.MjModel:
-    """Return a copy of a scene's model with names on its table: where none can be written over the picture.
+    """Return a copy of a scene's model with names on its table, where none can be written over the picture.
 
-    Args:
-        model: the compiled model.
-        table: outline of the table.
-        markings: of that model.
-        show: returns what people are shown for a location.
+    `show` returns what people are shown for a location.
     """
     shown = copy.copy(model)
     if markings:
@@ -79,15 +75,9 @@ def with_names(
 
 
 def picture(table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str] | None = None) -> np.ndarray:
-    """Return the texture of the table top.
+    """Return the texture of the table top, (W, H, 3) uint8; rows run along +y, columns along +x.
 
-    Args:
-        table: its outline.
-        markings: of the locations on it.
-        show: returns the text to print for a location; None to print the outlines alone.
-
-    Returns:
-        (W, H, 3) uint8; rows run along +y, columns along +x.
+    `show` returns the text to print for a location; None to print the outlines alone.
     """
     scale = min(PIXELS_PER_M, MAX_SIDE_PX / (2 * float(table.half.max())))
     width, height = (round(2 * float(side) * scale) for side in table.half[::-1])

@@ -19,11 +19,9 @@ MJCF = Path(__file__).parents[3] / "assets" / "panda.xml"
 
 
 def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its base frame at the origin.
+    """Return the robot, its base frame at the origin; `meshes` is whether it has meshes, None if they are installed.
 
-    Args:
-        meshes: use meshes instead of capsules; None to do so if they are installed.
-            Kinematics, inertia, fingers and pads are the same either way.
+    Without them, it has capsules; kinematics, inertia, fingers and pads are the same.
 
     Raises:
         FileNotFoundError: `meshes` is true, and they are not installed.

@@ -21,17 +21,7 @@ ROBOTIQ_2F85 = GripperSetup("parallel", f"{HAND}fingers_actuator", force=40.0, o
 
 
 def with_robotiq(arm: mujoco.MjSpec, flange: str, pos: Sequence[float], quat: Sequence[float]) -> mujoco.MjSpec:
-    """Return an arm with the hand on its flange.
-
-    Args:
-        arm: of Menagerie.
-        flange: body that carries the hand.
-        pos: (3,) of the hand's frame in that of the flange, m.
-        quat: (4,) orientation of the hand's frame, z out of the arm.
-
-    Raises:
-        RobotError: the hand cannot be downloaded, or a part is missing.
-    """
+    """Return an arm of Menagerie with the hand on its flange; pose, m, of the hand's frame in that of the flange."""
     hand = menagerie_mjcf("robotiq_2f85_mj_description")
     check_parts(arm, body=(flange,))
     check_parts(hand, body=("base_mount", "base"))
