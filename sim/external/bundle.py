@@ -17,9 +17,6 @@ from sim.errors import LogError, SimulationError
 from sim.external.user_scene import scene_files
 from sim.geometry.mjcf_limits import is_relative, paths
 
-MAX_ABOVE = 20
-"""Greatest number of `..` in the paths of a log's files."""
-
 
 def packed(model: ManipulationModel) -> dict[str, str]:
     """Return the files of a model, encoded in base64, by their normal paths relative to the scenario's folder.
@@ -76,7 +73,7 @@ def _unpacked(files: tuple[tuple[str, str], ...]) -> tuple[tempfile.TemporaryDir
     within = [
         Path(path).parts.count(os.pardir) for name, data in contents.items() for path in (name, *_paths(name, data))
     ]
-    if sum(within) > MAX_ABOVE:
+    if sum(within) > 20:
         raise LogError("the log is broken: the paths of its files lead too far up")
     folder = Path(root.name).resolve().joinpath(*["above"] * sum(within))
     folder.mkdir(parents=True, exist_ok=True)

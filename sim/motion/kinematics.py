@@ -47,9 +47,6 @@ it is lowered by 12 cm. The path is checked for collisions."""
 MAX_TILTING_RAD = np.radians(10)
 """Greatest angle of the tool's z axes at both ends of a path for the hand to count as not tilting."""
 
-LINE_SAMPLES = 16
-"""Number of segments in which the tool's path is measured for a straight movement in joint space."""
-
 
 class Arm(InverseKinematics):
     """Kinematics of a robot's n joints, and movements of its tool; q is (n,), rad or m, everywhere."""
@@ -174,7 +171,7 @@ class Arm(InverseKinematics):
 
         They lie on a straight line, or on a parabola if the tool would be lower than `height`, m, midway.
         """
-        shares = np.linspace(0.0, 1.0, LINE_SAMPLES + 1)
+        shares = np.linspace(0.0, 1.0, 17)
         middle, bulge = (q + goal) / 2, np.zeros(len(q))
         low = self.tool(middle)
         if height is not None and low.position[2] < height:

@@ -21,9 +21,6 @@ SPECK = 6
 MARGIN_PX = REACH_PX + 2
 """Greatest distance between a pixel and those on which its smoothed colour depends."""
 
-SHARES = (-0.4, 0.0, 0.4)
-"""Where along the reach the blended samples lie."""
-
 
 def smooth_edges(frame: np.ndarray) -> np.ndarray:
     """Return a (height, width, 3) uint8 frame with smooth edges; specks become the median of their neighbours."""
@@ -77,7 +74,7 @@ def _blended(pixels: np.ndarray, greys: np.ndarray, at: np.ndarray) -> np.ndarra
         right = min(max(right / scale, -REACH_PX), REACH_PX)
         for channel in range(3):
             total = 0.0
-            for share in SHARES:
+            for share in (-0.4, 0.0, 0.4):
                 row = min(max(y + share * down, 0.0), height - 1.0)
                 column = min(max(x + share * right, 0.0), width - 1.0)
                 top, left = min(int(row), height - 2), min(int(column), width - 2)
@@ -88,5 +85,5 @@ def _blended(pixels: np.ndarray, greys: np.ndarray, at: np.ndarray) -> np.ndarra
                 total += below * (
                     (1 - beside) * pixels[top + 1, left, channel] + beside * pixels[top + 1, left + 1, channel]
                 )
-            picture[y, x, channel] = int(total / len(SHARES))
+            picture[y, x, channel] = int(total / 3)
     return picture

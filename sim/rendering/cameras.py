@@ -27,14 +27,8 @@ SEEN_CORNERS = 4
 SWING_DEG = 70.0
 """How far `orbit` swings to either side: beyond, the arm hides its own work."""
 
-ORBIT_VIEWS = 36
-"""Number of views of `orbit` in which labels are kept apart: one every four degrees."""
-
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
-
-NEAREST_M = 1e-3
-"""Least distance ahead of the camera at which a point is projected."""
 
 
 class Camera:
@@ -107,7 +101,7 @@ class Camera:
 
     def shares(self) -> np.ndarray:
         """Return (V,) shares of the video whose views cover the camera's whole motion evenly."""
-        return np.linspace(0.25, 0.75, ORBIT_VIEWS) if self.name == "orbit" else np.zeros(1)
+        return np.linspace(0.25, 0.75, 36) if self.name == "orbit" else np.zeros(1)
 
     def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
         """Return the (N, 2) pixels, from the left and the top, where (N, 3) points, m, are in the picture.
@@ -117,7 +111,7 @@ class Camera:
         view = self.view(share)
         right, up, ahead = (axes_of(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
-        return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, NEAREST_M)[:, None]
+        return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, 1e-3)[:, None]
 
 
 def camera_names(scene: Scene) -> tuple[str, ...]:

@@ -19,9 +19,6 @@ GAP_PX = 4
 HEADING = 0.055
 """Height of a heading's letters, as a share of the video's height."""
 
-STRIP_COLOUR = "0x090b0f"
-"""Colour of the strip behind headings."""
-
 ENCODERS = {
     ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
     ".gif": "-loop 0 -f gif",
@@ -63,7 +60,7 @@ def compose(
         rest = max(durations) - duration
         steps.append(
             f"[{i}:v]tpad=stop_mode=clone:stop_duration={rest:.3f},setpts=PTS/{speed:g},fps={fps},"
-            f"scale=-2:{height}:flags=lanczos,pad=iw:ih+{strip}:0:{strip}:{STRIP_COLOUR},"
+            f"scale=-2:{height}:flags=lanczos,pad=iw:ih+{strip}:0:{strip}:0x090b0f,"
             f"pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
         )
         shown.append(f"[video{i}]")

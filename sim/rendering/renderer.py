@@ -22,9 +22,6 @@ from sim.world.materials import KEY_LIGHT, WRIST, Glow, glow_of
 from sim.world.scene import Scene
 from sim.world.tabletop import with_names
 
-WRIST_SHADOW_SCALE = 2
-"""Factor by which the shadow map is finer for the camera on the hand, which is close to the shadows."""
-
 GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
 """Angle between successive points of a spiral that covers a disc evenly."""
 
@@ -62,7 +59,8 @@ class Painter:
             self._anchors, self._targets = label_anchors(scene), label_targets(scene)
             self._offsets = label_offsets(scene, self._camera)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
-        self._model.vis.quality.shadowsize = quality.shadow_pixels * (WRIST_SHADOW_SCALE if camera == WRIST else 1)
+        # The camera on the hand is close to the shadows.
+        self._model.vis.quality.shadowsize = quality.shadow_pixels * (2 if camera == WRIST else 1)
         self._key = self._model.light(KEY_LIGHT).id
         self._key_direction = self._model.light_dir[self._key].copy()
         self._key_home = self._model.light_pos[self._key].copy()

@@ -25,15 +25,6 @@ STIFFNESS_PER_TORQUE = 60.0
 DAMPING_TIME_S = 0.1
 """Damping over stiffness of an actuator, at least: the Panda's."""
 
-WHOLE_TURN_RAD = 2 * np.pi
-"""Range, either way, that a joint without limits gets."""
-
-DRIVEN = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON
-"""Kinds of actuators that drive joints and tendons."""
-
-COUPLED = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON
-"""Kinds of equality constraints that couple joints and tendons."""
-
 
 @dataclass(frozen=True, eq=False)
 class ImportedArm(ArmConstants):
@@ -129,8 +120,10 @@ def _fix(spec: mujoco.MjSpec, joint: mujoco.MjsJoint) -> None:
         if any(part.type == wrapped and part.target.name == name for part in tendon.path)
     ]
     gone = {name, *(tendon.name for tendon in tendons)}
-    motors = [motor for motor in spec.actuators if motor.trntype in DRIVEN and motor.target in gone]
-    pairs = [pair for pair in spec.equalities if pair.type in COUPLED and {pair.name1, pair.name2} & gone]
+    driven = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT, mujoco.mjtTrn.mjTRN_TENDON
+    coupled = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_TENDON
+    motors = [motor for motor in spec.actuators if motor.trntype in driven and motor.target in gone]
+    pairs = [pair for pair in spec.equalities if pair.type in coupled and {pair.name1, pair.name2} & gone]
     for element in (*motors, *pairs, *tendons, joint):
         spec.delete(element)
 
@@ -167,7 +160,7 @@ def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
     if not np.any(joint.range):
         if joint.type != mujoco.mjtJoint.mjJNT_HINGE:
             raise RobotError(f"the joint {name.removeprefix(PREFIX)!r} has no `range`")
-        joint.range = [-WHOLE_TURN_RAD, WHOLE_TURN_RAD]
+        joint.range = [-2 * np.pi, 2 * np.pi]
     joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     found = [motor for motor in spec.actuators if motor.target == name]
     stiffness = STIFFNESS_PER_TORQUE * torque

@@ -13,9 +13,6 @@ from sim.errors import RobotError
 from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
 
-LINK_BITS = [1 << bit for bit in range(2, 31)]
-"""Bits of `contype` that no geom of a scene uses."""
-
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
     """Raise RobotError unless a robot has all named parts of each kind, such as `joint`."""
@@ -176,8 +173,8 @@ class Robot(ArmConstants):
         model.geom_conaffinity[links] |= model.geom_contype[links]
         model.body_conaffinity[moved] |= model.body_contype[moved]
         pairs = {frozenset(pair) for pair in apart_from if moved[list(pair)].all()}
-        # Each link of these pairs gets a bit of its own, while there are any, and those of the links it may touch.
-        bits = dict(zip(sorted(frozenset().union(*pairs)), LINK_BITS, strict=False))
+        # Each link of these pairs gets a bit that no geom uses, while there are any, and those of links it may touch.
+        bits = dict(zip(sorted(frozenset().union(*pairs)), (1 << bit for bit in range(2, 31)), strict=False))
         for body, bit in bits.items():
             known = sum(bits[other] for other in bits if other != body and {body, other} not in pairs)
             geoms = links & (model.geom_bodyid == body)

@@ -17,9 +17,6 @@ from sim.geometry.mjcf_limits import check_file
 from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import Robot
 
-GRIPPERS = ("parallel", "suction")
-"""Kinds of grippers: two fingers, and a suction cup."""
-
 MAX_OPENING_M = 0.5
 """Largest opening of a gripper; larger ones are probably in millimetres."""
 
@@ -176,7 +173,7 @@ def _check_own(robot: RobotSetup) -> None:
 
 def _check_gripper(gripper: GripperSetup) -> None:
     where = "robot.gripper"
-    check_known(f"{where}.kind", "kind", gripper.kind, GRIPPERS, SimulationError)
+    check_known(f"{where}.kind", "kind", gripper.kind, ("parallel", "suction"), SimulationError)
     if not (math.isfinite(gripper.force) and gripper.force > 0):
         raise SimulationError(f"{where}.force: must be positive, N, not {gripper.force}")
     if gripper.kind == "parallel":

@@ -27,10 +27,7 @@ QUARTERS = (0, 1, -1, 2)
 HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
 """Turns about the vertical of an object that is set down; `free_pose` chooses."""
 
-SHIFT_M = 0.1
-"""How far from where it lies an object is set down if that is not possible where it lies, m."""
-
-SHIFTS_M = SHIFT_M * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
+SHIFTS_M = 0.1 * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
 """(K, 2) shifts from where it lies to where it is set down, to try in turn, m."""
 
 

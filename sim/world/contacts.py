@@ -18,9 +18,6 @@ import numpy as np
 
 from sim.geometry.mjcf import solid_geoms
 
-TABLE_FRICTION = 1.0
-"""Sliding friction of an object on the table, and on what stands there."""
-
 OBJECT_FRICTION = 0.8
 """Sliding friction of two objects."""
 

@@ -28,9 +28,6 @@ MAX_FIXTURE_M = 20.0
 PANEL_M = 0.012
 """Thickness of a shelf's boards, sides and back."""
 
-FIXTURE_EDGE_M = 0.0015
-"""Radius of the edges of fixtures."""
-
 SAME_HEIGHT_M = 0.001
 """Greatest difference in height between a location and the surface that it lies on, m."""
 
@@ -175,7 +172,7 @@ def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:
         middle = np.array([*block.outline.centre, (block.high + block.low) / 2])
         turn = yaw_quat(block.outline.yaw)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=middle, quat=turn, group=HIDDEN)
-        edge = min(FIXTURE_EDGE_M, float(half.min()) / 2)
+        edge = min(0.0015, float(half.min()) / 2)
         solid = rounded(half, corner=edge, edge=edge)
         draw_solid(spec, body, f"{name}_{i}", solid, material, pos=middle, quat=turn)
 

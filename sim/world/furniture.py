@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -13,7 +12,7 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
 from sim.robots.robot import Robot
 from sim.world.fixtures import Block
-from sim.world.materials import glow_of
+from sim.world.materials import ASSETS, glow_of
 from sim.world.places import FLOOR, LAMP_HALF_M, Station
 from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 
@@ -38,9 +37,6 @@ BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 
 BIN_HEIGHT_M = 0.036
 """Height of a bin's walls, m: below the palm, which is 6 cm above the table when the Panda holds a block's middle."""
-
-LAMP_MJCF = Path(__file__).parents[2] / "assets" / "lamp.xml"
-"""A lamp, its head 0.20 m above the table: the arm passes over it."""
 
 NAME_GAP_M = 0.012
 """Distance from a location to its name on the table, m: a bin's wall fits between them."""
@@ -240,7 +236,8 @@ def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
     """Add a post whose head faces the station."""
     assert station.lamp is not None
     towards = station.outline.centre - station.lamp
-    spec.attach(mujoco.MjSpec.from_file(str(LAMP_MJCF)), prefix=f"{station.name}_", frame=spec.worldbody.add_frame())
+    lamp = mujoco.MjSpec.from_file(str(ASSETS / "lamp.xml"))
+    spec.attach(lamp, prefix=f"{station.name}_", frame=spec.worldbody.add_frame())
     body, head = spec.body(f"{station.name}_lamp"), spec.body(f"{station.name}_lamp_head")
     body.pos, body.quat = [*station.lamp, 0.0], yaw_quat(float(np.arctan2(towards[1], towards[0])))
     spec.material(f"{station.name}_glow").rgba = glow_of(station.kind).off

@@ -49,8 +49,7 @@ def glow_of(kind: str | None) -> Glow:
     return STOVE_GLOW if kind == "stove" else LAMP_GLOW
 
 
-STUDIO = Path(__file__).parents[2] / "assets" / "studio.xml"
-"""Finishes, lights, backdrop and render settings; their names begin with `studio_` in a scene."""
+ASSETS = Path(__file__).parents[2] / "assets"
 
 KEY_LIGHT = "studio_key"
 """The light that casts the shadows."""
@@ -67,16 +66,13 @@ WRIST = "wrist"
 WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
 """Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
 
-WRIST_FIELD_DEG = 70.0
-"""Vertical field of view of that camera, degrees."""
-
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
 
     The lights aim at a (3,) target, m; the shadow map has to cover `span`, half the longer side of the table, m.
     """
-    studio = mujoco.MjSpec.from_file(str(STUDIO))
+    studio = mujoco.MjSpec.from_file(str(ASSETS / "studio.xml"))
     spec.visual = studio.visual
     spec.visual.map.shadowclip = max(ARM_SHADOW_M, SHADOW_WIDTH * span)
     spec.stat.center, spec.stat.extent = target, 1.0
@@ -89,6 +85,6 @@ def add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
     ahead /= np.linalg.norm(ahead)
     right = np.array([0.0, -1.0, 0.0])
-    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=WRIST_FIELD_DEG)
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=70.0)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]

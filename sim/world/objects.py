@@ -17,20 +17,16 @@ from sim.external.user_scene import UserScene
 from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.solids import rounded
 from sim.robots.robot import Robot
-from sim.world.contacts import TABLE_FRICTION
 from sim.world.furniture import BOX, CYLINDER, EDGE_M
 from sim.world.materials import OBJECT_COLOURS, SPARE_COLOUR, Rgba
 from sim.world.places import Slot, unused_names
 from sim.world.shapes import ObjectShape, shape_of
 
-OBJECT_SURFACE = (TABLE_FRICTION, 0.01, 0.0005)
-"""Sliding, torsional and rolling friction of objects."""
+OBJECT_SURFACE = (1.0, 0.01, 0.0005)
+"""Sliding, torsional and rolling friction of objects on the table, and on what stands there."""
 
 STORE_M = np.array([0.0, 0.0, -1.4])
 """Where the first spare object is stored, m: on a shelf below the table."""
-
-SPARE_PITCH_M = 0.06
-"""Distance from one spare object to the next, m."""
 
 
 def check_matter(model: ManipulationModel) -> None:
@@ -147,7 +143,7 @@ def start_slots(
 
 def stored_at(shape: ObjectShape, index: int) -> np.ndarray:
     """Return the (3,) position of a spare object in store, m."""
-    return STORE_M + [SPARE_PITCH_M * index, 0.0, shape.half[2]]
+    return STORE_M + [0.06 * index, 0.0, shape.half[2]]
 
 
 def _add_object(

@@ -32,11 +32,8 @@ HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
 TILTS_RAD = np.radians([0, 15, 30, 45, 60, 75, 90])
 """Tilts of the hand with which a slot may be reached."""
 
-CLEARANCE_M = 0.004
-"""Least clearance of the robot at a slot from lamps, m."""
-
 HOME_CLEARANCE_M = 0.004
-"""Least clearance of the robot at home, with its hand open, from everything else, m."""
+"""Least clearance of the robot, m: at home, with its hand open, from everything else, and at a slot from lamps."""
 
 Slots = Mapping[str, tuple[Slot, ...]]
 
@@ -206,7 +203,7 @@ class RobotAtSlots:
         lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
         spec.compiler.discardvisual = True
         model = spec.compile()
-        model.geom_margin[:] = model.body_margin[:] = CLEARANCE_M
+        model.geom_margin[:] = model.body_margin[:] = HOME_CLEARANCE_M
         return mujoco.MjData(model)
 
 

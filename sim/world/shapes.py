@@ -42,9 +42,6 @@ MASSES_KG = (0.020, 0.250)
 USUAL_OPENING_M = 0.07
 """Width of the open hand, m: 12 mm to either side of a `CUBE_EDGE_M`, and the fingers still fit into a bin."""
 
-LEAST_ACROSS = 1e-9
-"""Least sine of the angle between a direction and an axis that do not count as parallel."""
-
 ROUND_TURNS = 16
 """Number of turns of a round object about the vertical that are tried."""
 
@@ -147,7 +144,7 @@ class ObjectShape:
         """
         x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
         length = np.linalg.norm(x)
-        if not self.is_round or length < LEAST_ACROSS:
+        if not self.is_round or length < 1e-9:
             return rotation
         return np.column_stack([x / length, np.cross(rotation[:, 2], x / length), rotation[:, 2]])
 
