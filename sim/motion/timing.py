@@ -16,7 +16,7 @@ HEADROOM = 0.8
 """Share of the joints' speed and acceleration limits that a reference may use; the rest is for the controller."""
 
 TORQUE_HEADROOM = 0.6
-"""Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller.  A
+"""Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller. A
 torque at its limit follows no reference, and it jumps when the arm has caught up. At 0.8, torques still reach the limit
 with 3 kg at 0.8 m. Holding 3 kg took at most 94 % of the Panda's torques in random postures."""
 

@@ -74,7 +74,10 @@ def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
 def hand_corners(scene: Scene) -> np.ndarray:
     """Return (S, 8, 3) corners of a box round the hand over each of the S slots, at its transfer height, m."""
     half, slots = _object_half(scene), _slots(scene)
-    low, high = _hand_box(scene)
+    data, geoms = _hand_at_home(scene)
+    tool = data.site(scene.robot.tool)
+    points = (box_corners(data, geoms).reshape(-1, 3) - tool.xpos) @ tool.xmat.reshape(3, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
     # The tool's z axis points down.
     box = (low + high) / 2 * [1.0, 1.0, -1.0] + CORNERS * (high - low) / 2
     tools = np.array([slot.position for slot in slots]) + [0.0, 0.0, half[2] + HOVER_HEIGHT_M]
@@ -101,15 +104,6 @@ def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
             place = f"{name} at {position}"
             found[place] = (Slot(place, 0, position, 0.0),)
     return replace(scene, slots=scene.slots | found, temporary=scene.temporary | found.keys())
-
-
-def _hand_box(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (3,) lower and upper corner of the box round the open hand, in the tool's frame, m."""
-    data, geoms = _hand_at_home(scene)
-    points = box_corners(data, geoms).reshape(-1, 3)
-    tool = data.site(scene.robot.tool)
-    local = (points - tool.xpos) @ tool.xmat.reshape(3, 3)
-    return local.min(axis=0), local.max(axis=0)
 
 
 def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:

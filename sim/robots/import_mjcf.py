@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, partial
-from itertools import count
 
 import mujoco
 import numpy as np
@@ -138,15 +137,11 @@ def _let_turn(spec: mujoco.MjSpec, link: mujoco.MjsBody) -> None:
 
 def _name(spec: mujoco.MjSpec) -> None:
     """Give every body, joint and geom a name, and let colliding geoms touch the world and not each other."""
-    numbers = count(1)
-    for body in spec.bodies[1:]:
-        body.name = body.name if body.name.removeprefix(PREFIX) else f"{PREFIX}link {next(numbers)}"
-    turns = (f"{PREFIX}joint {number}" for number in count(1))
-    for joint in spec.joints:
-        joint.name = joint.name or next(turns)
-    names = (f"{PREFIX}shape {number}" for number in count(1))
+    for kind, parts in (("link", spec.bodies[1:]), ("joint", spec.joints), ("shape", spec.geoms)):
+        unnamed = [part for part in parts if not part.name.removeprefix(PREFIX)]
+        for number, part in enumerate(unnamed, 1):
+            part.name = f"{PREFIX}{kind} {number}"
     for geom in spec.geoms:
-        geom.name = geom.name or next(names)
         if geom.contype or geom.conaffinity:
             geom.contype, geom.conaffinity = 2, 1
 

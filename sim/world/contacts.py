@@ -28,7 +28,7 @@ limit with 3 kg; at 0.85, 49 %. At 0.8, such an object slips down in the hand.""
 
 
 CARRIED_SHARE = 8.0
-"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 1 mm.  Only
+"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 1 mm. Only
 lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (with 1, 5 and 12, 61 g
 beside 2.8 kg make joint 2 reach 139, 98 and 69 % of its torque rate)."""
 
