@@ -89,12 +89,15 @@ class Camera:
         usual, view = float(np.degrees(self._scene.robot.yaw)) + AZIMUTH_DEG, mujoco.MjvCamera()
         if not self._scene.model.fixtures:
             return usual
-        corners, fixtures = object_corners(self._scene), _fixtures(self._scene)
+        model, corners = self._scene.mujoco, object_corners(self._scene)
+        fixtures = mujoco.MjData(opaque(model, is_solid(model) & of_fixtures(self._scene)))
+        mujoco.mj_kinematics(fixtures.model, fixtures)
         best, most = usual, 0
         for turn in HEADINGS_DEG:
             view.azimuth, view.elevation = usual + turn, ELEVATION_DEG
-            seen = _visible(fixtures, self._eye(axes_of(view), self._points), corners.reshape(-1, 3))
-            seen = seen.reshape(corners.shape[:2])
+            eye = self._eye(axes_of(view), self._points)
+            met = [first_met(fixtures.model, fixtures, eye, point - eye)[1] for point in corners.reshape(-1, 3)]
+            seen = np.array([not 0 <= distance < 1 for distance in met]).reshape(corners.shape[:2])
             if (slots := int((seen.sum(axis=1) >= SEEN_CORNERS).sum())) > most:
                 best, most = usual + turn, slots
         return best
@@ -135,19 +138,6 @@ def read_view(text: str) -> tuple[float, float, float]:
     if not (abs(azimuth) <= 360 and abs(elevation) <= 90 and 0 < distance <= 10):
         raise RenderingError(f"{text!r}: azimuth within 360, elevation within 90 degrees, distance up to 10 m")
     return azimuth, elevation, distance
-
-
-def _fixtures(scene: Scene) -> mujoco.MjData:
-    """Return the scene with only its fixtures visible to rays."""
-    data = mujoco.MjData(opaque(scene.mujoco, is_solid(scene.mujoco) & of_fixtures(scene)))
-    mujoco.mj_kinematics(data.model, data)
-    return data
-
-
-def _visible(fixtures: mujoco.MjData, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return (N,) bool: which of (N, 3) points, m, no fixture hides from a camera at a (3,) position, m."""
-    met = [first_met(fixtures.model, fixtures, eye, point - eye)[1] for point in points]
-    return np.array([not 0 <= distance < 1 for distance in met])
 
 
 def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:

@@ -44,7 +44,6 @@ class ArmConstants:
         nearest_m: least distance of the tool from the axis of the base.
         max_bearing_rad: greatest bearing of the tool from the heading of the base.
         wrist_joints: number of its wrist's joints, the last ones.
-        foot_m: half side of the square of the table that is kept free for the base.
         floor_front_m: how far the base of a robot on the floor extends ahead of its axis; None for one on the table.
         title: description in words.
         payload_kg: greatest mass that it may carry, by its data sheet; None if unknown.
@@ -67,7 +66,6 @@ class ArmConstants:
     nearest_m: float = 0.0
     max_bearing_rad: float = np.pi
     wrist_joints: int = 3
-    foot_m: float = 0.22
     floor_front_m: float | None = None
     title: str = ""
     payload_kg: float | None = None

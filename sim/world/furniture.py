@@ -29,6 +29,9 @@ TABLE_MARGIN_M = 0.10
 MIN_TABLE_SIDE_M = 0.35
 """Least half width of the table, m."""
 
+FOOT_M = 0.22
+"""Half side of the square of the table that is kept free for a robot's foot; the Panda's reaches 0.155 m back."""
+
 PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
 """Name of the body that carries a base above the table (no object's name contains a space), and its half width, m."""
 
@@ -65,7 +68,7 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
         points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M,
     )
     if robot.floor_front_m is None:
-        low, high = np.minimum(foot - robot.foot_m, low), np.maximum(foot + robot.foot_m, high)
+        low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
     if not robot.yaw:
         side = max(MIN_TABLE_SIDE_M, float(foot[1] - low[1]), float(high[1] - foot[1]))
         low[1], high[1] = foot[1] - side, foot[1] + side

@@ -152,7 +152,10 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
         pads=dict.fromkeys(scene.robot.gripper.pads, 1 + pads),
         table=1 + devices["table"] * perturbation.table,
     )
-    _scale_force(model, scene.robot.gripper.actuator, 1 + devices["force"] * perturbation.force)
+    motor, force = model.actuator(scene.robot.gripper.actuator), 1 + devices["force"] * perturbation.force
+    motor.gainprm[0] *= force
+    motor.biasprm[:3] *= force
+    motor.forcerange *= force
     mujoco.mj_setConst(model, mujoco.MjData(model))
     latency = TIMESTEP_S * round(abs(devices["latency"]) * perturbation.latency / TIMESTEP_S)
     return replace(scene, mujoco=model, nominal=scene.mujoco, latency=latency)
@@ -183,11 +186,3 @@ def _with_centres(scene: Scene, offsets: Mapping[str, np.ndarray], amount: float
         body.explicitinertial, body.mass, body.inertia = True, nominal.mass[0], nominal.inertia
         body.ipos, body.iquat = nominal.ipos + offset * greatest, nominal.iquat
     return spec.compile()
-
-
-def _scale_force(model: mujoco.MjModel, actuator: str, factor: float) -> None:
-    """Multiply the force of a position actuator, and its limits, by a factor."""
-    motor = model.actuator(actuator)
-    motor.gainprm[0] *= factor
-    motor.biasprm[:3] *= factor
-    motor.forcerange *= factor

@@ -124,24 +124,19 @@ class RobotAtSlots:
         slots: Slots,
         sizes: Mapping[str, Extent],
     ):
-        """Find a configuration for each slot."""
-        self._manipulation, self._robot, self._sizes = model, arm.robot, sizes
-        self._stations, self._slots = stations, slots
-        self._blocks = blocks_of(model.fixtures)
-        self.out_of_reach: list[str] = []
-        self._find_configurations(arm, slots)
-
-    def _find_configurations(self, arm: Arm, slots: Slots) -> None:
         """Find a configuration for every slot within reach, and the messages about the others.
 
         Not checked are levels of a stack that too few objects reach, and slots where the hand may come from the side:
         near a fixture, and anywhere in a user's own scene.
         """
+        self._robot, self._sizes, self._stations, self._slots = arm.robot, sizes, stations, slots
+        self._blocks = blocks_of(model.fixtures)
+        self.out_of_reach: list[str] = []
         self._configurations: list[tuple[str, np.ndarray]] = []
         for slot in (slot for row in slots.values() for slot in row):
-            storeys, size = _storeys(self._manipulation, slot.location), self._sizes[slot.location]
-            without = storeys and storeys >= len(self._manipulation.objects)
-            if without or self._manipulation.scene is not None or self._enclosed(slot):
+            storeys, size = _storeys(model, slot.location), sizes[slot.location]
+            without = storeys and storeys >= len(model.objects)
+            if without or model.scene is not None or self._enclosed(slot):
                 continue
             # An object in a stack is lowest when the lowest objects carry it.
             height = float(slot.position[2]) - storeys * (size.high - size.low) + size.low / 2

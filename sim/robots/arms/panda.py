@@ -103,8 +103,6 @@ PANDA = Robot(
         palm_height_m=0.030,
         palm_half_width_m=0.038,
     ),
-    # Its foot reaches 0.155 m behind the axis, by the mesh of link0; the rest is kept free.
-    foot_m=0.22,
     # Nearer to the axis, the hand would touch the robot's foot.
     nearest_m=0.32,
     # The base turns 166 degrees, part of which the wrist needs.
