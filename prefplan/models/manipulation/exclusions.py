@@ -6,7 +6,7 @@ in the hand, or has a mark. In `prefplan.models.system.Barred` they are texts; h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from prefplan.models.manipulation.codes import StateCodes
     from prefplan.models.manipulation.model import ManipulationModel
 
+IN_HAND = ""
+"""Stands for the hand, where a condition names the location or the mark of an object."""
+
 
 @dataclass(frozen=True)
 class Exclusion:
@@ -27,44 +30,32 @@ class Exclusion:
 
     Attributes:
         action: the action.
-        places: objects that rest at locations, each as (object, location).
-        held: objects in the hand.
-        marks: marks of objects, each as (object, mark).
+        conditions: (object, location) for an object that rests there, (object, mark), and (object, `IN_HAND`); no
+            location has the name of a mark, as their propositions would be the same.
     """
 
     action: Action
-    places: frozenset[tuple[str, str]] = frozenset()
-    held: frozenset[str] = frozenset()
-    marks: frozenset[tuple[str, str]] = frozenset()
+    conditions: frozenset[tuple[str, str]]
 
     @property
     def locations(self) -> frozenset[str]:
-        """The locations that it names."""
-        return frozenset(place for _, place in self.places) | {self.action.location}
+        """The locations that it names, and marks."""
+        return frozenset(what for _, what in self.conditions) | {self.action.location}
 
     @property
     def blockers(self) -> frozenset[str]:
         """The objects on which its conditions depend, without that of its action."""
-        return (frozenset(obj for obj, _ in (*self.places, *self.marks)) | self.held) - {self.action.obj}
+        return frozenset(obj for obj, _ in self.conditions) - {self.action.obj}
 
-    def with_objects_exchanged(self, one: str, other: str) -> Exclusion:
-        """Return the same with one object in place of another, and the other way round."""
-        swap = {one: other, other: one}
-        return Exclusion(
-            replace(self.action, obj=swap.get(self.action.obj, self.action.obj)),
-            frozenset((swap.get(obj, obj), place) for obj, place in self.places),
-            frozenset(swap.get(obj, obj) for obj in self.held),
-            frozenset((swap.get(obj, obj), mark) for obj, mark in self.marks),
-        )
+    def with_objects(self, names: Mapping[str, str]) -> Exclusion:
+        """Return the same with other names for some objects."""
+        action = replace(self.action, obj=names.get(self.action.obj, self.action.obj))
+        return Exclusion(action, frozenset((names.get(obj, obj), what) for obj, what in self.conditions))
 
-    def with_locations_exchanged(self, one: str, other: str) -> Exclusion:
-        """Return the same with one location in place of another, and the other way round."""
-        swap = {one: other, other: one}
-        return replace(
-            self,
-            action=replace(self.action, location=swap.get(self.action.location, self.action.location)),
-            places=frozenset((obj, swap.get(place, place)) for obj, place in self.places),
-        )
+    def with_locations(self, names: Mapping[str, str]) -> Exclusion:
+        """Return the same with other names for some locations."""
+        action = replace(self.action, location=names.get(self.action.location, self.action.location))
+        return Exclusion(action, frozenset((obj, names.get(what, what)) for obj, what in self.conditions))
 
 
 def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclusion]:
@@ -73,81 +64,58 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     Raises:
         ModelError: an action is of an unknown kind, or has not the names that its kind has.
     """
-    names = [obj.name for obj in model.objects]
-    places = {at(obj, place.name): (obj, place.name) for obj in names for place in model.locations}
-    held = {holding(obj): obj for obj in names}
-    marks = {marked(obj, mark): (obj, mark) for obj in names for mark in model.marks}
-    objects, locations = {"", *names}, {"", *(place.name for place in model.locations)}
-
-    def found() -> Iterator[Exclusion]:
-        for conditions, text in barred:
-            action = read_action(text, model.operators)
-            if action.obj in objects and action.location in locations and conditions <= {*places, *held, *marks}:
-                yield Exclusion(
-                    action,
-                    frozenset(places[name] for name in conditions & places.keys()),
-                    frozenset(held[name] for name in conditions & held.keys()),
-                    frozenset(marks[name] for name in conditions & marks.keys()),
-                )
-
-    return frozenset(found())
+    places, read = [place.name for place in model.locations], dict[str, tuple[str, str]]()
+    for obj in (obj.name for obj in model.objects):
+        read |= {holding(obj): (obj, IN_HAND)} | {at(obj, place): (obj, place) for place in places}
+        read |= {marked(obj, mark): (obj, mark) for mark in model.marks}
+    objects, locations = {"", *(obj.name for obj in model.objects)}, {"", *places}
+    actions = [(read_action(text, model.operators), names) for names, text in barred]
+    return frozenset(
+        Exclusion(action, frozenset(read[name] for name in names))
+        for action, names in actions
+        if action.obj in objects and action.location in locations and names <= read.keys()
+    )
 
 
 def classes(
-    names: Sequence[str], exclusions: Collection[Exclusion], exchanged: Callable[[Exclusion, str, str], Exclusion]
+    names: Sequence[str],
+    exclusions: Collection[Exclusion],
+    renamed: Callable[[Exclusion, Mapping[str, str]], Exclusion],
 ) -> tuple[tuple[str, ...], ...]:
     """Return some names in classes: to exchange two of one class leaves a set of exclusions as it is.
 
     Args:
         names: of objects or of locations.
         exclusions: the set.
-        exchanged: returns an exclusion with two names exchanged.
+        renamed: returns an exclusion with other names.
     """
     found: list[list[str]] = []
     for name in names:
-        like = (each for each in found if all(exchanged(one, each[0], name) in exclusions for one in exclusions))
-        if (home := next(like, None)) is not None:
-            home.append(name)
+        for each in found:
+            swap = {name: each[0], each[0]: name}
+            if all(renamed(one, swap) in exclusions for one in exclusions):
+                each.append(name)
+                break
         else:
             found.append([name])
     return tuple(map(tuple, found))
 
 
-@dataclass(frozen=True)
-class ExclusionArrays:
-    """B exclusions with C conditions, of a model of A actions.
+def exclusion_arrays(
+    space: StateCodes, actions: Sequence[str], exclusions: Collection[Exclusion]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return exclusions as in `Moves`, given the encoding of the states and the texts of the actions."""
+    first_slot = np.searchsorted(space.location, np.arange(len(space.locations) + 1)).tolist()
+    slots = {name: first_slot[x : x + 2] for x, name in enumerate(space.locations)}
+    slots[IN_HAND] = [space.held, space.held + 1]
 
-    Attributes:
-        of_action: (A + 1,) int32, the first exclusion of each action, and B.
-        first: (B + 1,) int32, the first condition of each exclusion, and C.
-        conditions: (C, 3) int64, each a digit of a state, and the values from the second number to below the third that
-            it must have.
-    """
+    def condition(obj: str, what: str) -> list[int]:
+        is_mark = what not in slots
+        return [space.mark_digits[obj, what], 1, 2] if is_mark else [1 + space.objects.index(obj), *slots[what]]
 
-    of_action: np.ndarray
-    first: np.ndarray
-    conditions: np.ndarray
-
-    @classmethod
-    def of(cls, space: StateCodes, actions: Sequence[str], exclusions: Collection[Exclusion]) -> ExclusionArrays:
-        """Return exclusions as arrays, given the encoding of the states and the texts of the actions."""
-        number = {text: a for a, text in enumerate(actions)}
-        digit = {obj: 1 + o for o, obj in enumerate(space.objects)}
-        first_slot = np.searchsorted(space.location, np.arange(len(space.locations) + 1)).tolist()
-        slots = {name: first_slot[x : x + 2] for x, name in enumerate(space.locations)}
-        ordered = sorted(exclusions, key=lambda each: number[str(each.action)])
-        rows = [
-            [
-                *((digit[obj], *slots[place]) for obj, place in sorted(each.places)),
-                *((digit[obj], space.held, space.held + 1) for obj in sorted(each.held)),
-                *((space.mark_digits[pair], 1, 2) for pair in sorted(each.marks)),
-            ]
-            for each in ordered
-        ]
-        return cls(
-            of_action=np.searchsorted(
-                [number[str(each.action)] for each in ordered], np.arange(len(actions) + 1)
-            ).astype(np.int32),
-            first=np.cumsum([0, *map(len, rows)]).astype(np.int32),
-            conditions=np.array([row for each in rows for row in each], dtype=np.int64).reshape(-1, 3),
-        )
+    number = {text: a for a, text in enumerate(actions)}
+    ordered = sorted(exclusions, key=lambda each: number[str(each.action)])
+    rows = [[condition(*pair) for pair in sorted(each.conditions)] for each in ordered]
+    of_action = np.searchsorted([number[str(each.action)] for each in ordered], np.arange(len(actions) + 1))
+    conditions = np.array([row for each in rows for row in each], dtype=np.int64).reshape(-1, 3)
+    return of_action.astype(np.int32), np.cumsum([0, *map(len, rows)]).astype(np.int32), conditions

@@ -11,7 +11,7 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.exclusions import ExclusionArrays, read_exclusions
+from prefplan.models.manipulation.exclusions import exclusion_arrays, read_exclusions
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
 from prefplan.models.system import Barred
 from prefplan.models.transition_system import OnDemand, TransitionSystem
@@ -47,7 +47,7 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
         members = [x for x, name in enumerate(names) if name in each]
         class_of[members] = number
         places[number, : len(members)] = members
-    excluded = ExclusionArrays.of(space, action_names(space), read_exclusions(model, barred))
+    excluded, first, conditions = exclusion_arrays(space, action_names(space), read_exclusions(model, barred))
     below = np.array([[name in place.on for name in names] for place in model.locations])
     empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
     closed = np.array([place.closed for place in model.locations])
@@ -71,9 +71,9 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
         distinct=np.array([o for o in range(len(space.objects)) if o not in joined], dtype=np.int64),
         alike=np.array(joined, dtype=np.int64),
         alike_class=np.repeat(np.arange(len(alike)), [len(each) for each in alike_objects]).astype(np.int64),
-        excluded=excluded.of_action,
-        first_condition=excluded.first,
-        conditions=excluded.conditions,
+        excluded=excluded,
+        first_condition=first,
+        conditions=conditions,
     )
 
 

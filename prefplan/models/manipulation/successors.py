@@ -41,7 +41,9 @@ class Moves(NamedTuple):
         places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
         alike: (U,) int64, the objects that may be exchanged, by class. alike_class: (U,) int64, from 0, of these.
         distinct: (O - U,) int64, the other objects.
-        excluded, first_condition, conditions: actions that do not exist in some states, see `ExclusionArrays`.
+        excluded: (A + 1,) int32, the first of the B exclusions of each action, and B.
+        first_condition: (B + 1,) int32, the first of the C conditions of each exclusion, and C.
+        conditions: (C, 3) int64, each a digit, and the values from the second number to below the third that it has.
     """
 
     radices: np.ndarray

@@ -105,7 +105,8 @@ class Symmetry:
             places_alike: whether locations may be neutral; False if costs tell them apart.
         """
         self.model, self._barred, self._exclusions = model, barred, read_exclusions(model, barred)
-        self.visible = frozenset(names) | {marked(*pair) for each in self._exclusions for pair in each.marks}
+        conditions = {pair for each in self._exclusions for pair in each.conditions}
+        self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
         neutral = [
@@ -119,8 +120,8 @@ class Symmetry:
             for obj in model.objects
             if not obj.fixed and not self.visible & {name for name, _ in model.propositions_of(obj.name)}
         ]
-        self.neutral = classes(neutral, self._exclusions, Exclusion.with_locations_exchanged)
-        self.alike = classes(alike, self._exclusions, Exclusion.with_objects_exchanged)
+        self.neutral = classes(neutral, self._exclusions, Exclusion.with_locations)
+        self.alike = classes(alike, self._exclusions, Exclusion.with_objects)
 
     @property
     def neutral_locations(self) -> tuple[str, ...]:
