@@ -8,6 +8,8 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import permutations
+from operator import le
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -116,36 +118,37 @@ class GraphFileModel:
         """
         edges, costs = self._edges()
         nodes = edges if self.nodes is None else read(self.folder, self.nodes, "nodes")
-        index, label_of = _numbered(nodes, edges), _labels(nodes)
+        index = _numbered(nodes, edges)
+        given = zip(nodes.nodes.get("node", ()), nodes.nodes.get("labels", ()), strict=False)
+        label_of = {index[name]: frozenset(LABEL.findall(str(text))) for name, text in given if text}
         check_known("start", "state", str(self.start), index)
         for name, more in self.labels.items():
             check_known("labels", "state", name, index)
             label_of[index[name]] = label_of.get(index[name], frozenset()).union(more)
-        source, target = (np.array([index[name] for name in edges.edges[end]], dtype=np.int64) for end in ENDS)
-        kept = np.flatnonzero(~_dominated(source * len(index) + target, costs))
-        actions, action_names = _actions(edges, kept, index)
+        kept = _undominated(edges, costs)
+        actions = _actions(edges, kept)
+        numbers = {name: i for i, name in enumerate(dict.fromkeys(actions))}
         system = TransitionSystem.from_arrays(
             states=tuple(index),
             start=index[str(self.start)],
-            sources=source[kept],
-            targets=target[kept],
-            actions=actions,
-            costs=dict(zip(self.cost_names, costs[:, kept].tolist(), strict=True)),
-            action_names=action_names,
+            sources=np.array([index[edges.edges["from"][row]] for row in kept], dtype=np.int64),
+            targets=np.array([index[edges.edges["to"][row]] for row in kept], dtype=np.int64),
+            actions=np.array([numbers[name] for name in actions], dtype=np.int64),
+            costs={name: [each[row] for row in kept] for name, each in zip(self.cost_names, costs, strict=True)},
+            action_names=tuple(numbers),
             label_of=label_of,
             propositions=self.propositions,
             resolution=self.resolution,
         )
-        return Network(system, len(source) - len(kept), _points(nodes, len(index)))
+        return Network(system, len(costs[0]) - len(kept), _points(nodes, len(index)))
 
-    def _edges(self) -> tuple[Listing, np.ndarray]:
-        """Return the edges of the first file, and their (C, E) costs."""
+    def _edges(self) -> tuple[Listing, list[list[float]]]:
+        """Return the edges of the first file, and each cost of every edge."""
         if isinstance(self.file, str):
-            edges, cost = read(self.folder, self.file, "file"), self.cost
-            if not isinstance(cost, Mapping):
-                return edges, np.array([_costs(edges, _attribute(edges, "cost", cost))])
-            attributes = [_attribute(edges, f"cost.{name}", each) for name, each in cost.items()]
-            return edges, np.array([_costs(edges, each) for each in attributes])
+            edges = read(self.folder, self.file, "file")
+            if not isinstance(self.cost, Mapping):
+                return edges, [_costs(edges, _attribute(edges, "cost", self.cost))]
+            return edges, [_costs(edges, _attribute(edges, f"cost.{name}", each)) for name, each in self.cost.items()]
         for name, file in self.file.items():
             if ending(file) != ".gr":
                 what = f"a file that ends in .gr, not {file!r}; other files have all costs"
@@ -157,15 +160,11 @@ class GraphFileModel:
         for other in others:
             if any(first.edges[end] != other.edges[end] for end in ENDS):
                 raise ModelError(f"{other.place}must list the same edges in the same order as {files[0]}")
-        return first, np.array([_costs(edges, DEFAULT_COST) for edges in (first, *others)])
+        return first, [_costs(edges, DEFAULT_COST) for edges in (first, *others)]
 
 
 def _attribute(edges: Listing, key: str, wanted: str | None) -> str | None:
-    """Return the attribute that is a cost: the one wanted, else `cost`, else the only number, else None.
-
-    Raises:
-        ModelError: there is no such attribute, or there are several to choose from.
-    """
+    """Return the attribute that is a cost: the one wanted, else `cost`, else the only number, else None."""
     probed = {name: column[:MOST_PROBED] for name, column in edges.edges.items() if name not in NOT_COSTS}
     finite = {name: [math.isfinite(_number(value)) for value in column] for name, column in probed.items()}
     numbers = [name for name, each in finite.items() if all(each)]
@@ -173,23 +172,22 @@ def _attribute(edges: Listing, key: str, wanted: str | None) -> str | None:
         raise ModelError(f"{key}: no number {wanted!r} on the edges {choices(wanted, numbers)}")
     if wanted is not None or DEFAULT_COST in finite:
         return wanted or DEFAULT_COST
-    sometimes = [name for name, each in finite.items() if any(each)]
-    if len(numbers) != 1 and sometimes:
-        valid = ", ".join(numbers or sometimes)
-        raise ModelError(f"{key}: missing; it says which number of an edge is its cost (valid: {valid})")
+    valid = numbers or [name for name, each in finite.items() if any(each)]
+    if len(numbers) != 1 and valid:
+        raise ModelError(f"{key}: missing; it says which number of an edge is its cost (valid: {', '.join(valid)})")
     return numbers[0] if numbers else None
 
 
-def _costs(edges: Listing, attribute: str | None) -> np.ndarray:
+def _costs(edges: Listing, attribute: str | None) -> list[float]:
     """Return (E,) the cost of every edge: its value of an attribute, or 1 for None."""
     if attribute is None:
-        return np.ones(len(edges.edges["from"]))
+        return [1.0] * len(edges.edges["from"])
     values = edges.edges[attribute]
-    costs = np.array([_number(value) for value in values])
-    for row in np.flatnonzero(~((costs >= 0) & (costs <= LARGEST_COST)))[:1]:
-        cost = costs[row]
-        why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
-        raise ModelError(f"{edges.edge(row)}: {attribute} is {why}: {values[row]!r}")
+    costs = list(map(_number, values))
+    for row, cost in enumerate(costs):
+        if not 0 <= cost <= LARGEST_COST:
+            why = "not a number" if math.isnan(cost) else "negative" if cost < 0 else f"larger than {LARGEST_COST:g}"
+            raise ModelError(f"{edges.edge(row)}: {attribute} is {why}: {values[row]!r}")
     return costs
 
 
@@ -215,12 +213,6 @@ def _numbered(nodes: Listing, edges: Listing) -> dict[str, int]:
     return index
 
 
-def _labels(nodes: Listing) -> dict[int, frozenset[str]]:
-    """Return the propositions of the nodes that have any."""
-    given = enumerate(nodes.nodes.get("labels", ()))
-    return {node: frozenset(LABEL.findall(str(value))) for node, value in given if value}
-
-
 def _points(nodes: Listing, count: int) -> np.ndarray | None:
     """Return (S, 2) points of a map for the nodes, or None if one has no coordinates."""
     x, y = (np.array([_number(value) for value in nodes.nodes.get(name, [None] * count)]) for name in ("x", "y"))
@@ -230,37 +222,34 @@ def _points(nodes: Listing, count: int) -> np.ndarray | None:
     return np.stack([shrunk * x, y], axis=1)
 
 
-def _dominated(pairs: np.ndarray, costs: np.ndarray) -> np.ndarray:
-    """Return (E,) bool, the edges that a parallel edge dominates; parallel edges have the same number in `pairs`."""
-    dominated = np.zeros(len(pairs), dtype=bool)
-    _, pair, counts = np.unique(pairs, return_inverse=True, return_counts=True)
-    parallel = defaultdict[int, list[int]](list)
-    for edge in np.flatnonzero(counts[pair] > 1).tolist():
-        parallel[pair[edge]].append(edge)
-    for edges in parallel.values():
-        for edge in edges:
-            other, own = costs[:, edges], costs[:, [edge]]
-            dominated[edge] = ((other <= own).all(axis=0) & (other < own).any(axis=0)).any()
-    return dominated
+def _undominated(edges: Listing, costs: Sequence[Sequence[float]]) -> list[int]:
+    """Return the rows of the edges that no edge between the same nodes dominates, in order."""
+    parallel = defaultdict[tuple[str, str], list[int]](list)
+    for row, ends in enumerate(zip(edges.edges["from"], edges.edges["to"], strict=True)):
+        parallel[ends].append(row)
+    kept = [rows[0] for rows in parallel.values() if len(rows) == 1]
+    for rows in (rows for rows in parallel.values() if len(rows) > 1):
+        vectors = {row: [each[row] for each in costs] for row in rows}
+        better = [(a, b) for a, b in permutations(rows, 2) if all(map(le, vectors[a], vectors[b]))]
+        kept += set(rows) - {b for a, b in better if vectors[a] != vectors[b]}
+    return sorted(kept)
 
 
-def _actions(edges: Listing, rows: np.ndarray, index: Mapping[str, int]) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the action of some edges and the names of all actions, see `Network`.
+def _actions(edges: Listing, rows: Sequence[int]) -> list[str]:
+    """Return the action of some edges, see `Network`.
 
     Raises:
         ModelError: edges of one action lead from a node to different nodes.
     """
     sources, targets = (edges.edges[end] for end in ENDS)
-    given = edges.edges.get("action", targets)
-    names, actions = dict(index), list[int]()
+    given, actions = edges.edges.get("action", targets), list[str]()
     leads, times = dict[tuple[str, str], str](), Counter[tuple[str, str]]()
-    for row in rows.tolist():
+    for row in rows:
         name = str(given[row] or targets[row])
         action = sources[row], name
         if leads.setdefault(action, targets[row]) != targets[row]:
             where = f"{edges.place}action {name!r} leaves node {sources[row]!r}"
             raise ModelError(f"{where} twice, to different nodes")
         times[action] += 1
-        numbered = name if times[action] == 1 else f"{name}#{times[action]}"
-        actions.append(names.setdefault(numbered, len(names)))
-    return np.array(actions, dtype=np.int64), tuple(names)
+        actions.append(name if times[action] == 1 else f"{name}#{times[action]}")
+    return actions

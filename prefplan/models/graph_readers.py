@@ -12,11 +12,10 @@ import zlib
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from io import TextIOWrapper
 from itertools import chain, count
 from pathlib import Path
 from sys import intern
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, cast
+from typing import IO, TYPE_CHECKING, Any, TypeVar, cast
 from xml.etree.ElementTree import ParseError
 
 from prefplan.errors import ModelError, check_known, prefixed
@@ -38,14 +37,11 @@ COLUMNS = {"file": ("a", *ENDS, "cost"), "nodes": ("v", "node", "x", "y")}
 
 NODE_COLUMNS = ("node", "x", "y", "labels")
 
-EDGE_LISTS = ("edges", "links")
-"""Keys of the list of edges in node-link JSON: that of networkx since 3.4, and that before."""
-
 CHALLENGE_DEGREES = 1e-6
 """Unit of the coordinates of the 9th DIMACS challenge, degrees."""
 
-CLOCK_PERIOD = 10_000
-"""Nodes, edges or lines read between two checks of the limits; they take up to 0.1 s."""
+CHUNK_BYTES, CLOCK_PERIOD = 2**20, 10_000
+"""Bytes, and nodes, edges or lines, that are read between two checks of the limits: they take up to 0.1 s."""
 
 _CALLS = count()
 
@@ -76,8 +72,7 @@ class Listing:
 
 def ending(name: str) -> str:
     """Return the suffix of a file's name, without `.gz`."""
-    path = Path(name)
-    return (path.with_suffix("") if path.suffix.lower() == ".gz" else path).suffix.lower()
+    return Path(name.lower().removesuffix(".gz")).suffix
 
 
 def read(folder: Path, name: str, key: str) -> Listing:
@@ -87,17 +82,14 @@ def read(folder: Path, name: str, key: str) -> Listing:
         ModelError: it cannot be read or is invalid; the message begins with the key, the file and, where the format
             has lines, the line.
     """
-    readers, path, collects = READERS[key], folder / name, gc.isenabled()
-    if ending(name) not in readers:
-        raise ModelError(f"{key}: {name}: must end in {', '.join(readers)}, or in one of these and .gz")
-    check_limits()
-    # Reading makes millions of objects and drops none; looking for garbage among them takes a third of the time.
+    place, collects = f"{key}: {name}: ", gc.isenabled()
+    if ending(name) not in READERS[key]:
+        raise ModelError(f"{place}must end in {', '.join(READERS[key])}, or in one of these and .gz")
+    # Reading makes millions of objects and drops none: looking for garbage takes two fifths of the time of GraphML.
     gc.disable()
-    with prefixed(f"{key}: {name}: ", ModelError):
+    with prefixed(place, ModelError):
         try:
-            with gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb") as file:
-                metered = io.BufferedReader(_Metered(cast(BinaryIO, file)))
-                return replace(readers[ending(name)](cast(BinaryIO, metered), key), place=f"{key}: {name}: ")
+            return replace(READERS[key][ending(name)](_contents(folder / name), key), place=place)
         except FileNotFoundError:
             raise ModelError("no such file beside the scenario") from None
         except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
@@ -107,26 +99,15 @@ def read(folder: Path, name: str, key: str) -> Listing:
                 gc.enable()
 
 
-class _Metered(io.RawIOBase):
-    """A file of which the limits are checked while it is read: 3 MB of zeros may be 3 GB when they are unpacked."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        return self._file.seek(offset, whence)
-
-    def readinto(self, buffer: Any) -> int:
-        check_limits()
-        data = self._file.read(len(buffer))
-        buffer[: len(data)] = data
-        return len(data)
+def _contents(path: Path) -> bytes:
+    """Return what is in a file, within the limits: 3 MB of zeros may be 3 GB when they are unpacked."""
+    chunks: list[bytes] = []
+    opened = gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")
+    with cast(IO[bytes], opened) as file:
+        while not chunks or chunks[-1]:
+            check_limits()
+            chunks.append(file.read(CHUNK_BYTES))
+    return b"".join(chunks)
 
 
 def _clocked(value: T) -> T:
@@ -136,24 +117,24 @@ def _clocked(value: T) -> T:
     return value
 
 
-def _graphml(file: BinaryIO, key: str) -> Listing:
+def _graphml(contents: bytes, key: str) -> Listing:
     import networkx as nx  # takes 0.1 s, and few need it
 
     try:
         with warnings.catch_warnings(action="ignore"):
-            return _of_graph(nx.read_graphml(file, node_type=_clocked, force_multigraph=True))
+            return _of_graph(nx.read_graphml(io.BytesIO(contents), node_type=_clocked, force_multigraph=True))
     except ParseError as error:
         raise ModelError(f"line {error.position[0]}: not XML: {str(error).partition(':')[0]}") from None
     except (nx.NetworkXError, ValueError, LookupError, TypeError) as error:
         raise ModelError(f"not GraphML: {error}") from None
 
 
-def _node_link(file: BinaryIO, key: str) -> Listing:
+def _node_link(contents: bytes, key: str) -> Listing:
     import networkx as nx
 
     try:
-        top = {"nodes": [], **json.load(file, object_hook=_clocked), "multigraph": True}
-        edges = next((key for key in EDGE_LISTS if key in top), EDGE_LISTS[0])
+        top = {"nodes": [], **json.loads(contents, object_hook=_clocked), "multigraph": True}
+        edges = "links" if "links" in top and "edges" not in top else "edges"  # before networkx 3.4, and since
         clocked = {key: map(_clocked, top[key]) for key in ("nodes", edges)}
         graph = nx.node_link_graph(top | clocked, directed=True, edges=edges)
         unlisted = list(graph)[len(top["nodes"]) :]
@@ -170,13 +151,12 @@ def _node_link(file: BinaryIO, key: str) -> Listing:
 def _of_graph(graph: nx.MultiGraph) -> Listing:
     """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
-    listed = map(_clocked, directed.edges(data=True))
-    sources, targets, edges = zip(*listed, strict=True) if directed.size() else ((), (), ())
+    listed = list(map(_clocked, directed.edges(data=True)))
     nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))
+    edges = _columns([data for _, _, data in listed], graph.graph.get("edge_default", {}))
     nodes["node"] = list(map(str, graph))
-    columns = _columns(edges, graph.graph.get("edge_default", {}))
-    columns |= {"from": list(map(str, sources)), "to": list(map(str, targets))}
-    return Listing(nodes, columns, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
+    edges |= {end: [str(edge[k]) for edge in listed] for k, end in enumerate(ENDS)}
+    return Listing(nodes, edges, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
 
 
 def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -> Columns:
@@ -184,9 +164,9 @@ def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -
     return {name: [entry.get(name, default.get(name)) for entry in entries] for name in names}
 
 
-def _csv(file: BinaryIO, key: str) -> Listing:
+def _csv(contents: bytes, key: str) -> Listing:
     """Return the edges or the nodes of a table with a header line."""
-    text = TextIOWrapper(file, encoding="utf-8-sig", newline="")
+    text = io.StringIO(contents.decode("utf-8-sig"), newline="")
     rows = csv.reader(map(_clocked, text), skipinitialspace=True, strict=True)
     try:
         header = next(filter(None, rows), [])
@@ -201,9 +181,9 @@ def _csv(file: BinaryIO, key: str) -> Listing:
         raise ModelError(f"line {rows.line_num}: not CSV: {error}") from None
 
 
-def _dimacs(file: BinaryIO, key: str) -> Listing:
+def _dimacs(contents: bytes, key: str) -> Listing:
     """Return the arcs or the nodes of a file of the 9th DIMACS challenge."""
-    lines = enumerate(map(_clocked, TextIOWrapper(file, encoding="utf-8")), start=1)
+    lines = enumerate(map(_clocked, io.StringIO(contents.decode())), start=1)
     rows = ((line, words) for line, text in lines if (words := text.split()) and words[0] != "c")
     _, heading = next(rows, (1, []))
     listing = replace(_table(rows, COLUMNS[key], key), degrees=CHALLENGE_DEGREES)
@@ -226,7 +206,7 @@ def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str], key: str
     return Listing(edges=table, lines=lines) if key == "file" else Listing(nodes=table, lines=lines)
 
 
-READERS: dict[str, dict[str, Callable[[BinaryIO, str], Listing]]] = {
+READERS: dict[str, dict[str, Callable[[bytes, str], Listing]]] = {
     "file": {".graphml": _graphml, ".csv": _csv, ".json": _node_link, ".gr": _dimacs},
     "nodes": {".csv": _csv, ".co": _dimacs},
 }
