@@ -7,15 +7,19 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
+from io import StringIO
 from itertools import accumulate
 from operator import ge
-from typing import cast, overload
+from typing import TYPE_CHECKING, cast, overload
 
-from prefplan.drawing.cell_map import Cell, CellMap, map_picture
-from prefplan.drawing.timeline import timeline
+from prefplan.drawing import Cell, CellMap, draw_map, draw_timeline
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.text.layout import number, numbered
 from prefplan.text.names import DisplayNames
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""
@@ -101,23 +105,34 @@ class Plan:
         relaxed = [f"  {purchase.words(self.display.task(purchase.task))}" for purchase in self.relaxations]
         return "\n".join([actions or "(nothing to do)", *relaxed])
 
-    def _repr_svg_(self) -> str:
-        """Return the plan as SVG for notebooks: on the map of its grid, or else as a timeline along its cost."""
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the plan on the map of its grid, or else as a timeline along its cost, on axes or a new figure."""
+        if ax is None:
+            from matplotlib.figure import Figure
+
+            width, height = self.map.size if self.map else (9.0, 3.5)
+            scale = min(0.8, 5.5 / max(width, height)) if self.map else 1.0
+            ax = Figure(figsize=(scale * width, scale * height), layout="constrained").add_subplot()
         costs = self.action_costs or (to_number(exact(self.cost) / max(1, len(self.actions))),) * len(self.actions)
         satisfied = {
             self.display.task(name): None if name in self._skipped else cost for name, cost in self.task_costs.items()
         }
+        ax.set_title(objectives_text(self), loc="left", fontsize="medium")
         if self.map is None:
-            return timeline(
-                [*map(self.display.action, self.actions)],
-                costs,
-                satisfied,
-                title=objectives_text(self),
-                cost=next(iter(self.objectives)),
+            draw_timeline(
+                ax, [*map(self.display.action, self.actions)], costs, satisfied, cost=next(iter(self.objectives))
             )
+            return ax
         spent = [*accumulate(map(exact, costs), initial=Fraction(0))]
         done = {name: bisect_left(spent, exact(cost)) for name, cost in satisfied.items() if cost is not None}
-        return map_picture(self.map, cast(Sequence[Cell], self.states), done, title=objectives_text(self))
+        draw_map(ax, self.map, cast(Sequence[Cell], self.states), done)
+        return ax
+
+    def _repr_svg_(self) -> str:
+        """Return `plot` as SVG for notebooks."""
+        picture = StringIO()
+        cast("Figure", self.plot().figure).savefig(picture, format="svg", bbox_inches="tight")
+        return picture.getvalue()
 
     @property
     def _skipped(self) -> set[str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS
 from prefplan import Front, GridModel, Order, Problem, Task
-from prefplan.drawing.cell_map import Cell
+from prefplan.drawing import Cell
 from prefplan.plan import point_of
 
 SIZE = 10

@@ -12,7 +12,7 @@ from matplotlib.patches import Rectangle
 
 from experiments.figures.plan_map import AREAS, Named, PlanMap
 from experiments.figures.trail import Trail, trail
-from prefplan.drawing.cell_map import Cell
+from prefplan.drawing import Cell
 from prefplan.models.grid import GridBox, GridModel
 from prefplan.plan import Plan
 from prefplan.problem import Problem

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from prefplan.drawing.cell_map import CellMap
+from prefplan.drawing import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory, check_limits

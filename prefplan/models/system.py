@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
 
-from prefplan.drawing.cell_map import CellMap
+from prefplan.drawing import CellMap
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.models.costs import CostTable
 from prefplan.text.names import DisplayNames
