@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import product
 from typing import cast
 
@@ -81,7 +82,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     whole = replace(model, costs=numbered).transition_system()
     system = whole.reduced((), stutter_invariant=False).listed
     alike = [obj.name for obj in model.objects if not obj.fixed] if isinstance(whole, ManipulationSystem) else []
-    number = system.costs[0].entries
+    number = system.costs[0].counts(Fraction(1))
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(len(pairs) + 1))
     edges = {pair: order[low:high] for pair, low, high in zip(pairs, bounds, bounds[1:], strict=False) if low < high}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,9 +24,6 @@ EDGE_BYTES = 40
 
 Classes = Collection[Collection[str]]
 """Names of objects or of locations in classes, within which they may be exchanged."""
-
-Expanded = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""The actions of some states, as `expand` returns them."""
 
 
 def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
@@ -101,35 +98,28 @@ class StateTable:
     targets: np.ndarray
     actions: np.ndarray
     prices: np.ndarray
-    action_names: tuple[str, ...] = ()
+    action_names: tuple[str, ...]
 
 
 def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
     """Return the canonical states that can be reached from one by the standard operators.
 
+    States of one distance from the start are in the order of their codes.
+
     Raises:
         ModelError: there are too many states for 64-bit integers.
         LimitError: a limit of time or memory was reached.
     """
-    steps = steps_of(moves)
-    states = listed_by(lambda codes: expand(moves, codes, steps), space, start)
-    return replace(states, action_names=action_names(space))
-
-
-def listed_by(expanded: Callable[[np.ndarray], Expanded], space: StateCodes, start: int) -> StateTable:
-    """Return the states that can be reached from one, without the texts of the actions; errors as in `listed`.
-
-    States of one distance from the start are in the order of their codes.
-    """
     space.require_small()
+    steps = steps_of(moves)
     layer = np.array([start], dtype=np.int64)
-    layers, sorted_codes, edges = list[np.ndarray](), layer, list[Expanded]()
+    layers, sorted_codes, edges = list[np.ndarray](), layer, list[tuple[np.ndarray, ...]]()
     while len(layer):
         layers.append(layer)
-        chunks = list[Expanded]()
+        chunks = []
         for first in range(0, len(layer), CHUNK):
             _check_limits(first)
-            chunks.append(expanded(layer[first : first + CHUNK]))
+            chunks.append(expand(moves, layer[first : first + CHUNK], steps))
         edges += chunks
         reached = np.concatenate([chunk[1] for chunk in chunks])
         _check_limits(len(reached))
@@ -138,11 +128,11 @@ def listed_by(expanded: Callable[[np.ndarray], Expanded], space: StateCodes, sta
         layer = reached[sorted_codes[np.minimum(places, len(sorted_codes) - 1)] != reached]
         sorted_codes = np.insert(sorted_codes, np.searchsorted(sorted_codes, layer), layer)
     codes = np.concatenate(layers)
-    order = np.argsort(codes)
-    counts, targets, actions, prices = (np.concatenate([chunk[k] for chunk in edges]) for k in range(4))
-    _check_limits(len(targets))
+    counts, reached, actions, prices = (np.concatenate([chunk[k] for chunk in edges]) for k in range(4))
+    _check_limits(len(reached))
+    targets = np.argsort(codes)[np.searchsorted(sorted_codes, reached)].astype(np.int32)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return StateTable(codes, offsets, order[np.searchsorted(sorted_codes, targets)].astype(np.int32), actions, prices)
+    return StateTable(codes, offsets, targets, actions, prices, action_names(space))
 
 
 def _check_limits(edges: int) -> None:

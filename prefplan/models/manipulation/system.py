@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from prefplan.errors import ModelError
+from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import Classes, Expanded, StateTable, listed, listed_by, moves_of, table
+from prefplan.models.manipulation.listing import Classes, listed, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
@@ -25,6 +24,9 @@ from prefplan.models.transition_system import TransitionSystem
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
+
+Transition = tuple[ManipulationState, str, ManipulationState, Mapping[str, Fraction]]
+"""An action of a state, with its successor and its costs by name."""
 
 
 def transition_system(model: ManipulationModel, start: ManipulationState) -> System:
@@ -99,29 +101,27 @@ class ManipulationSystem(System):
         Raises:
             ModelError: a state does not fit an integer, or the cost of an action was not measured.
         """
-        standard = self.operators == STANDARD_OPERATORS
-        states = listed(self.space, self.moves, self.first) if standard else self._by_operators()
-        system = table(self.space, states, self.costs, self.visible)
+        if self.operators == STANDARD_OPERATORS:
+            system = table(self.space, listed(self.space, self.moves, self.first), self.costs, self.visible)
+        else:
+            system = self._listed_by_operators()
         return replace(system, propositions=self.propositions, display=self.display)
 
-    def _by_operators(self) -> StateTable:
-        """Return the states that can be reached from the start by operators that may not be the standard ones."""
-        numbers = dict[Action, int]()
-
-        def expanded(codes: np.ndarray) -> Expanded:
-            counts, edges = [], list[tuple[int, int, int]]()
-            for code in codes.tolist():
-                before = self.space.decode(code)
-                each = list(self.outcomes(before))
-                counts.append(len(each))
-                for action, after in each:
-                    target = self.space.encode(after, where=f"after `{action}`")
-                    edges.append((target, numbers.setdefault(action, len(numbers)), self._price(action, before, after)))
-            targets, actions, prices = np.array(edges, dtype=np.int64).reshape(-1, 3).T
-            return np.array(counts), targets, actions.astype(np.int32), prices.astype(np.int32)
-
-        states = listed_by(expanded, self.space, self.space.encode(self.start, where="start"))
-        return replace(states, action_names=tuple(map(str, numbers)))
+    def _listed_by_operators(self) -> TransitionSystem:
+        """Return the same with all states listed, by operators that may not be the standard ones."""
+        transitions, states = list[Transition](), [self.start]
+        met = set(states)
+        for before in states:
+            check_limits()
+            for action, outcome in self.outcomes(before):
+                after = self.space.decode(self.space.encode(outcome, where=f"after `{action}`"))
+                costs = dict(zip(self.cost_names, self._costs(action, before, after), strict=True))
+                transitions.append((before, str(action), after, costs))
+                if after not in met:
+                    met.add(after)
+                    states.append(after)
+        labels = {state: state.label for state in states}
+        return TransitionSystem.from_transitions(transitions, start=self.start, labels=labels)
 
     @property
     def most_states(self) -> int:
@@ -168,16 +168,14 @@ class ManipulationSystem(System):
             found.setdefault(action, []).append(conditions)
         return found
 
-    def _price(self, action: Action, before: ManipulationState, after: ManipulationState) -> int:
-        """Return the index of an action's cost in the entries of a `CostTable`, in one dimension.
-
-        Raises:
-            ModelError: the hand is over an unknown location after it.
-        """
-        hands, kinds = len(self.space.hands), [operator.kind for operator in self.operators]
-        where = f"after `{action}`"
-        first = kinds.index(action.kind) * hands + self.space.hand(before, where=where)
-        return first * hands + self.space.hand(after, where=where)
+    def _costs(self, action: Action, before: ManipulationState, after: ManipulationState) -> tuple[Fraction, ...]:
+        """Return every cost of an action, in the user's units."""
+        k = [operator.kind for operator in self.operators].index(action.kind)
+        i, j = (self.space.hand(state, where=f"after `{action}`") for state in (before, after))
+        counts = [int(each.entries[k, i, j]) for each in self.costs]
+        if UNMEASURED in counts:
+            raise unmeasured(str(action), self.space.hands[i])
+        return tuple(count * each.unit for count, each in zip(counts, self.costs, strict=True))
 
     def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
         """See `System.steps`.
@@ -187,18 +185,14 @@ class ManipulationSystem(System):
         """
         for each, after in self.outcomes(state):
             if str(each) == action:
-                price = self._price(each, state, after)
-                counts = [int(costs.entries.flat[price]) for costs in self.costs]
-                if counts[0] == UNMEASURED:
-                    raise unmeasured(action, self.space.hands[self.space.hand(state, where=action)])
-                return after, tuple(n * costs.unit for n, costs in zip(counts, self.costs, strict=True))
+                return after, self._costs(each, state, after)
         raise ModelError(f"action {action!r} does not exist in state {state!r}")
 
     def require_measured(self, code: int) -> None:
         """Raise ModelError if the cost of some action of a state was not measured."""
         state = self.space.decode(code)
-        for action, _ in self.outcomes(state):
-            self.steps(state, str(action))
+        for action, after in self.outcomes(state):
+            self._costs(action, state, after)
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """See `System.reduced`; the smaller model may be listed."""
