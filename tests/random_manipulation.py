@@ -45,7 +45,7 @@ def random_model(rng: random.Random, *, large: bool = False) -> ManipulationMode
 def random_measured(rng: random.Random, model: ManipulationModel, measured: str | tuple[str, ...]) -> ManipulationModel:
     """Draw measured costs between every two poses of the hand in a model."""
     places = model.locations
-    hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
+    hands = hand_poses({place.name: place.capacity for place in places}, model.start)
     quantities = measured if isinstance(measured, tuple) else ()
     entries = {
         (kind, before, after): {name: rng.randint(0, 9) for name in quantities} or rng.randint(0, 9)

@@ -76,7 +76,7 @@ def judged(problem: Problem) -> judge.GraphProblem:
 
 def measured(what: ManipulationModel) -> ManipulationModel:
     """Return a model whose costs are measured: slots are told apart, and each action costs what its number says."""
-    hands = hand_poses((place.name for place in what.locations), (place.capacity for place in what.locations), "home")
+    hands = hand_poses({place.name: place.capacity for place in what.locations}, "home")
     pairs = [(kind, before, after) for kind in COSTS for before in hands for after in hands]
     return replace(what, costs=MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)}))
 

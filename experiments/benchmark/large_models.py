@@ -81,7 +81,7 @@ def write_measurements(path: Path) -> None:
     model = load(path, measured=False).model
     assert isinstance(model, ManipulationModel)
     at = {place.name: place.at or (0.0, 0.0) for place in model.locations}
-    hands = hand_poses(at, (place.capacity for place in model.locations), model.start)
+    hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
     done, rng = [], random.Random(0)
     for kind, before, after in product(model.kinds, hands, hands):
         places = location_of(before), location_of(after)

@@ -69,9 +69,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     large model, of states that differ only by exchanged objects only one is considered; there all movable objects are
     sampled.
     """
-    hands = hand_poses(
-        (place.name for place in model.locations), (place.capacity for place in model.locations), model.start
-    )
+    hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
     pairs = [
         (operator.kind, before, after)
         for operator, before, after in product(model.operators, hands, hands)

@@ -59,7 +59,7 @@ class StateCodes:
         self._counts = model.slot_counts
         self._slots = [(name, i) for name, count in self._counts.items() for i in range(count)]
         self.held = len(self._slots)
-        self.hands = hand_poses(self.locations, self._counts.values(), start.hand)
+        self.hands = hand_poses(self._counts, start.hand)
         names = [*self.locations, start.hand]
         self.location = np.array([*(names.index(name) for name, _ in self._slots), len(self.locations)])
         self.over = np.array([names.index(location_of(hand)) for hand in self.hands])

@@ -11,7 +11,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from prefplan.errors import ModelError
+from prefplan.errors import ModelError, prefixed
 from prefplan.exact_costs import Number
 from prefplan.models.costs import Cost
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
@@ -71,24 +71,21 @@ def geometry(model: ManipulationModel, robot: str) -> str:
         "start": model.start,
         "locations": [_plain(place) for place in model.locations],
         "objects": [_plain(obj) for obj in model.objects],
-    }
-    around: dict[str, Any] = {
         "fixtures": [_plain(fixture) for fixture in model.fixtures],
         "setup": _plain(model.robot) if isinstance(model.robot, RobotSetup) else {},
         "scene": model.scene,
     }
-    parts |= {name: part for name, part in around.items() if part}
-    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=dataclasses.asdict).encode()).hexdigest()
+    given = {name: part for name, part in parts.items() if part or name in ("locations", "objects")}
+    return hashlib.sha256(json.dumps(given, sort_keys=True, default=dataclasses.asdict).encode()).hexdigest()
 
 
 def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, Any]:
     """Return the contents of a file of measurements, in the order of the model's kinds and poses of the hand."""
-    places = model.locations
-    hands = hand_poses((place.name for place in places), (place.capacity for place in places), model.start)
-    ordered = sorted(
-        measurements.actions,
-        key=lambda done: (model.kinds.index(done.pair[0]), *(hands.index(hand) for hand in done.pair[1:])),
-    )
+    hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
+
+    def rank(done: Measurement) -> list[int]:
+        return [model.kinds.index(done.pair[0]), *map(hands.index, done.pair[1:])]
+
     return {
         "format": FORMAT,
         "robot": measurements.robot,
@@ -98,7 +95,7 @@ def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, A
             dict(zip(("action", "from", "to"), done.pair, strict=True))
             | {name: round(float(done.quantities[name]), DECIMALS) for name in QUANTITIES}
             | {"samples": done.samples}
-            for done in ordered
+            for done in sorted(measurements.actions, key=rank)
         ],
     }
 
@@ -145,15 +142,13 @@ def with_measured_costs(model: ManipulationModel, scenario: Path) -> Manipulatio
     """
     if not isinstance(model.costs, MeasuredCosts):
         return model
-    try:
-        done = read_measurements(measurements_file(scenario), model)
-    except ModelError as error:
-        raise ModelError(f"costs.measured: {error}") from None
+    with prefixed("costs.measured: ", ModelError):
+        done = read_measurements(measurements_file(scenario), model).actions
     wanted = model.costs.measured
-    entries: dict[Pair, Cost] = {}
-    for one in done.actions:
-        named = {name: one.quantities[name] for name in model.costs.quantities}
-        entries[one.pair] = named[wanted] if isinstance(wanted, str) else named
+    entries: dict[Pair, Cost] = {
+        one.pair: one.quantities[wanted] if isinstance(wanted, str) else {name: one.quantities[name] for name in wanted}
+        for one in done
+    }
     return dataclasses.replace(model, costs=MeasuredCosts(wanted, entries))
 
 

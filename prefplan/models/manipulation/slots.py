@@ -6,7 +6,7 @@ distinguish them. The actions determine them: an object is put into the free slo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,18 +17,13 @@ FAR_APART = 2
 """Slots at least this far from the nearest object, in slots, are equally good."""
 
 
-def hand_poses(names: Iterable[str], capacities: Iterable[int], start: str) -> tuple[str, ...]:
+def hand_poses(counts: Mapping[str, int], start: str) -> tuple[str, ...]:
     """Return every pose of the hand: over each location's middle, over its slots if it has several, and the start pose.
 
-    Args:
-        names: names of the locations.
-        capacities: number of slots of each.
-        start: the hand's initial pose, a location or any other word.
+    `counts` are the numbers of slots by location; `start` is a location or any other word.
     """
-    names = tuple(names)
-    counts = zip(names, capacities, strict=True)
-    slots = [pose(name, i) for name, capacity in counts if capacity > 1 for i in range(capacity)]
-    return (*names, *slots, *((start,) if start not in names else ()))
+    slots = [pose(name, i) for name, count in counts.items() if count > 1 for i in range(count)]
+    return (*counts, *slots, *((start,) if start not in counts else ()))
 
 
 def pose(location: str, slot: int | None) -> str:

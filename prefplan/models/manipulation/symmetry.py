@@ -57,30 +57,7 @@ def most_states(model: ManipulationModel, start: ManipulationState) -> int:
         return number[count]
 
     held = movable * placements(movable - 1) if movable else 0
-    return len(hand_poses(slots, slots.values(), start.hand)) * (placements(movable) + held)
-
-
-def symmetry_of(
-    model: ManipulationModel,
-    start: ManipulationState,
-    names: Collection[str],
-    barred: Barred,
-    *,
-    stutter_invariant: bool,
-) -> tuple[Symmetry, ManipulationState]:
-    """Return a smaller model and its initial state, equivalent to another for the propositions that are visible.
-
-    Args:
-        model: the other model.
-        start: its initial state.
-        names: propositions that are visible, beside the marks on which barred actions depend.
-        barred: actions that do not exist where some propositions hold.
-        stutter_invariant: as in `System.reduced`.
-    """
-    symmetry = Symmetry(model, names, barred, places_alike=not isinstance(model.costs, MeasuredCosts))
-    if stutter_invariant and _loads_cost(model.costs):
-        return symmetry.relevant(start)
-    return symmetry, start
+    return len(hand_poses(slots, start.hand)) * (placements(movable) + held)
 
 
 class Symmetry:
@@ -136,7 +113,7 @@ class Symmetry:
     def relevant(self, start: ManipulationState) -> tuple[Symmetry, ManipulationState]:
         """Return the same, and the initial state, without objects that need never be moved and surplus locations."""
         model, places, neutral = self.model, start.place, self.neutral_locations
-        if any(place.on and self._is_visible(place) for place in model.locations):
+        if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
             return self, start
         blockers = {obj for each in self._exclusions for obj in each.blockers}
         fixed = {obj.name for obj in model.objects if obj.fixed}

@@ -12,13 +12,13 @@ from prefplan.errors import ModelError
 from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
-from prefplan.models.manipulation.action_costs import cost_tables, unmeasured
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import Classes, listed, moves_of, table
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
-from prefplan.models.manipulation.symmetry import most_states, symmetry_of
+from prefplan.models.manipulation.symmetry import Symmetry, most_states
 from prefplan.models.system import Barred, System
 from prefplan.models.transition_system import TransitionSystem
 
@@ -196,9 +196,10 @@ class ManipulationSystem(System):
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """See `System.reduced`; the smaller model may be listed."""
-        symmetry, start = symmetry_of(
-            self.space.model, self.start, names, self.barred, stutter_invariant=stutter_invariant
-        )
+        model, start = self.space.model, self.start
+        symmetry = Symmetry(model, names, self.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
+        if stutter_invariant:
+            symmetry, start = symmetry.relevant(start)
         space = StateCodes(symmetry.model, start, symmetry.visible)
         hands = [self.space.hands.index(hand) for hand in space.hands]
         return replace(

@@ -43,8 +43,8 @@ def test_objects_fill_slots_in_order_around_those_whose_slots_are_known() -> Non
 
 
 def test_the_hand_is_over_a_slot_the_middle_or_where_it_starts() -> None:
-    assert hand_poses(["a", "b"], [1, 2], "home") == ("a", "b", "b[0]", "b[1]", "home")
-    assert hand_poses(["a", "b"], [1, 1], "b") == ("a", "b")
+    assert hand_poses({"a": 1, "b": 2}, "home") == ("a", "b", "b[0]", "b[1]", "home")
+    assert hand_poses({"a": 1, "b": 1}, "b") == ("a", "b")
     assert [location_of(name) for name in ("a", pose("b", 1), pose("b", None))] == ["a", "b", "b"]
 
 
@@ -151,7 +151,7 @@ def spelled_out(entries: dict[Pair, Decimal], lying: set[tuple[str, str, int]], 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -> None:
     capacities = {"desk": 1, "shelf": capacity, "box": 1}
-    rng, hands = random.Random(seed), hand_poses(capacities, capacities.values(), "home")
+    rng, hands = random.Random(seed), hand_poses(capacities, "home")
     entries = {(k, a, b): Decimal(rng.randint(500, 9999)).scaleb(-3) for k in COSTS for a in hands for b in hands}
     places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in capacities.items())
     objects = (Object("cup", "shelf"), Object("pot", "shelf"))
