@@ -8,18 +8,17 @@
 | float with more digits         | the nearest decimal of 15 significant digits: 0.1 + 0.2 is 0.3                  |
 
 Floats of more than 12 digits, which were probably computed, are rounded to a *resolution* if sums of the model's costs
-would not fit 64 bits (`resolution_of`); the front is exact for the rounded costs.
+would not fit 64 bits (`in_units`); the front is exact for the rounded costs.
 """
 
 from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from itertools import accumulate
 
 import numpy as np
 
@@ -135,13 +134,6 @@ def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
     return whole_numbers([value.numerator * (per // value.denominator) // of for value in values])
 
 
-def running_totals(values: Sequence[Fraction]) -> tuple[list[int], int]:
-    """Return the (K + 1,) prefix sums of (K,) values, from 0 on, as numerators, and their common denominator."""
-    ratios = [value.as_integer_ratio() for value in values]
-    denominator = math.lcm(*{below for _, below in ratios})
-    return list(accumulate((above * (denominator // below) for above, below in ratios), initial=0)), denominator
-
-
 def whole_numbers(counts: list[int]) -> np.ndarray:
     """Return integers as an array: int64 if all fit, else Python's integers."""
     fits = max(map(abs, counts), default=0) < INT64_LIMIT
@@ -155,37 +147,26 @@ def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
     return multiples(values, unit), unit
 
 
-def is_long_float(cost: Number) -> bool:
-    """Return whether a cost is a float of more than 12 digits, which was probably computed."""
-    if not isinstance(cost, (float, np.floating)):
-        return False
-    return bool(type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost)
-
-
-def resolution_of(values: Collection[Fraction]) -> Fraction | None:
-    """Return the unit to multiples of which long floats are rounded; None if sums of values fit 64 bits without."""
-    largest = max(values)
-    if largest / common_unit(values) < 10**FLOAT_DIGITS:
-        return None
-    magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
-    return Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
-
-
 def in_units(costs: Sequence[Number], wanted: Number | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
     """Return costs as (E,) multiples of a unit, the unit, and the resolution; None for this if nothing was rounded.
 
     Args:
         costs: (E,) numbers >= 0.
-        wanted: resolution to which to round all of them; None to round only long floats, by `resolution_of`.
+        wanted: resolution to which to round all of them; None to round only floats of more than 12 digits, and these
+            only if sums of costs would not fit 64 bits.
 
     Raises:
         ModelError: `wanted` is not positive, or no number.
     """
     values = {cost: exact(cost) for cost in dict.fromkeys(costs)}
-    rounded = [cost for cost in values if wanted is not None or is_long_float(cost)]
-    resolution = None if wanted is None else exact(wanted, "resolution")
-    if wanted is None and rounded:
-        resolution = resolution_of(values.values())
+    resolution, rounded = None if wanted is None else exact(wanted, "resolution"), list(values)
+    if wanted is None:
+        floats = [cost for cost in values if isinstance(cost, (float, np.floating))]
+        rounded = [cost for cost in floats if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
+        largest = max(values.values(), default=Fraction(0))
+        if rounded and largest / common_unit(values.values()) >= 10**FLOAT_DIGITS:
+            magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
+            resolution = Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
     if resolution is not None:
         if resolution <= 0:
             raise ModelError(f"resolution: must be positive, not {to_number(resolution)}")

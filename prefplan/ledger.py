@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from itertools import accumulate
 from typing import Any
 
-from prefplan.exact_costs import Number, exact, running_totals, to_number
+from prefplan.exact_costs import Number, exact, in_common_unit, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.plan import Plan, Purchase
 from prefplan.problem import Problem
@@ -113,13 +114,14 @@ class Ledger:
         return tuple(self._spent(step) for step in range(len(self.costs) + 1))
 
     @cached_property
-    def _totals(self) -> list[tuple[list[int], int]]:
-        """The same for every cost, in order, as numerators and their denominator, for fast exact sums."""
-        return [running_totals(each) for each in (self.costs, *self.more_costs.values())]
+    def _totals(self) -> list[tuple[list[int], Fraction]]:
+        """The same for every cost, in order, as multiples of a unit, for fast exact sums."""
+        counted = map(in_common_unit, (self.costs, *self.more_costs.values()))
+        return [([*accumulate(counts.tolist(), initial=0)], unit) for counts, unit in counted]
 
     def _spent(self, step: int, cost: int = 0) -> Fraction:
-        numerators, denominator = self._totals[cost]
-        return Fraction(numerators[step], denominator)
+        counts, unit = self._totals[cost]
+        return counts[step] * unit
 
     @cached_property
     def satisfied(self) -> dict[str, int | None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import textwrap
 from collections.abc import Sequence
 from decimal import Decimal
 from itertools import accumulate, groupby
@@ -26,10 +27,9 @@ def number(value: Number) -> str:
 
 def condense(actions: Sequence[str]) -> str:
     """Return a plan on one line; n equal actions in a row are written `n x ACTION`, those of one letter `nACTION`."""
-    runs = _runs(actions)
     if _are_letters(actions):
-        return " ".join(_moves(runs))
-    return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in runs)
+        return " ".join(_moves(actions))
+    return ", ".join(action if n == 1 else f"{n} x {action}" for action, n in _runs(actions))
 
 
 def numbered(actions: Sequence[str], *, most: int | None = None, whole: str = "") -> str:
@@ -43,18 +43,19 @@ def numbered(actions: Sequence[str], *, most: int | None = None, whole: str = ""
         most: greatest number of entries to show; None for all.
         whole: how to see the rest, for the line that says how much was left out.
     """
-    runs, columns = _runs(actions), shutil.get_terminal_size().columns
-    if _are_letters(actions):
-        entries, gap = _moves(runs), ""
-    else:
+    entries, runs, gap = _moves(actions), _runs(actions), " "
+    if not _are_letters(actions):
         last = list(accumulate(n for _, n in runs))
         spans = [str(end) if n == 1 else f"{end - n + 1}-{end}" for end, (_, n) in zip(last, runs, strict=True)]
-        entries, gap = [f"{span}. {action}" for span, (action, _) in zip(spans, runs, strict=True)], ","
+        entries, gap = [f"{span}. {action}" for span, (action, _) in zip(spans, runs, strict=True)], ", "
+    # Lines are broken between entries only.
+    text = gap.join(entry.replace(" ", "\0") for entry in entries[:most])
+    columns = shutil.get_terminal_size().columns
+    text = textwrap.fill(text, columns, break_long_words=False, break_on_hyphens=False).replace("\0", " ")
     if most is None or len(entries) <= most:
-        return "\n".join(_wrapped(entries, gap, columns))
+        return text
     left = sum(n for _, n in runs[most:])
-    rest = f"... and {counted(left, 'more action')}; {whole}"
-    return "\n".join([*_wrapped(entries[:most], gap, columns), rest])
+    return f"{text}\n... and {counted(left, 'more action')}; {whole}"
 
 
 def _runs(actions: Sequence[str]) -> list[tuple[str, int]]:
@@ -67,20 +68,8 @@ def _are_letters(actions: Sequence[str]) -> bool:
     return all(len(action) == 1 for action in actions)
 
 
-def _moves(runs: Sequence[tuple[str, int]]) -> list[str]:
-    return [action if n == 1 else f"{n}{action}" for action, n in runs]
-
-
-def _wrapped(entries: Sequence[str], gap: str, columns: int) -> list[str]:
-    """Return entries with a gap after all but the last, in lines that are broken only between entries."""
-    lines: list[str] = []
-    for i, entry in enumerate(entries):
-        piece = entry + gap * (i < len(entries) - 1)
-        if lines and len(lines[-1]) + 1 + len(piece) <= columns:
-            lines[-1] += f" {piece}"
-        else:
-            lines.append(piece)
-    return lines
+def _moves(actions: Sequence[str]) -> list[str]:
+    return [action if n == 1 else f"{n}{action}" for action, n in _runs(actions)]
 
 
 def counted(number: int, noun: str) -> str:

@@ -15,6 +15,7 @@ from prefplan import (
     Deadline,
     Due,
     Expression,
+    Ledger,
     ModelError,
     NoPlanError,
     Order,
@@ -25,7 +26,7 @@ from prefplan import (
     pareto_front,
     preferred_plan,
 )
-from prefplan.exact_costs import admits, exact, in_common_unit, inclusive, running_totals, to_number
+from prefplan.exact_costs import admits, exact, in_common_unit, inclusive, to_number
 from prefplan.preferences.kinds import Preference
 
 
@@ -146,7 +147,8 @@ def test_a_bound_on_cost_is_inclusive_and_exact(dimes: TransitionSystem, bound: 
 
 
 @given(st.lists(st.fractions(min_value=0, max_denominator=60), max_size=6))
-def test_running_totals_are_the_sums_of_the_first_so_many(values: list[Fraction]) -> None:
-    numerators, denominator = running_totals(values)
-    sums = [sum(values[:k], Fraction(0)) for k in range(len(values) + 1)]
-    assert [Fraction(numerator, denominator) for numerator in numerators] == sums
+def test_what_is_spent_are_the_sums_of_the_first_so_many(costs: list[Fraction]) -> None:
+    system = TransitionSystem.from_transitions([("s", "go", "s", 1)], start="s", labels={"s": ["a"]})
+    problem = Problem(system, [Task("one", "F a")], Order())
+    ledger = Ledger.of(problem, ["go"] * len(costs), costs, [frozenset({"a"})] * (len(costs) + 1))
+    assert ledger.spent == tuple(sum(costs[:k], Fraction(0)) for k in range(len(costs) + 1))
