@@ -104,7 +104,7 @@ def check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
                 raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
 
 
-def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
+def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
     """Return an expression as a constant plus additive and convex terms, or None if it has another form.
 
     Recognised are sums, with factors >= 0, of costs, violation costs, |c_i - c_j|, max - min of the same costs,
@@ -113,7 +113,7 @@ def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
     summands = _summands(tree)
     if summands is None:
         return None
-    constant, terms = summands.pop(_ONE, Fraction(0)), list[Term]()
+    terms: list[Term | Fraction] = [summands.pop(_ONE, Fraction(0))]
     for part in list(summands):
         if isinstance(part, Operation) and part.name == "max" and summands[part] > 0:
             least, spread = Operation("min", part.operands), _spread(part, summands[part])
@@ -133,7 +133,7 @@ def decompose(tree: Tree, tasks: int) -> tuple[Fraction, list[Term]] | None:
         terms.append(WeightedRate(tuple(linear)))
     if any(violation):
         terms.append(Violation(tuple(violation)))
-    return constant, terms
+    return terms
 
 
 def _summands(tree: Tree) -> dict[Tree, Fraction] | None:
@@ -206,6 +206,8 @@ def _convex(tree: Tree, factor: Fraction, tasks: int) -> Term | None:
         return Tardiness(task, -lines[1][1] / slope, factor * slope)
     weights = [Fraction(0)] * tasks
     for slopes, constant in lines:
+        if not slopes and constant <= 0:
+            continue  # costs are never negative
         if constant != 0 or not slopes:
             return None
         ((task, slope),) = slopes.items()

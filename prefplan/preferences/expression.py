@@ -6,7 +6,7 @@ import ast
 import operator
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -56,13 +56,13 @@ class Operation:
 Tree = Constant | Variable | Operation
 
 
-def parse(text: str, tasks: Sequence[str], *, violation: bool = False) -> Tree:
-    """Read an expression over the costs (or violation costs) of tasks.
+def parse(text: str, amounts: Mapping[str, Variable]) -> Tree:
+    """Read an expression over the costs (or violation costs) of tasks, given by name.
 
     Raises:
         PreferenceError: for a syntax error (with the column), or an unknown task or function.
     """
-    return _Reader(text, tasks, violation).read()
+    return _Reader(text, amounts).read()
 
 
 def fold(
@@ -141,8 +141,8 @@ _MAGNITUDE = 30
 class _Reader:
     """Parses an expression as Python, and converts the syntax tree if it is arithmetic."""
 
-    def __init__(self, text: str, tasks: Sequence[str], violation: bool) -> None:
-        self.text, self.tasks, self.violation = re.sub(r"\s", " ", text).strip(), tasks, violation
+    def __init__(self, text: str, amounts: Mapping[str, Variable]) -> None:
+        self.text, self.amounts = re.sub(r"\s", " ", text).strip(), amounts
 
     def error(self, message: str, column: int) -> PreferenceError:
         return PreferenceError(f"expression: {message}, at column {column + 1}\n    {self.text}\n    {' ' * column}^")
@@ -173,9 +173,9 @@ class _Reader:
                     raise self.error(f"a number beyond 1e{_MAGNITUDE} or below 1e-{_MAGNITUDE}", node.col_offset)
                 return Constant(Fraction(value))
             case ast.Name():
-                if part not in self.tasks:
-                    raise self.error(f"unknown task {part!r} {choices(part, self.tasks)}", node.col_offset)
-                return Variable(self.tasks.index(part), self.violation)
+                if part not in self.amounts:
+                    raise self.error(f"unknown task {part!r} {choices(part, self.amounts)}", node.col_offset)
+                return self.amounts[part]
             case ast.UnaryOp(ast.UAdd(), operand) | ast.UnaryOp(ast.USub(), ast.UnaryOp(ast.USub(), operand)):
                 return self.convert(operand)
             case ast.UnaryOp(ast.USub(), operand):

@@ -9,22 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import reduce
 from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.analysis import check_divisors, decompose, shape
 from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
-from prefplan.preferences.expression import Constant, Operation, Variable, parse
-from prefplan.preferences.terms import (
-    Maximum,
-    OpaqueTerm,
-    OrderRate,
-    Tardiness,
-    Term,
-    Violation,
-    WeightedRate,
-)
+from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, parse
+from prefplan.preferences.terms import Maximum, OpaqueTerm, OrderRate, Term, Violation, WeightedRate
 from prefplan.text.forms import Form
 
 OVER = ("cost", "violation")
@@ -96,8 +89,8 @@ class WeightedSum:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
-        weights = _weights(self.weights, tasks, rules, over=self.over, default=Fraction(0))
-        return [Violation(weights) if self.over == "violation" else WeightedRate(weights)]
+        weighted = _weighted(_amounts(tasks, rules, self.over), self.weights, 0)
+        return _terms(_total(weighted), len(tasks) + len(rules))
 
 
 @dataclass(frozen=True)
@@ -114,11 +107,8 @@ class Max:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one convex term, or over violation costs a componentwise one."""
-        weights = _weights(self.weights or {}, tasks, rules, over=self.over, default=Fraction(1))
-        if self.over == "cost":
-            return [Maximum(weights)]
-        operands = [Operation("*", (Constant(w), Variable(i, True))) for i, w in enumerate(weights)]
-        return [OpaqueTerm(Operation("max", tuple(operands)), None, "componentwise")]
+        weighted = _weighted(_amounts(tasks, rules, self.over), self.weights or {}, 1)
+        return _terms(Operation("max", tuple(weighted)), len(tasks) + len(rules))
 
 
 @dataclass(frozen=True)
@@ -144,20 +134,14 @@ class Deadline:
     over: str = "cost"
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
-        """Return a convex term for each deadline, or over violation costs componentwise ones."""
-        terms: list[Term | Fraction] = []
-        names = _weighed(tasks, rules, self.over)
+        """Return a convex term for each deadline, or over violation costs a componentwise one."""
+        amounts, tardiness = _amounts(tasks, rules, self.over), list[Tree]()
         for name, due in self.deadlines.items():
-            check_known("deadlines", "task", name, names, PreferenceError)
-            i, weight = names.index(name), _weight(f"deadlines.{name}.weight", due.weight)
-            by = _weight(f"deadlines.{name}.by", due.by)
-            if self.over == "violation":
-                late = Operation("-", (Variable(i, True), Constant(by)))
-                tree = Operation("max", (Constant(Fraction(0)), late))
-                terms.append(OpaqueTerm(tree, None, "componentwise", weight))
-            else:
-                terms.append(Tardiness(i, by, weight))
-        return terms
+            check_known("deadlines", "task", name, amounts, PreferenceError)
+            weight, by = (_weight(f"deadlines.{name}.{key}", getattr(due, key)) for key in ("weight", "by"))
+            late = Operation("max", (Constant(Fraction(0)), Operation("-", (amounts[name], Constant(by)))))
+            tardiness.append(Operation("*", (Constant(weight), late)))
+        return _terms(_total(tardiness), len(tasks) + len(rules))
 
 
 @dataclass(frozen=True)
@@ -177,20 +161,21 @@ class Expression:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
-        names = _weighed(tasks, rules, self.over)
-        tree = parse(self.expression, names, violation=self.over == "violation")
-        check_divisors(tree, names)
+        amounts = _amounts(tasks, rules, self.over)
+        tree = parse(self.expression, amounts)
+        check_divisors(tree, list(amounts))
+        nothing = [Fraction(0)] * len(amounts)
         outline, summands = shape(tree), decompose(tree, len(tasks) + len(rules))
         shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, claimed=contract not in (shown, "general"))
-        if (outline.rising and outline.low >= 0) or (summands is not None and summands[0] >= 0):
+        if (outline.rising and outline.low >= 0) or (summands is not None and evaluate(tree, nothing, nothing) >= 0):
             check_size(whole, (*tasks, *rules), "expression")
         else:
             check_never_falls(whole, (*tasks, *rules), "expression")
         if whole.claimed:
             check_contract(whole, (*tasks, *rules), "contract")
-        return [whole] if summands is None or self.contract == "general" else [summands[0], *summands[1]]
+        return [whole] if summands is None or self.contract == "general" else summands
 
 
 @dataclass(frozen=True)
@@ -236,11 +221,11 @@ class Sum:
         for k, (part, number) in enumerate(self.parts):
             with prefixed(f"terms[{k}].", PreferenceError):
                 weight = _weight("weight", number)
-                terms += [_weighted(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
+                terms += [_scaled(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
         return terms
 
 
-def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
+def _scaled(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
     if isinstance(term, Fraction):
         return weight * term
     if isinstance(term, (WeightedRate, Violation, Maximum)):
@@ -248,22 +233,30 @@ def _weighted(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
     return replace(term, weight=weight * term.weight)
 
 
-def _weighed(tasks: Sequence[str], rules: Sequence[str], over: str) -> tuple[str, ...]:
-    """Return the names that may have weights: rules have violation costs only."""
+def _amounts(tasks: Sequence[str], rules: Sequence[str], over: str) -> dict[str, Variable]:
+    """Return what a preference is about, by name: rules have violation costs only."""
     if over not in OVER:
         raise PreferenceError(f"over: {over!r} is unknown {choices(over, OVER)}")
-    return (*tasks, *rules) if over == "violation" else tuple(tasks)
+    names = (*tasks, *rules) if over == "violation" else tasks
+    return {name: Variable(i, over == "violation") for i, name in enumerate(names)}
 
 
-def _weights(
-    weights: Mapping[str, Number], tasks: Sequence[str], rules: Sequence[str], *, over: str, default: Fraction
-) -> tuple[Fraction, ...]:
-    """Return the weight of each task and rule; those not named have the default."""
-    names = _weighed(tasks, rules, over)
+def _weighted(amounts: Mapping[str, Variable], weights: Mapping[str, Number], default: int) -> list[Tree]:
+    """Return each amount times its weight."""
     for name in weights:
-        check_known("weights", "task", name, names, PreferenceError)
-    values = [_weight(f"weights.{name}", weights[name]) if name in weights else default for name in names]
-    return (*values, *[Fraction(0)] * (len(tasks) + len(rules) - len(values)))
+        check_known("weights", "task", name, amounts, PreferenceError)
+    factors = {name: _weight(f"weights.{name}", weights.get(name, default)) for name in amounts}
+    return [Operation("*", (Constant(factors[name]), amount)) for name, amount in amounts.items()]
+
+
+def _total(trees: Sequence[Tree]) -> Tree:
+    nothing: Tree = Constant(Fraction(0))
+    return reduce(lambda one, other: Operation("+", (one, other)), trees, nothing)
+
+
+def _terms(tree: Tree, count: int) -> list[Term | Fraction]:
+    """Return an expression over a number of tasks and rules, which falls in none of them, as terms."""
+    return decompose(tree, count) or [OpaqueTerm(tree, None, "componentwise")]
 
 
 def _weight(where: str, weight: Number) -> Fraction:
