@@ -120,19 +120,19 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
             if spread and summands.get(least) == -summands[part]:
                 terms.append(spread)
                 del summands[part], summands[least]
-    linear, violation = [Fraction(0)] * tasks, [Fraction(0)] * tasks
+    linear, violation = dict[int, Fraction](), dict[int, Fraction]()
     for part, factor in summands.items():
-        if isinstance(part, Variable) and factor > 0:
+        if isinstance(part, Variable) and factor >= 0:
             (violation if part.violation else linear)[part.task] = factor
         elif factor != 0:
             term = _convex(part, factor, tasks)
             if term is None:
                 return None
             terms.append(term)
-    if any(linear):
-        terms.append(WeightedRate(tuple(linear)))
-    if any(violation):
-        terms.append(Violation(tuple(violation)))
+    # A price with the weight 0 is yet one that the preference is about.
+    for kind, weights in ((WeightedRate, linear), (Violation, violation)):
+        if weights:
+            terms.append(kind(tuple(weights.get(task, Fraction(0)) for task in range(tasks))))
     return terms
 
 

@@ -12,8 +12,10 @@ import pytest
 
 from prefplan import (
     Plan,
+    WeightedSum,
     cheapest_plan,
 )
+from prefplan.preferences.objective import Measure
 from prefplan.scenario.decode import from_dict
 
 
@@ -67,3 +69,8 @@ def test_listed_expressions_never_fall_along_a_trajectory(expression: str, rng: 
         ends = [rng.choice((rng.randrange(12), 99)) for _ in range(3)]
         along = [value(tuple(min(end, g) for end in ends), (0, 0, 0)) for g in range(20)]
         assert along == sorted(along) and along[0] >= 0
+
+
+def test_a_sum_over_violation_costs_is_about_them_whatever_its_weights() -> None:
+    terms = WeightedSum({}, over="violation").terms(["a", "b"], ["kept"])
+    assert Measure.of(terms, tasks=2, rules=1).weighs_violation
