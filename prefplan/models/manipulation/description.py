@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from prefplan.errors import ModelError, check_known
-from prefplan.models.manipulation.surroundings import check_beside, check_point, with_height
+from prefplan.models.manipulation.surroundings import check_point, with_height
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import check_names
 
@@ -122,19 +123,17 @@ def check_locations(locations: tuple[Location, ...]) -> None:
 
 def check_objects(model: ManipulationModel) -> None:
     """Raise ModelError for an object without a valid start, or more of them at a location than it holds."""
-    names = [place.name for place in model.locations]
-    check_names([obj.name for obj in model.objects], where="objects")
-    resting: dict[str, list[str]] = {name: [] for name in names}
+    names = [obj.name for obj in model.objects]
+    check_names(names, where="objects")
+    resting: dict[str, list[str]] = {place.name: [] for place in model.locations}
     for obj in model.objects:
         where = f"objects.{obj.name}"
-        if [other.name for other in model.objects].count(obj.name) > 1:
+        if names.count(obj.name) > 1:
             raise ModelError(f"{where}: defined twice")
-        check_known(f"{where}.start", "location", obj.start, names)
-        if model.begin is not None:
-            continue
+        check_known(f"{where}.start", "location", obj.start, resting)
         resting[obj.start].append(obj.name)
         capacity = model.location(obj.start).capacity
-        if len(resting[obj.start]) > capacity:
+        if model.begin is None and len(resting[obj.start]) > capacity:
             there = " and ".join(resting[obj.start])
             raise ModelError(f"{where}.start: {there} start at {obj.start!r}, which has room for {capacity}")
     for obj in model.objects if model.begin is None else ():
@@ -147,18 +146,17 @@ def check_objects(model: ManipulationModel) -> None:
 
 def check_scene(model: ManipulationModel) -> None:
     """Raise ModelError for paths that are not relative, and references to the user's MJCF scene if there is none."""
-    check_beside(model.scene, "scene")
-    check_beside(model.robot_setup.mjcf, "robot.mjcf")
-    for obj in model.objects:
-        check_beside(obj.file, f"objects.{obj.name}.file")
-    if model.scene is not None:
-        return
-    for place in model.locations:
-        if place.site is not None:
-            raise ModelError(f"locations.{place.name}.site: only with `scene`, a MJCF file beside the scenario")
-    for obj in model.objects:
-        if obj.body is not None:
-            raise ModelError(f"objects.{obj.name}.body: only with `scene`, a MJCF file beside the scenario")
+    files = [("scene", model.scene), ("robot.mjcf", model.robot_setup.mjcf)]
+    files += [(f"objects.{obj.name}.file", obj.file) for obj in model.objects]
+    for where, path in files:
+        # Logs store files by their paths relative to the scenario's folder.
+        if path is not None and Path(path).is_absolute():
+            raise ModelError(f"{where}: must be a path from the folder of the scenario file, not {path!r}")
+    references = [(f"locations.{place.name}.site", place.site) for place in model.locations]
+    references += [(f"objects.{obj.name}.body", obj.body) for obj in model.objects]
+    for where, name in references if model.scene is None else ():
+        if name is not None:
+            raise ModelError(f"{where}: only with `scene`, a MJCF file beside the scenario")
 
 
 def check_propositions(model: ManipulationModel) -> None:

@@ -72,10 +72,10 @@ class Grasp(Operator):
         places, slots = state.place, dict(state.slots)
         here = [obj.name for obj in model.objects if not obj.fixed and places.get(obj.name) == state.hand]
         for obj in here if state.held is None and _is_clear(model, state) else ():
-            left = {other: place for other, place in places.items() if other != obj}
-            apart = {other: slot for other, slot in slots.items() if other != obj}
-            after = replace(state, held=obj, places=tuple(left.items()), slots=tuple(apart.items()))
-            yield Action(self.kind, obj), replace(after, hand_slot=slots.get(obj))
+            left = tuple(pair for pair in state.places if pair[0] != obj)
+            apart = tuple(pair for pair in state.slots if pair[0] != obj)
+            after = replace(state, held=obj, places=left, slots=apart, hand_slot=slots.get(obj))
+            yield Action(self.kind, obj), after
 
 
 @dataclass(frozen=True)
@@ -109,25 +109,20 @@ class Release(Operator):
 
     def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
         """See `Operator.outcomes`."""
-        obj = state.held
-        for place in model.locations if obj is not None else ():
-            if place.name == state.hand and _accepts(state, place):
-                assert obj is not None
-                places, slots, slot = {**state.place, obj: place.name}, dict(state.slots), _slot(model, state, place)
-                if slot is not None:
-                    slots[obj] = slot
-                names = [other.name for other in model.objects]
-                yield (
-                    Action(self.kind, obj, place.name),
-                    ManipulationState(
-                        hand=place.name,
-                        held=None,
-                        places=tuple((name, places[name]) for name in names if name in places),
-                        marks=state.marks | ({(obj, place.marks)} if place.marks else set()),
-                        slots=tuple((name, slots[name]) for name in names if name in slots),
-                        hand_slot=slot,
-                    ),
+        for obj in () if state.held is None else (state.held,):
+            for place in (place for place in model.locations if place.name == state.hand and _accepts(state, place)):
+                slot, names = _slot(model, state, place), [other.name for other in model.objects]
+                places = {**state.place, obj: place.name}
+                slots = {**dict(state.slots), obj: slot} if slot is not None else dict(state.slots)
+                after = ManipulationState(
+                    hand=place.name,
+                    held=None,
+                    places=tuple((name, places[name]) for name in names if name in places),
+                    marks=state.marks | ({(obj, place.marks)} if place.marks else set()),
+                    slots=tuple((name, slots[name]) for name in names if name in slots),
+                    hand_slot=slot,
                 )
+                yield Action(self.kind, obj, place.name), after
 
 
 def _accepts(state: ManipulationState, place: Location) -> bool:

@@ -196,8 +196,7 @@ def _is_clear(moves: Moves, counts: np.ndarray, location: Integer) -> bool:
 def _count_objects(moves: Moves, digits: np.ndarray, counts: np.ndarray) -> Integer:
     """Write how many objects each location holds, and return the one in the hand, or -1."""
     held = -1
-    for x in range(counts.shape[0]):
-        counts[x] = 0
+    counts[:] = 0
     for o in range(moves.movable.shape[0]):
         location = moves.location[digits[1 + o]]
         if location < counts.shape[0]:

@@ -109,9 +109,3 @@ def check_point(at: tuple[float, ...], where: str) -> None:
         raise ModelError(f"{where}: must be [x, y] or [x, y, height] in metres, not {list(at)}")
     if not all(map(math.isfinite, at)):
         raise ModelError(f"{where}: must be finite numbers, not {list(at)}")
-
-
-def check_beside(path: str | None, where: str) -> None:
-    """Raise `ModelError` for an absolute path: logs store files by their paths relative to the scenario's folder."""
-    if path is not None and Path(path).is_absolute():
-        raise ModelError(f"{where}: must be a path from the folder of the scenario file, not {path!r}")
