@@ -48,12 +48,9 @@ class LimitError(PrefplanError):
 def prefixed(
     prefix: str, kind: type[PrefplanError] = PrefplanError, *, new: type[PrefplanError] | None = None
 ) -> Iterator[None]:
-    """Put a prefix, such as a key, in front of the messages of errors of a class; LimitError stays as it is.
+    """Put a prefix, such as a key, in front of the messages of errors of a class, and convert these if `new` is given.
 
-    Args:
-        prefix: the prefix.
-        kind: class of the errors.
-        new: class to convert them to; None to keep theirs.
+    LimitError stays as it is.
     """
     try:
         yield

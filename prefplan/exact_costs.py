@@ -40,11 +40,7 @@ INT64_LIMIT = 2**62
 
 
 def exact(value: Number, where: str = "") -> Fraction:
-    """Return the exact value of a number.
-
-    Args:
-        value: an int, float, Decimal or Fraction, or a numpy number.
-        where: key for the error message.
+    """Return the exact value of a number, which may be one of numpy; `where` is its key, for messages.
 
     Raises:
         ModelError: it is not a number, not finite, beyond 1e400, or not 0 but below 1e-400.

@@ -190,12 +190,9 @@ class Front(Sequence[Plan]):
         return pandas.DataFrame(rows, columns=[*(self.objectives or PAIR), *tasks, "actions"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the points, penalty over cost, as steps around the dominated region; return the axes.
+        """Draw the points, penalty over cost, as steps around the dominated region, on axes or a new figure.
 
         With several costs or preferences, the front of the first two is drawn.
-
-        Args:
-            ax: axes to draw into; None for a new figure.
         """
         if ax is None:
             from matplotlib import pyplot
@@ -240,11 +237,7 @@ class Front(Sequence[Plan]):
         ]
 
     def listing(self, whole: Callable[[int], str]) -> list[str]:
-        """Return a heading for each plan, and below it the plan's first actions.
-
-        Args:
-            whole: returns how to see all actions of the plan with a number.
-        """
+        """Return a heading for each plan and its first actions; `whole` says how to see all, given its number."""
         return [
             f"Plan {i} ({counted(len(plan.actions), 'action')})\n{plan.listing(most=MOST_ACTIONS, whole=whole(i))}"
             for i, plan in enumerate(self)

@@ -140,10 +140,7 @@ def check_limits(more_bytes: float = 0) -> None:
 
 
 def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
-    """Run a kernel in a thread of its own, so that the present limits and Ctrl-C can stop it.
-
-    Args:
-        run: calls the kernel with a flag, (1,) bool, which is set when the kernel must return.
+    """Run a kernel in a thread of its own; it is given a flag, (1,) bool, that is set when it must return.
 
     Raises:
         LimitError: a limit was reached.

@@ -97,11 +97,7 @@ class Automaton:
 
 
 def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
-    """Return the minimal DFA that accepts exactly the good prefixes of a co-safe formula.
-
-    Args:
-        formula: the formula, or its text.
-        text: text of the formula for messages; if empty, that of `formula`.
+    """Return the minimal DFA that accepts exactly the good prefixes of a formula; `text` is for messages.
 
     Raises:
         FormulaError: if the text is not a co-safe formula, or its automaton would be too large.

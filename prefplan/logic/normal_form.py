@@ -16,12 +16,9 @@ def parse(text: str, *, propositions: Iterable[str] | None = None, temporal: boo
     """Parse a co-safe formula (Definition 2) in the syntax of several tools; see `prefplan.logic.syntax`.
 
     Args:
-        text: the formula.
+        text: the formula; what is returned is its negation normal form.
         propositions: if given, the only names that may be used.
         temporal: read `Fa` as `F a` unless `Fa` is one of these names.
-
-    Returns:
-        The formula in negation normal form.
 
     Raises:
         FormulaError: for a syntax error (with the column, counted from 1), an unknown proposition (with the nearest

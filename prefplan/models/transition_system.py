@@ -196,9 +196,8 @@ class TransitionSystem(System):
     ) -> TransitionSystem:
         """Build a system from checked edges in any order; the order of a state's actions is kept.
 
-        Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, `costs` are by
-        name and in the user's units, `label_of` has the propositions of the states that have any, and `resolution` is
-        as in `from_transitions`.
+        Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, `costs` are by name
+        and in the user's units, `label_of` is by state, and `resolution` is as in `from_transitions`.
 
         Raises:
             ModelError: a proposition is not a valid name.
@@ -276,11 +275,7 @@ class TransitionSystem(System):
 
 
 def _labels(labels: Mapping[Any, Iterable[str]], states: Collection[Hashable]) -> dict[Hashable, frozenset[str]]:
-    """Return the propositions of each state that has a label.
-
-    Raises:
-        ModelError: a label on an unknown state, or a string in place of several propositions.
-    """
+    """Return the propositions of each state that has a label."""
     for state, names in labels.items():
         if state not in states:
             raise ModelError(f"label on unknown state {state!r} {choices(str(state), map(str, states))}")

@@ -40,15 +40,9 @@ class OrderRate:
         return (self.weight,) * sum(map(len, self.groups))
 
     def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
-        """Return the part of the rate that is due to some groups, times a factor that makes it whole.
+        """Return the (K,) int64 part of the rate that is due to groups of some tasks alone, times a factor.
 
-        Args:
-            sets: (K,) int64, satisfied sets.
-            members: the tasks of these groups; groups with other tasks do not count.
-            factor: what a unit of cost is in units of mu.
-
-        Returns:
-            (K,) int64.
+        The (K,) int64 sets are satisfied; the factor, which makes rates whole, is a unit of cost in units of mu.
         """
         named = sum(1 << i for group in self.groups for i in group)
         count, place = np.bitwise_count(sets & named).astype(np.int64), 0

@@ -121,13 +121,7 @@ def problem_of(given: ProblemLike) -> Problem:
 
 
 def loads(text: str, *, name: str = "scenario", path: Path | None = None, measured: bool = True) -> Scenario:
-    """Return the scenario that the text of a file describes.
-
-    Args:
-        text: the file's contents.
-        name: the scenario's name.
-        path: path of the file; the model's other files are read from its folder.
-        measured: as in `load`.
+    """Return the scenario in the text of a file; the model's other files are read from the folder of `path`.
 
     Raises:
         ScenarioError: as in `load`.

@@ -35,7 +35,7 @@ NOUNS: dict[Any, str] = {str: "a string", int: "an integer", bool: "true or fals
 
 
 def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...] = (), **given: Any) -> T:
-    """Return a table of a file as a dataclass.
+    """Return the table of a file with the key `where` as a dataclass.
 
     Args:
         kind: the dataclass.

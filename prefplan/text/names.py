@@ -73,7 +73,7 @@ class DisplayNames:
 
 
 def labels_of(kind: str, given: Iterable[tuple[str, str, str | None]]) -> dict[str, str]:
-    """Return the labels by name, after checking that each is one short line and that no two are shown alike.
+    """Return labels by name: each is one short line, and no two are shown alike.
 
     Each, of a kind such as `task`, is given by its key as in a scenario file, its name, and its label or None.
 

@@ -90,15 +90,10 @@ def _described(pair: Pair) -> str:
 
 
 def cost_tables(model: ManipulationModel, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostTable, ...]:
-    """Return every cost of every kind of action between every two poses of the hand, the first cost first.
+    """Return every cost of the K kinds of actions between every two of the H poses of the hand, the first cost first.
 
     A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
     over no location takes those of the start pose.
-
-    Args:
-        model: the model, with its costs and locations.
-        kinds: the K kinds of actions.
-        hands: names of the H poses.
     """
     return tuple(_cost_table(model, kinds, hands, name) for name in cost_names(model.costs))
 

@@ -26,17 +26,14 @@ class StateCodes:
     capacity.
 
     Attributes:
-        model: the model.
         hands: names of the hand's poses.
         bound: number of codes.
-        locations: names of the locations.
-        objects: names of the objects.
+        model, locations, objects: the model, and the names of its locations and objects.
         held: slot of an object in the hand.
         location: (slots + 1,) index of each slot's location, one beyond them for `held`.
         over: (hands,) index of the location below each pose of the hand; one beyond them for a start pose elsewhere.
         above: (slots + 1,) index of the hand's pose over each slot; the last entry is unused.
-        radices: number of values of each digit.
-        weights: weight of each digit.
+        radices, weights: number of values and weight of each digit.
         mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
     """
 
@@ -46,12 +43,9 @@ class StateCodes:
         start: ManipulationState,
         visible: Collection[str] | None = None,
     ) -> None:
-        """Lay out the digits.
+        """Lay out the digits; the hand may be over no location at the start.
 
-        Args:
-            model: locations, objects and marks.
-            start: the first state, whose hand may be over no location.
-            visible: propositions; states tell of these whether an object has a mark; None for all.
+        States tell only of `visible` propositions whether an object has a mark; None for all.
         """
         self.model = model
         self.locations = [place.name for place in model.locations]
@@ -77,11 +71,7 @@ class StateCodes:
         self.bound = self.weights.pop()
 
     def visible(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
-        """Return the digits on which propositions depend, each with the proposition that each value makes true, or "".
-
-        Args:
-            names: the propositions; None for all.
-        """
+        """Return the digits on which some propositions depend, with the one, or "", that each value makes true."""
         digits = [
             (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
             for o, obj in enumerate(self.objects)

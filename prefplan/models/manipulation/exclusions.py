@@ -82,13 +82,7 @@ def classes(
     exclusions: Collection[Exclusion],
     renamed: Callable[[Exclusion, Mapping[str, str]], Exclusion],
 ) -> tuple[tuple[str, ...], ...]:
-    """Return some names in classes: to exchange two of one class leaves a set of exclusions as it is.
-
-    Args:
-        names: of objects or of locations.
-        exclusions: the set.
-        renamed: returns an exclusion with other names.
-    """
+    """Return names of objects or locations in classes: to exchange two of one leaves a set of exclusions as it is."""
     found: list[list[str]] = []
     for name in names:
         for each in found:

@@ -27,14 +27,7 @@ Classes = Collection[Collection[str]]
 
 
 def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
-    """Return a model as arrays.
-
-    Args:
-        space: the encoding of its states.
-        neutral: names of the locations that may be exchanged within each class.
-        alike: names of the objects that may be exchanged within each class.
-        barred: actions that do not exist in some states.
-    """
+    """Return a model as arrays, given its neutral locations and alike objects in classes, see `symmetry`."""
     model, names = space.model, space.locations
     alike_objects = [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
     joined = [o for each in alike_objects for o in each]
@@ -144,13 +137,7 @@ def _check_limits(edges: int) -> None:
 def table(
     space: StateCodes, listing: StateTable, costs: Collection[CostTable], names: Collection[str] | None
 ) -> TransitionSystem:
-    """Return the states of a listing as a transition system.
-
-    Args:
-        space: the encoding of its states.
-        listing: the states.
-        costs: the costs of the actions.
-        names: the propositions to keep in labels; None for all.
+    """Return the states of a listing as a transition system; labels keep some propositions, all for None.
 
     Raises:
         ModelError: the cost of an action was not measured.

@@ -131,11 +131,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
-    """Return a model with its measured costs; one without `MeasuredCosts` is returned unchanged.
-
-    Args:
-        model: the model.
-        scenario: path of its file, in whose folder the measurements are.
+    """Return a model with its measured costs, which are beside its file; one without `MeasuredCosts` as it is.
 
     Raises:
         ModelError: as in `read_measurements`; the message starts with the key.

@@ -73,13 +73,9 @@ class Symmetry:
     def __init__(
         self, model: ManipulationModel, names: Collection[str], barred: Barred = (), *, places_alike: bool = True
     ) -> None:
-        """Find the neutral locations and the invisible objects.
+        """Find the neutral locations, unless costs tell locations apart, and the invisible objects.
 
-        Args:
-            model: the model.
-            names: propositions that are visible, beside the marks on which barred actions depend.
-            barred: actions that do not exist where some propositions hold.
-            places_alike: whether locations may be neutral; False if costs tell them apart.
+        The propositions `names` are visible, and the marks on which barred actions depend.
         """
         self.model, self._barred, self._exclusions = model, barred, read_exclusions(model, barred)
         conditions = {pair for each in self._exclusions for pair in each.conditions}
