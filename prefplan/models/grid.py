@@ -85,12 +85,12 @@ class GridModel:
         check_names(self.regions, where="regions")
         check_names(self.propositions, where="propositions")
         check_names(self.terrain, where="terrain")
-        for kind, boxes in (("regions", self.regions), ("obstacles", self.obstacles), ("terrain", self._rough)):
-            for name, boxes_of in boxes.items():
-                for box in boxes_of:
-                    _check_box(f"{kind}.{name}", box, self.size)
-        for name, boxes_of in self.obstacles.items():
-            if any(x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1 for x0, y0, x1, y1 in boxes_of):
+        areas = {"regions": self.regions, "obstacles": self.obstacles, "terrain": self._rough}
+        named = [(kind, name, box) for kind in areas for name, boxes in areas[kind].items() for box in boxes]
+        for kind, name, box in named:
+            _check_box(f"{kind}.{name}", box, self.size)
+        for kind, name, (x0, y0, x1, y1) in named:
+            if kind == "obstacles" and x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1:
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
 
     @property
@@ -113,30 +113,26 @@ class GridModel:
         if width * height * BYTES_A_CELL > available_memory():
             raise ModelError(f"size: {width} x {height} cells need more memory than is free")
         check_limits(width * height * BYTES_A_CELL)
-        free = np.ones((height, width), dtype=bool)
+        # A border of obstacles, so that no move leads off the grid.
+        bordered = np.pad(np.ones((height, width), dtype=bool), 1)
+        free = bordered[1:-1, 1:-1]
         for boxes in self.obstacles.values():
             _fill(free, boxes, False)
-        number = np.cumsum(free.ravel()).reshape(free.shape) - 1
+        number = np.cumsum(bordered).reshape(bordered.shape) - 1
         y, x = np.nonzero(free)
-        exists, target = [], []
-        for dx, dy in MOVES.values():
-            nx, ny = x + dx, y + dy
-            inside = (nx >= 0) & (nx < width) & (ny >= 0) & (ny < height)
-            nx, ny = np.where(inside, nx, 0), np.where(inside, ny, 0)
-            exists.append(inside & free[ny, nx])
-            target.append(number[ny, nx])
-            check_limits()
-        there = np.stack(exists, axis=1)
-        targets = np.stack(target, axis=1)[there]
+        ends = [(y + 1 + dy, x + 1 + dx) for dx, dy in MOVES.values()]
+        exists = np.stack([bordered[end] for end in ends], axis=1)
+        check_limits()
+        targets = np.stack([number[end] for end in ends], axis=1)[exists]
         check_limits()
         ground = self._ground()[free][targets]
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
-            start=int(number[self.start[1], self.start[0]]),
-            offsets=np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int64),
+            start=int(number[self.start[1] + 1, self.start[0] + 1]),
+            offsets=np.concatenate([[0], np.cumsum(exists.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),
-            actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[there],
+            actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[exists],
             costs=tuple(self._cost_table(name, ground) for name in self.cost_names),
             labels=labels,
             action_names=tuple(MOVES),
