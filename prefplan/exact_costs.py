@@ -143,29 +143,18 @@ def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
     return multiples(values, unit), unit
 
 
-def in_units(costs: Sequence[Number], wanted: Number | None) -> tuple[np.ndarray, Fraction, Fraction | None]:
-    """Return costs as (E,) multiples of a unit, the unit, and the resolution; None for this if nothing was rounded.
+def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | None]:
+    """Return (E,) costs >= 0 as multiples of a unit, the unit, and the resolution; None if nothing was rounded.
 
-    Args:
-        costs: (E,) numbers >= 0.
-        wanted: resolution to which to round all of them; None to round only floats of more than 12 digits, and these
-            only if sums of costs would not fit 64 bits.
-
-    Raises:
-        ModelError: `wanted` is not positive, or no number.
+    Floats of more than 12 digits are rounded to 12 digits of the largest cost if sums would not fit 64 bits.
     """
     values = {cost: exact(cost) for cost in dict.fromkeys(costs)}
-    resolution, rounded = None if wanted is None else exact(wanted, "resolution"), list(values)
-    if wanted is None:
-        floats = [cost for cost in values if isinstance(cost, (float, np.floating))]
-        rounded = [cost for cost in floats if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
-        largest = max(values.values(), default=Fraction(0))
-        if rounded and largest / common_unit(values.values()) >= 10**FLOAT_DIGITS:
-            magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
-            resolution = Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
-    if resolution is not None:
-        if resolution <= 0:
-            raise ModelError(f"resolution: must be positive, not {to_number(resolution)}")
+    floats = [cost for cost in values if isinstance(cost, (float, np.floating))]
+    rounded = [cost for cost in floats if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
+    largest, resolution = max(values.values(), default=Fraction(0)), None
+    if rounded and largest / common_unit(values.values()) >= 10**FLOAT_DIGITS:
+        magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
+        resolution = Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
         values |= {cost: round(values[cost] / resolution) * resolution for cost in rounded}
     multiples, unit = in_common_unit(values.values())
     counts = dict(zip(values, multiples.tolist(), strict=True))

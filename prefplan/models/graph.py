@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError, check_known
-from prefplan.exact_costs import Number
 from prefplan.models.costs import DEFAULT_COST, Cost, check_costs_agree, names_of
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
@@ -40,7 +39,6 @@ class GraphModel:
         transitions: in the order in which a state's actions are tried.
         labels: propositions by state; states not listed have none.
         propositions: further names that formulas may use, although they hold in no state.
-        resolution: costs are rounded to multiples of this, as in `TransitionSystem.from_transitions`.
 
     Raises:
         ModelError: (on construction) for a start or label of no state, an action that leaves a state twice, a negative
@@ -58,7 +56,6 @@ class GraphModel:
         default_factory=dict
     )
     propositions: Names = frozenset()
-    resolution: Number | None = None
 
     def __post_init__(self) -> None:
         """Check that every state named exists, and every transition is well formed."""
@@ -94,5 +91,4 @@ class GraphModel:
             start=self.start,
             labels=self.labels,
             propositions=self.propositions,
-            resolution=self.resolution,
         )

@@ -16,7 +16,6 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
-from prefplan.exact_costs import Number
 from prefplan.models.costs import DEFAULT_COST
 from prefplan.models.graph_readers import ENDS, Listing, ending, read
 from prefplan.models.transition_system import TransitionSystem
@@ -66,7 +65,6 @@ class GraphFileModel:
             edge has only one number. With several files, the name of the only one to read; None to read all.
         labels: propositions by node, in addition to those of the files.
         propositions: further names that formulas may use, although no node has them.
-        resolution: costs are rounded to multiples of this, as in `TransitionSystem.from_transitions`.
 
     Raises:
         ModelError: (on construction) for a `cost` that is not the name of an attribute, or invalid names of costs.
@@ -81,7 +79,6 @@ class GraphFileModel:
     cost: Annotated[str | Mapping[str, str] | None, Form("the name of an attribute of the edges")] = None
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     propositions: frozenset[str] = frozenset()
-    resolution: Number | None = None
 
     def __post_init__(self) -> None:
         """Check the attributes and the names of costs."""
@@ -138,7 +135,6 @@ class GraphFileModel:
             action_names=tuple(numbers),
             label_of=label_of,
             propositions=self.propositions,
-            resolution=self.resolution,
         )
         return Network(system, len(costs[0]) - len(kept), _points(nodes, len(index)))
 

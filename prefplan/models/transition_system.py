@@ -131,7 +131,6 @@ class TransitionSystem(System):
         start: Hashable,
         labels: Mapping[Any, Iterable[str]] | None = None,
         propositions: Iterable[str] = (),
-        resolution: Number | None = None,
     ) -> TransitionSystem:
         """Build a system from (source, action, target, cost) tuples; the order of a state's actions is kept.
 
@@ -140,8 +139,6 @@ class TransitionSystem(System):
             start: the initial state, which may have no edge.
             labels: propositions true in a state; states not listed have none.
             propositions: further names that formulas may use, although they hold in no state.
-            resolution: round costs to multiples of this; by default only floats of more than 12 digits are rounded,
-                if sums would not fit 64 bits, to 12 digits of the largest cost.
 
         Raises:
             ModelError: a cost is negative or has other names than the first, an action leaves a state twice, a label
@@ -176,7 +173,6 @@ class TransitionSystem(System):
             action_names=tuple(action_index),
             label_of={index[state]: label for state, label in _labels(labels or {}, index).items()},
             propositions=propositions,
-            resolution=resolution,
         )
 
     @classmethod
@@ -192,12 +188,11 @@ class TransitionSystem(System):
         action_names: tuple[str, ...],
         label_of: Mapping[int, frozenset[str]],
         propositions: Iterable[str] = (),
-        resolution: Number | None = None,
     ) -> TransitionSystem:
         """Build a system from checked edges in any order; the order of a state's actions is kept.
 
         Arguments are named as the attributes; `sources` are the (E,) states that the edges leave, `costs` are by name
-        and in the user's units, `label_of` is by state, and `resolution` is as in `from_transitions`.
+        and in the user's units, `label_of` is by state.
 
         Raises:
             ModelError: a proposition is not a valid name.
@@ -205,7 +200,7 @@ class TransitionSystem(System):
         propositions = frozenset(propositions).union(*label_of.values())
         check_names(propositions, where="propositions")
         order = np.argsort(sources, kind="stable")
-        columns = {name: in_units(each, resolution) for name, each in costs.items()}
+        columns = {name: in_units(each) for name, each in costs.items()}
         distinct = {names: i for i, names in enumerate(dict.fromkeys([frozenset[str](), *label_of.values()]))}
         labels = np.zeros(len(states), dtype=np.int32)
         for state, names in label_of.items():
@@ -225,9 +220,7 @@ class TransitionSystem(System):
         )
 
     @classmethod
-    def from_networkx(
-        cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = (), resolution: Number | None = None
-    ) -> TransitionSystem:
+    def from_networkx(cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = ()) -> TransitionSystem:
         """Build a system from a networkx graph.
 
         Args:
@@ -235,7 +228,6 @@ class TransitionSystem(System):
                 propositions); edges carry `cost` (1 unless given) and `action` (the target's name unless given).
             start: the initial node.
             propositions: further names that formulas may use, although no node has them.
-            resolution: as in `from_transitions`.
 
         Raises:
             ModelError: if the start is not a node, an edge has a `weight` in place of a cost, or as in
@@ -258,7 +250,6 @@ class TransitionSystem(System):
             start=start,
             labels={node: names for node, names in labels.items() if node in linked},
             propositions=frozenset(propositions).union(*labels.values()),
-            resolution=resolution,
         )
 
     def to_networkx(self) -> nx.MultiDiGraph:

@@ -96,7 +96,6 @@ def test_an_action_that_does_not_exist_there_is_an_error(farm: TransitionSystem)
         ),
         ([("a", "go", "b", {"time": -1})], {}, "action 'go' from state 'a'.time: negative cost -1"),
         ([("a", "go", "b", Decimal("1e999"))], {}, "action 'go' from state 'a': must be 0 or lie between"),
-        ([("a", "go", "b", 1)], {"resolution": 0}, "resolution: must be positive, not 0"),
     ],
 )
 def test_what_makes_no_sense_is_refused(transitions: list, options: dict, message: str) -> None:

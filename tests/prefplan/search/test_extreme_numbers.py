@@ -50,13 +50,13 @@ def line(cost: Any) -> TransitionSystem:
     return TransitionSystem.from_transitions([("s", "go", "t", cost)], start="s", labels={"t": ["a"]})
 
 
-def fork(*costs: tuple[Any, Any], resolution: Any = None) -> TransitionSystem:
+def fork(*costs: tuple[Any, Any]) -> TransitionSystem:
     """Return a system on which a and b can be done in this order or the other, each at two costs."""
     edges = []
     for k, (first, second) in enumerate(costs):
         edges += [("s", f"go{k}", f"m{k}", first), (f"m{k}", "on", f"e{k}", second)]
     labels = {f"m{k}": ["ab"[k % 2]] for k in range(len(costs))} | {f"e{k}": ["ba"[k % 2]] for k in range(len(costs))}
-    return TransitionSystem.from_transitions(edges, start="s", labels=labels, resolution=resolution)
+    return TransitionSystem.from_transitions(edges, start="s", labels=labels)
 
 
 TASKS = [Task("p", "F a"), Task("q", "F b")]
@@ -139,12 +139,6 @@ def test_distances_in_doubles_are_planned_with_at_a_stated_resolution(roads: Tra
         steps = [roads.step(state, action)[1] for state, action in zip(before, plan.actions, strict=True)]
         assert plan.cost == pytest.approx(math.fsum(map(float, steps)), abs=1e-12)
         assert (Fraction(str(plan.cost)) / Fraction(str(front.resolution))).denominator == 1
-
-
-def test_a_resolution_can_be_set() -> None:
-    system = fork((0.123456, 1), (0.2, 1), resolution=0.01)
-    front = pareto_front(Problem(system, TASKS, WeightedSum({"p": 1, "q": 0})))
-    assert (front.resolution, points(front)) == (0.01, [(1.12, 0.12)])
 
 
 def test_decimals_that_people_write_are_never_rounded() -> None:
