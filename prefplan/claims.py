@@ -101,7 +101,9 @@ def judge(
     task_costs = [spent[-1] if end is None else spent[end] for end in ends.values()]
     priced = [*ends, *(rule.name for rule in rules if rule.skip is not None)]
     violations = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
-    mu = _mu(preference, list(ends), priced[len(ends) :], task_costs, violations)
+    breakable = priced[len(ends) :]
+    measure = Measure.of(preference.terms(list(ends), *([breakable] if breakable else [])), len(ends), len(breakable))
+    mu = to_number(measure.value([*task_costs, *[Fraction(0)] * len(breakable)], violations))
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 
@@ -122,14 +124,6 @@ def judge(
         checks.append(_check_number("preference", claims.preference, mu))
     checks.append(_check_completed(claims, [name for name in ends if name not in skipped], missing, skipped))
     return Verdict(tuple(checks), not missing, derived, mu)
-
-
-def _mu(
-    preference: Preference, tasks: list[str], rules: list[str], costs: list[Fraction], violations: list[Fraction]
-) -> int | float:
-    """Return mu of the costs of tasks, and of what was paid for them and the rules that may be broken."""
-    terms = preference.terms(tasks, *([rules] if rules else []))
-    return to_number(Measure.of(terms, len(tasks), len(rules)).value([*costs, *[Fraction(0)] * len(rules)], violations))
 
 
 def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:

@@ -89,7 +89,10 @@ class Geometry:
         found: dict[tuple[frozenset[str], str], None] = {}
         for plan in plans:
             for pair in self._pairs(plan):
-                answer = self._answer(pair)
+                if pair not in self._answers:
+                    check_limits()
+                    self._answers[pair] = self._feasible.check(*pair)
+                answer = self._answers[pair]
                 if self._violates(plan, answer):
                     self.abstract = self.abstract or [each.objectives for each in plans]
                     if pair not in ((one.obj, one.location) for one in self.left_out):
@@ -111,12 +114,6 @@ class Geometry:
         named = [*map(str, self.left_out[:MOST_NAMED]), *([f"{more} more"] if more > 0 else [])]
         values = ", ".join(f"{name} {number(value)}" for name, value in self.abstract[0].items())
         return f"The arm cannot do {'; '.join(named)}. If it could: {values}."
-
-    def _answer(self, pair: tuple[str, str]) -> Answer:
-        if pair not in self._answers:
-            check_limits()
-            self._answers[pair] = self._feasible.check(*pair)
-        return self._answers[pair]
 
     def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
         """Yield each object and location where a plan grasps it or puts it down."""

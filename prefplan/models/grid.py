@@ -87,8 +87,12 @@ class GridModel:
         check_names(self.terrain, where="terrain")
         areas = {"regions": self.regions, "obstacles": self.obstacles, "terrain": self._rough}
         named = [(kind, name, box) for kind in areas for name, boxes in areas[kind].items() for box in boxes]
-        for kind, name, box in named:
-            _check_box(f"{kind}.{name}", box, self.size)
+        for kind, name, (x0, y0, x1, y1) in named:
+            where = f"{kind}.{name}: box {[x0, y0, x1, y1]}"
+            if x0 > x1 or y0 > y1:
+                raise ModelError(f"{where} needs x0 <= x1 and y0 <= y1 (corners are inclusive)")
+            if x0 < 0 or y0 < 0 or x1 >= width or y1 >= height:
+                raise ModelError(f"{where} reaches outside the grid of {width} x {height} cells")
         for kind, name, (x0, y0, x1, y1) in named:
             if kind == "obstacles" and x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1:
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
@@ -125,7 +129,12 @@ class GridModel:
         check_limits()
         targets = np.stack([number[end] for end in ends], axis=1)[exists]
         check_limits()
-        ground = self._ground()[free][targets]
+        ground = np.zeros((height, width), dtype=np.int64)  # the terrain of each cell by its number from 1, 0 for none
+        for k, terrain in enumerate(self.terrain.values(), start=1):
+            _fill(ground, terrain.boxes, k)
+        entered = ground[free][targets]
+        every = [self.cost, *(terrain.cost for terrain in self.terrain.values())]
+        costs = {name: in_common_unit([exact(amount(cost, name)) for cost in every]) for name in self.cost_names}
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
@@ -133,7 +142,7 @@ class GridModel:
             offsets=np.concatenate([[0], np.cumsum(exists.sum(axis=1))]).astype(np.int64),
             targets=targets.astype(np.int32),
             actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[exists],
-            costs=tuple(self._cost_table(name, ground) for name in self.cost_names),
+            costs=tuple(CostTable(name, counts[entered], unit) for name, (counts, unit) in costs.items()),
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
@@ -145,19 +154,6 @@ class GridModel:
     def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use."""
         return frozenset(self.regions) | self.propositions
-
-    def _ground(self) -> np.ndarray:
-        """Return (height, width) the terrain of each cell by its number from 1, 0 for none."""
-        ground = np.zeros(self.size[::-1], dtype=np.int64)
-        for k, terrain in enumerate(self.terrain.values(), start=1):
-            _fill(ground, terrain.boxes, k)
-        return ground
-
-    def _cost_table(self, name: str, ground: np.ndarray) -> CostTable:
-        """Return one of the costs of moves, which are given by the (E,) terrain that they enter."""
-        costs = [exact(amount(cost, name)) for cost in (self.cost, *(rough.cost for rough in self.terrain.values()))]
-        counts, unit = in_common_unit(costs)
-        return CostTable(name, counts[ground], unit)
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return (S,) each free cell's label as an index, and the distinct labels."""
@@ -177,11 +173,3 @@ def _fill(cells: np.ndarray, boxes: Sequence[GridBox], value: int) -> None:
     """Set the cells in some boxes of a (height, width) array."""
     for x0, y0, x1, y1 in boxes:
         cells[y0 : y1 + 1, x0 : x1 + 1] = value
-
-
-def _check_box(where: str, box: GridBox, size: tuple[int, int]) -> None:
-    x0, y0, x1, y1 = box
-    if x0 > x1 or y0 > y1:
-        raise ModelError(f"{where}: box {list(box)} needs x0 <= x1 and y0 <= y1 (corners are inclusive)")
-    if x0 < 0 or y0 < 0 or x1 >= size[0] or y1 >= size[1]:
-        raise ModelError(f"{where}: box {list(box)} reaches outside the grid of {size[0]} x {size[1]} cells")

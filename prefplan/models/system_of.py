@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Hashable
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeGuard, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
 from prefplan.errors import ModelError, describe
 from prefplan.models.system import System
@@ -36,7 +36,8 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
     Raises:
         ModelError: it is something else, a graph without a start, or anything but a graph with one.
     """
-    if _is_graph(given):
+    # It takes 0.1 s to load networkx; who has a graph has loaded it.
+    if (networkx := sys.modules.get("networkx")) is not None and isinstance(given, networkx.Graph):
         first = given.graph.get("start") if start is None else start
         if first is None:
             example = next(iter(given), "a")
@@ -51,9 +52,3 @@ def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
     raise ModelError(
         f"system: must be a TransitionSystem, a model such as GridModel, or a networkx graph, not {describe(given)}"
     )
-
-
-def _is_graph(given: Any) -> TypeGuard[nx.Graph]:
-    """Return whether something is a graph of networkx, which takes 0.1 s to load: who has a graph has loaded it."""
-    networkx = sys.modules.get("networkx")
-    return networkx is not None and isinstance(given, networkx.Graph)

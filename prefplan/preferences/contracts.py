@@ -15,7 +15,6 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -48,16 +47,12 @@ class Span:
     smallest: Fraction = Fraction(1)
     largest: Fraction = Fraction(2000)
 
-    @cached_property
-    def _most(self) -> int:
-        return max(1, int(self.largest / self.smallest))
-
     def draw(self, rng: random.Random) -> int:
         """Return a random cost, as a multiple of the smallest: sometimes zero, often small."""
         kind = rng.random()
         if kind < 0.15:
             return 0
-        most = self._most
+        most = max(1, int(self.largest / self.smallest))
         if kind < 0.5:
             return rng.randint(1, min(20, most))
         return rng.randint(1, 2 ** rng.randint(0, most.bit_length()))

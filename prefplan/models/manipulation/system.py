@@ -154,11 +154,9 @@ class ManipulationSystem(System):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
             outcomes.sort(key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0)))
-            yield from (each for each in outcomes if not self._is_barred(state, str(each[0])))
-
-    def _is_barred(self, state: ManipulationState, action: str) -> bool:
-        """Return whether an action does not exist in a state that it would otherwise be applicable in."""
-        return any(conditions <= state.label for conditions in self._conditions.get(action, ()))
+            for action, after in outcomes:
+                if not any(conditions <= state.label for conditions in self._conditions.get(str(action), ())):
+                    yield action, after
 
     @cached_property
     def _conditions(self) -> dict[str, list[frozenset[str]]]:
