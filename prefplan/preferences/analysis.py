@@ -35,62 +35,50 @@ class Shape:
         """Return the shape of the negative."""
         return Shape(-self.high, -self.low, self.falling, self.rising)
 
-    def __add__(self, other: Shape) -> Shape:
-        """Return the shape of the sum."""
-        rising, falling = self.rising and other.rising, self.falling and other.falling
-        return Shape(self.low + other.low, self.high + other.high, rising, falling)
-
-    def __sub__(self, other: Shape) -> Shape:
-        """Return the shape of the difference."""
-        return self + -other
-
-    def __mul__(self, other: Shape) -> Shape:
-        """Return the shape of the product."""
-        if self.high <= 0 and self.low < 0:
-            return -(-self * other)
-        if other.high <= 0 and other.low < 0:
-            return -(self * -other)
-        corners = [x * y for x in (self.low, self.high) for y in (other.low, other.high)]
-        rising = falling = False
-        if self.low >= 0 and other.low >= 0:
-            rising, falling = self.rising and other.rising, self.falling and other.falling
-        elif self.low == self.high:
-            rising, falling = other.rising, other.falling
-        elif other.low == other.high:
-            rising, falling = self.rising, self.falling
-        return Shape(min(corners), max(corners), rising, falling)
-
-    def __truediv__(self, other: Shape) -> Shape:
-        """Return the shape of the quotient; the divisor is never 0."""
-        if other.low <= 0:
-            return -self / -other
-        return self * Shape(1 / other.high, 1 / other.low, other.falling, other.rising)
-
-    def __abs__(self) -> Shape:
-        """Return the shape of the absolute value."""
-        if self.low >= 0:
-            return self
-        if self.high <= 0:
-            return -self
-        return Shape(Fraction(0), max(-self.low, self.high), False, False)
-
 
 def shape(tree: Tree) -> Shape:
     """Return bounds and monotonicity of an expression, by interval arithmetic."""
-
-    def combine(name: str, *parts: Shape) -> Shape:
-        function = ARITHMETIC[name]
-        if name not in ("min", "max"):
-            return function(*parts)
-        low, high = function(*(p.low for p in parts)), function(*(p.high for p in parts))
-        return Shape(low, high, all(p.rising for p in parts), all(p.falling for p in parts))
-
     return fold(
         tree,
         lambda value: Shape(value, value, True, True),
         lambda _: Shape(Fraction(0), LARGEST_COST, True, False),
-        combine,
+        _combined,
     )
+
+
+def _combined(name: str, *parts: Shape) -> Shape:
+    """Return the shape of an operation on operands of some shapes; no divisor is 0."""
+    one, other, zero = parts[0], parts[-1], Fraction(0)
+    rising, falling = all(part.rising for part in parts), all(part.falling for part in parts)
+    match name:
+        case "min" | "max":
+            low, high = (ARITHMETIC[name](*ends) for ends in zip(*((p.low, p.high) for p in parts), strict=True))
+            return Shape(low, high, rising, falling)
+        case "+":
+            return Shape(one.low + other.low, one.high + other.high, rising, falling)
+        case "-":
+            return _combined("+", one, -other)
+        case "abs" if one.low < 0:
+            return -one if one.high <= 0 else Shape(zero, max(-one.low, one.high), False, False)
+        case "abs":
+            return one
+        case "/" if other.low <= 0:
+            return _combined("/", -one, -other)
+        case "/":
+            return _combined("*", one, Shape(1 / other.high, 1 / other.low, other.falling, other.rising))
+    if one.high <= 0 and one.low < 0:
+        return -_combined("*", -one, other)
+    if other.high <= 0 and other.low < 0:
+        return -_combined("*", one, -other)
+    corners = [x * y for x in (one.low, one.high) for y in (other.low, other.high)]
+    low, high = min(corners), max(corners)
+    if one.low >= 0 and other.low >= 0:
+        return Shape(low, high, rising, falling)
+    if one.low == one.high:
+        return Shape(low, high, other.rising, other.falling)
+    if other.low == other.high:
+        return Shape(low, high, one.rising, one.falling)
+    return Shape(low, high, False, False)
 
 
 def check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
