@@ -57,19 +57,11 @@ class NamedFormula(ABC):
     @property
     @abstractmethod
     def tree(self) -> Formula:
-        """The syntax tree of the co-safe formula that the automaton reads.
-
-        Raises:
-            FormulaError: it is not a co-safe formula over the valid propositions.
-        """
+        """The syntax tree of the co-safe formula that the automaton reads; a FormulaError if there is none."""
 
     @property
     def automaton(self) -> Automaton:
-        """The minimal DFA of the tree's good prefixes.
-
-        Raises:
-            FormulaError: as in `tree`, or the automaton would be too large.
-        """
+        """The minimal DFA of the tree's good prefixes; a FormulaError if it would be too large."""
         return automaton(self.tree, text=self.formula)
 
 

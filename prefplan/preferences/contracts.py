@@ -58,12 +58,6 @@ class Span:
         return rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
 
 
-def check_size(formula: OpaqueTerm, tasks: Sequence[str], where: str) -> None:
-    """Raise PreferenceError if mu, which is proven never to fall or be negative, is too large at large costs."""
-    large = [Span().largest] * len(tasks)
-    value_at((large, large), formula, tasks, where)
-
-
 def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
     trials = _Trials(formula, tasks, where, span)

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Protocol
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.analysis import check_divisors, decompose, shape
-from prefplan.preferences.contracts import CONTRACTS, check_contract, check_never_falls, check_size
+from prefplan.preferences.contracts import CONTRACTS, Span, check_contract, check_never_falls, value_at
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, parse
 from prefplan.preferences.terms import Maximum, OpaqueTerm, OrderRate, Term, Violation, WeightedRate
 from prefplan.text.forms import Form
@@ -170,7 +170,9 @@ class Expression:
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, claimed=contract not in (shown, "general"))
         if (outline.rising and outline.low >= 0) or (summands is not None and evaluate(tree, nothing, nothing) >= 0):
-            check_size(whole, (*tasks, *rules), "expression")
+            # It never falls; whether it is too large is seen at large costs.
+            large = [Span().largest] * len(amounts)
+            value_at((large, large), whole, list(amounts), "expression")
         else:
             check_never_falls(whole, (*tasks, *rules), "expression")
         if whole.claimed:
