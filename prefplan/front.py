@@ -129,8 +129,6 @@ class Front(Sequence[Plan]):
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
         complete_below: every point of lower cost has been found, and plans of higher cost may be dominated; None if the
             search ran to its end, or proved nothing of the kind.
-        resolution: the model's costs were rounded to multiples of this; None if they were not rounded.
-        claimed: whether the user declared a preference's contract, which was tested on random costs but not proven.
         assumptions: sentences on what the front is exact for, if its costs were rounded or a contract was declared.
         stats: work and time of the search.
     """
@@ -139,8 +137,6 @@ class Front(Sequence[Plan]):
     reason: Reason | None = None
     ended: str | None = None
     complete_below: Number | None = None
-    resolution: Number | None = None
-    claimed: bool = False
     assumptions: tuple[str, ...] = ()
     stats: Stats = field(default_factory=Stats)
 

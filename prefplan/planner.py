@@ -134,8 +134,6 @@ class Planner:
             reason=reason,
             ended=result.ended,
             complete_below=None if result.ended is None or one else self._below(result),
-            resolution=self.problem.resolution,
-            claimed=any(o.measure.claimed for o in self.problem.objectives),
             assumptions=self.problem.assumptions,
             stats=self.stats,
         )

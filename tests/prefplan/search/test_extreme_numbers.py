@@ -132,18 +132,20 @@ def roads() -> TransitionSystem:
 
 def test_distances_in_doubles_are_planned_with_at_a_stated_resolution(roads: TransitionSystem) -> None:
     tasks = [Task(name, f"F {name}") for name in sorted(roads.propositions)]
-    front = pareto_front(Problem(roads, tasks, Order()))
-    assert front.complete and front.resolution == pytest.approx(1e-13)
+    problem = Problem(roads, tasks, Order())
+    front = pareto_front(problem)
+    assert front.complete and problem.resolution == 1e-12
+    assert front.assumptions == ("Costs are rounded to multiples of 1e-12; the front is exact for those.",)
     for plan in front:
         before = map(roads.states.index, plan.states[:-1])
         steps = [roads.step(state, action)[1] for state, action in zip(before, plan.actions, strict=True)]
         assert plan.cost == pytest.approx(math.fsum(map(float, steps)), abs=1e-12)
-        assert (Fraction(str(plan.cost)) / Fraction(str(front.resolution))).denominator == 1
+        assert (Fraction(str(plan.cost)) / Fraction(str(problem.resolution))).denominator == 1
 
 
 def test_decimals_that_people_write_are_never_rounded() -> None:
     front = pareto_front(Problem(fork((10**17, 0.001)), TASKS, Order()))
-    assert front.resolution is None and front[0].cost == 1e17 and front[0].task_costs["p"] == 10**17
+    assert not front.assumptions and front[0].cost == 1e17 and front[0].task_costs["p"] == 10**17
     assert cheapest_plan(Problem(line(0.001), TASKS[:1], Order())).cost == 0.001
 
 
@@ -185,8 +187,8 @@ def falling(costs: Any, violations: Any) -> float:
 
 def test_a_claim_is_tried_on_costs_as_large_as_the_problems() -> None:
     preference = Function(falling, "componentwise")
-    assert pareto_front(Problem(fork((1, 2), (2, 1)), TASKS, preference)).claimed
-    assert not pareto_front(Problem(fork((1, 2), (2, 1)), TASKS, Expression("p * q", "componentwise"))).claimed
+    assert pareto_front(Problem(fork((1, 2), (2, 1)), TASKS, preference)).assumptions
+    assert not pareto_front(Problem(fork((1, 2), (2, 1)), TASKS, Expression("p * q", "componentwise"))).assumptions
     with pytest.raises(PreferenceError, match="^preference: (falls|not componentwise)"):
         Problem(fork((4000, 2000), (2000, 4001)), TASKS, preference)
 
