@@ -29,8 +29,9 @@ Classes = Collection[Collection[str]]
 def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
     """Return a model as arrays, given its neutral locations and alike objects in classes, see `symmetry`."""
     model, names = space.model, space.locations
-    alike_objects = [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
-    joined = [o for each in alike_objects for o in each]
+    # Only where locations are neutral does an object that is alone take another one.
+    alone = [[o] for o, obj in enumerate(space.objects) if neutral and not any(obj in each for each in alike)]
+    objects = alone + [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
     class_of = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.int64)
     places = np.zeros((len(neutral) + 1, 1 + max(map(len, neutral), default=0)), dtype=np.int64)
     for number, each in enumerate(neutral, start=1):
@@ -58,9 +59,8 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
         neutral=class_of,
         places=places,
         ranks=np.zeros(len(places), dtype=np.int64),
-        distinct=np.array([o for o in range(len(space.objects)) if o not in joined], dtype=np.int64),
-        alike=np.array(joined, dtype=np.int64),
-        alike_class=np.repeat(np.arange(len(alike)), [len(each) for each in alike_objects]).astype(np.int64),
+        alike=np.array([o for each in objects for o in each], dtype=np.int64),
+        alike_class=np.repeat(np.arange(len(objects)), list(map(len, objects))).astype(np.int64),
         excluded=excluded,
         first_condition=first,
         conditions=conditions,

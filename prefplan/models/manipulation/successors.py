@@ -39,8 +39,8 @@ class Moves(NamedTuple):
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
         neutral: (max(S + 1, H),) int64, by slot or pose, the class of a neutral location, from 1 to C, 0 for others.
         places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
-        alike: (U,) int64, the objects that may be exchanged, by class. alike_class: (U,) int64, from 0, of these.
-        distinct: (O - U,) int64, the other objects.
+        alike: (O,) int64, the objects by class, within which they may be exchanged; first those that are alone.
+        alike_class: (O,) int64, the class of each of these, from 0.
         excluded: (A + 1,) int32, the first of the B exclusions of each action, and B.
         first_condition: (B + 1,) int32, the first of the C conditions of each exclusion, and C.
         conditions: (C, 3) int64, each a digit, and the values from the second number to below the third that it has.
@@ -59,7 +59,6 @@ class Moves(NamedTuple):
     neutral: np.ndarray
     places: np.ndarray
     ranks: np.ndarray
-    distinct: np.ndarray
     alike: np.ndarray
     alike_class: np.ndarray
     excluded: np.ndarray
@@ -114,18 +113,12 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
-    Distinct objects at neutral locations take the first of the same class, in order; then come the alike objects, each
-    class sorted by location, and a hand over an empty neutral location takes the first that is left.
+    Each class of alike objects is sorted by location; those at neutral locations take the first of the same class, in
+    order, and a hand over an empty neutral location takes the first that is left.
     """
     hand = digits[0]
     moved, over = hand, moves.neutral[hand]
     moves.ranks[:] = 0
-    for o in moves.distinct:
-        location = digits[1 + o]
-        if moves.neutral[location]:
-            digits[1 + o] = _next_place(moves, moves.neutral[location])
-            if location == hand:
-                moved, over = digits[1 + o], 0
     first, count = 0, moves.alike.shape[0]
     while first < count:
         end = first + 1
