@@ -103,9 +103,7 @@ class System(ABC):
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> System:
         """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
 
-        Args:
-            names: the propositions that matter.
-            stutter_invariant: whether actions that change none of them may be left out, which never makes a plan worse.
+        Where plans are `stutter_invariant`, leaving out actions that change none of these never makes one worse.
         """
 
 

@@ -27,11 +27,9 @@ SystemLike: TypeAlias = "System | Model | nx.Graph"
 
 
 def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
-    """Return the transition system that is given itself, as a model, or as a networkx graph.
+    """Return the transition system that is given itself, as a model, or as a graph for `from_networkx`.
 
-    Args:
-        given: a graph is one for `TransitionSystem.from_networkx`.
-        start: a graph's initial node; None for its attribute `start`, which `TransitionSystem.to_networkx` sets.
+    `start` is a graph's initial node; None for its attribute `start`, which `TransitionSystem.to_networkx` sets.
 
     Raises:
         ModelError: it is something else, a graph without a start, or anything but a graph with one.

@@ -223,11 +223,8 @@ class TransitionSystem(System):
     def from_networkx(cls, graph: nx.DiGraph, *, start: Hashable, propositions: Iterable[str] = ()) -> TransitionSystem:
         """Build a system from a networkx graph.
 
-        Args:
-            graph: any networkx graph; undirected edges lead both ways. Nodes may carry `labels` (an iterable of
-                propositions); edges carry `cost` (1 unless given) and `action` (the target's name unless given).
-            start: the initial node.
-            propositions: further names that formulas may use, although no node has them.
+        Undirected edges lead both ways. Nodes may carry `labels` (an iterable of propositions); edges carry `cost` (1
+        unless given) and `action` (the target's name unless given). Formulas may also use further `propositions`.
 
         Raises:
             ModelError: if the start is not a node, an edge has a `weight` in place of a cost, or as in

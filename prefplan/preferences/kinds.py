@@ -31,10 +31,8 @@ class Preference(Protocol):
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the terms whose sum is mu, for these tasks; fractions are constants.
 
-        Args:
-            tasks: their names, in order.
-            rules: names of the rules that may be broken, which follow the tasks; they have violation costs, and cost 0.
-                The argument is left out if there are none.
+        The rules that may be broken follow the tasks; they have violation costs, and cost 0. The argument is left out
+        if there are none.
 
         Raises:
             PreferenceError: with the key in front, if the preference does not fit the tasks.

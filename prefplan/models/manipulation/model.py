@@ -167,12 +167,9 @@ class ManipulationModel:
         return self.operator(action.kind).effect(action)
 
     def transition_system(self, *, start: ManipulationState | None = None) -> System:
-        """Return the reachable states as a weighted transition system, listed if there are at most `listed_states`.
+        """Return what is reachable from a state, or `initial_state`, as a system, see `listed_states`.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
-
-        Args:
-            start: the initial state; None for `initial_state`.
 
         Raises:
             ModelError: the state has names that are not of the model, or leaves an object without a place.

@@ -39,10 +39,7 @@ def location_of(pose: str) -> str:
 def free_slot(taken: Sequence[int] | np.ndarray, first: Integer, end: Integer) -> Integer:
     """Return the slot into which an object is put: the free one farthest from those taken, the first of several.
 
-    Args:
-        taken: slots that are taken, of this location or of others.
-        first: first slot of the location, whose slots are side by side.
-        end: one beyond its last slot; not all of them are taken.
+    A location has the slots from `first` to below `end`, not all of which are taken; others may be taken, too.
     """
     best, farthest = first, 0
     if end - first == 1:
@@ -62,10 +59,7 @@ def slots_at_start(
 ) -> dict[str, int]:
     """Return the slot of every object at the start: its given slot, else the first free one, in the objects' order.
 
-    Args:
-        places: each object and the location where it rests.
-        given: slots of some objects.
-        capacities: number of slots of each location.
+    Each object is given with the location where it rests, each location with its number of slots.
 
     Raises:
         ModelError: there are too many objects at a location.

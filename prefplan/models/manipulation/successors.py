@@ -300,16 +300,10 @@ def canonical(moves: Moves, state: Integer) -> Integer:
 
 @kernel
 def expand(moves: Moves, states: np.ndarray, steps: Steps) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the actions of N states, E in all.
+    """Return the actions of (N,) int64 states, E in all.
 
-    Args:
-        moves: the model.
-        states: (N,) int64.
-        steps: scratch.
-
-    Returns:
-        (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; and (E,) int32, their
-        numbers and prices, as in `Steps`.
+    They are returned as (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; and
+    (E,) int32, their numbers and prices, as in `Steps`.
     """
     most = states.shape[0] * steps.actions.shape[0]
     counts, targets = np.empty(states.shape[0], dtype=np.int64), np.empty(most, dtype=np.int64)
