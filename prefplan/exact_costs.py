@@ -116,18 +116,9 @@ def prints_as(value: Number, printed: Number) -> bool:
 
 def common_unit(values: Iterable[Fraction]) -> Fraction:
     """Return the largest rational of which all values are whole multiples; 1 if all are zero."""
-    numerator, denominator = 0, 1
-    for value in values:
-        if value:
-            numerator = math.gcd(numerator, value.numerator)
-            denominator = math.lcm(denominator, value.denominator)
-    return Fraction(numerator, denominator) if numerator else Fraction(1)
-
-
-def multiples(values: Iterable[Fraction], unit: Fraction) -> np.ndarray:
-    """Return values as whole multiples of a unit: int64 if all fit, else Python's integers."""
-    per, of = unit.denominator, unit.numerator
-    return whole_numbers([value.numerator * (per // value.denominator) // of for value in values])
+    values = list(values)
+    numerator = math.gcd(*(value.numerator for value in values))
+    return Fraction(numerator, math.lcm(*(value.denominator for value in values))) if numerator else Fraction(1)
 
 
 def whole_numbers(counts: list[int]) -> np.ndarray:
@@ -140,7 +131,8 @@ def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
     """Return values as whole multiples of their common unit, and that unit."""
     values = list(values)
     unit = common_unit(set(values))
-    return multiples(values, unit), unit
+    per, of = unit.denominator, unit.numerator
+    return whole_numbers([value.numerator * (per // value.denominator) // of for value in values]), unit
 
 
 def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | None]:
