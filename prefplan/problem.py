@@ -28,9 +28,6 @@ from prefplan.preferences.objective import (
 from prefplan.text.layout import number
 from prefplan.text.names import labels_of
 
-NO_PAST = Past()
-"""The past of a problem whose plans begin at its system's start."""
-
 UNWEIGHED = 'no term of the preference depends on this price; add a term with over = "violation"'
 
 LARGEST_TRIED = 10**15
@@ -86,7 +83,7 @@ class Problem:
         *,
         start: Hashable | None = None,
         rules: Mapping[str, str] | Iterable[Rule] = (),
-        past: Past = NO_PAST,
+        past: Past | None = None,
         feasible: Feasible | None = None,
     ) -> None:
         """Check that the parts fit together.
@@ -96,7 +93,7 @@ class Problem:
         """
         self.preferences = named = preferences_of(preference)
         self.system = system = system_of(system, start=start)
-        self.past, propositions = past, system.propositions
+        self.past, propositions = past or Past(), system.propositions
         self.feasible, self.abstract = feasible, feasible is None
         self.preference = named[0].preference if named else WeightedSum({})
         self.tasks = tuple(replace(task, propositions=propositions) for task in named_formulas(Task, tasks, "tasks"))
