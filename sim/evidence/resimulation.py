@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.linalg import solve_banded
 
 from prefplan.claims import Check
 from sim.evidence.log import DECIMALS, Log, versions
@@ -144,7 +143,7 @@ class _Again:
         interventions = {int(row[0]): row[1:] for row in log.interventions}
         controls = log.controls / COMMANDS_PER_UNIT
         data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
-        self.recorder.begin_period(data, controls, _references(log, self._world))
+        self.recorder.begin_period(data, controls)
         self.recorder.record(data, glow=-1)
         self._touches.look(data, 0, recorded=True)
         frames = 1
@@ -184,27 +183,6 @@ class _Again:
         if moved:
             after = data.qpos.copy(), data.qvel.copy()
             self.changes.append(Change(float(data.time), frozenset(moved), before, after))
-
-
-def _references(log: Log, world: RecordedWorld) -> np.ndarray:
-    """Return the (S, n) references of the arm's joints, of which the commands of a log were made, rad.
-
-    A command is the reference r plus the actuator's lag times its rate: u = r + lag r'. The trapezoidal rule gives r.
-    Like the commands, they come later than in the run by its latency.
-    """
-    model = world.mujoco
-    motors, period = [model.actuator(name).id for name in world.robot.joints], float(model.opt.timestep)
-    commands = log.controls[:, motors] / COMMANDS_PER_UNIT
-    references = commands.copy()
-    if len(commands):
-        for joint, motor in enumerate(motors):
-            share = period * model.actuator_biasprm[motor, 1] / (2 * model.actuator_biasprm[motor, 2])
-            offsets = commands[:, joint] - commands[0, joint]
-            # (1 + share) y[k] + (share - 1) y[k - 1] = share (x[k] + x[k - 1])
-            diagonals = np.tile([[1 + share], [share - 1]], len(offsets))
-            driven = share * (offsets + np.append(0.0, offsets[:-1]))
-            references[:, joint] += solve_banded((1, 0), diagonals, driven, check_finite=False) - offsets
-    return references
 
 
 def _objection_to_drift(log: Log, world: RecordedWorld, found: dict[str, np.ndarray]) -> str | None:

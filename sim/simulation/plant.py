@@ -71,9 +71,8 @@ class Plant:
         data = self.data
         for observer in self.observers:
             observer.before_period(self)
-        references, commands = self._next_commands()
         model, recorder, control = self.scene.mujoco, self.recorder, data.ctrl
-        for command in recorder.begin_period(data, commands, references):
+        for command in recorder.begin_period(data, self._next_commands()):
             control[:] = command
             mujoco.mj_step(model, data)
             if recorder.feel(data):
@@ -93,17 +92,15 @@ class Plant:
                 self.log_event("contact", moving=moving, other=other)
             self._touched[moving, other] = now
 
-    def _next_commands(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return (STEPS, n) references, rad, and (STEPS, nu) commands of the actuators in the next control period."""
+    def _next_commands(self) -> np.ndarray:
+        """Return the (STEPS, nu) commands of the actuators in the next control period."""
         commands = self._commands
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
         if self._samples_left:
             samples = slice(self._passed, self._passed + STEPS)
             self._passed += STEPS
-            references = self._movement.positions[samples]
             commands[:, self._motors] = self._leading[samples]
         else:
-            references = self.reference[None].repeat(STEPS, axis=0)
             commands[:, self._motors] = self.reference
         commands[:, self._fingers] = self.scene.robot.gripper.command(width)
         if self._payload.is_borne:
@@ -114,7 +111,7 @@ class Plant:
         if len(self._delayed):
             waiting = np.vstack([self._delayed, commands])
             commands, self._delayed = waiting[:STEPS], waiting[STEPS:]
-        return references, commands
+        return commands
 
     def log_event(self, kind: str, **detail: Any) -> None:
         """Add an event at the current time."""

@@ -54,19 +54,14 @@ class Recorder:
         self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
         self._constraints, self._lopsided = list[int](), list[int]()
         self._samples = 0
+        self._motors = [model.actuator(name).id for name in scene.robot.joints]
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
-        self._references = [np.zeros((0, len(self._dofs)))]
         self._interventions: list[np.ndarray] = []
         self._left, self._found = np.full((2, mujoco.mj_stateSize(model, STATE)), np.nan)
         self._due, self._effort, self._summed = 0.0, Effort(), 0
 
-    def begin_period(self, data: mujoco.MjData, controls: np.ndarray, references: np.ndarray) -> np.ndarray:
+    def begin_period(self, data: mujoco.MjData, controls: np.ndarray) -> np.ndarray:
         """Record the commands of a control period, and the state if it differs from the end of the last period.
-
-        Args:
-            data: the state in which the period begins.
-            controls: (steps, nu) commands of the actuators.
-            references: (steps, n) references of the arm's joints after each step, rad or m.
 
         Returns:
             (steps, nu) the commands to send, rounded to their resolution.
@@ -76,7 +71,6 @@ class Recorder:
             self._interventions.append(np.array([self._steps, *self._found]))
         rounded = np.rint(controls * COMMANDS_PER_UNIT)
         self._controls.append(rounded)
-        self._references.append(references)
         self._steps += len(rounded)
         return rounded / COMMANDS_PER_UNIT
 
@@ -140,15 +134,16 @@ class Recorder:
         arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
         missed = missed_contacts(np.array(self._constraints), self._lopsided)
         speeds, torques = (bridged(self._of_arm(rows), missed) for rows in (self._speeds, self._torques))
+        controls = np.vstack(self._controls)
         samples = {
             "speeds": (speeds, 0),
             "accelerations": (speeds, 1),
-            "jerks": (np.vstack(self._references), 3),
+            "jerks": (self._references(controls[:, self._motors] / COMMANDS_PER_UNIT), 3),
             "torques": (torques, 0),
             "torque_rates": (self._filtered(torques), 1),
         }
         arrays |= {name: self._greatest(rows, rate) for name, (rows, rate) in samples.items()}
-        arrays["controls"] = np.vstack(self._controls).astype(np.int64)
+        arrays["controls"] = controls.astype(np.int64)
         arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
 
@@ -156,15 +151,23 @@ class Recorder:
         """Return the (K, n) values of the arm's joints from those of all joints, from step `first` on."""
         return rows[first : self._samples, self._dofs]
 
+    def _references(self, commands: np.ndarray) -> np.ndarray:
+        """Return the (S, n) references of which the commands of the arm's joints were made, rad or m.
+
+        A command is the reference r plus the actuator's lag times its rate; the trapezoidal rule gives r.
+        """
+        stiffness, damping = -self._model.actuator_biasprm[self._motors, 1:3].T
+        offsets = commands - commands[:1]
+        driven = offsets + np.vstack([np.zeros_like(offsets[:1]), offsets[:-1]])
+        references = commands.copy()
+        for joint, share in enumerate(self._period * stiffness / (2 * damping)):
+            references[:, joint] += _recursive(1 + share, share - 1, share * driven[:, joint]) - offsets[:, joint]
+        return references
+
     def _filtered(self, torques: np.ndarray) -> np.ndarray:
         """Return (K, n) torques, N m, after the low-pass filter of the arm's controller."""
-        if not len(torques):
-            return torques
         gain = self._period / (self._period + 1 / (2 * np.pi * TORQUE_CUTOFF_HZ))
-        # y[k] + (gain - 1) y[k - 1] = gain x[k]. `scipy.signal` can do this, but takes half a second to import.
-        diagonals = np.tile([[1.0], [gain - 1]], len(torques))
-        driven = gain * (torques - torques[0])
-        return np.asarray(solve_banded((1, 0), diagonals, driven, check_finite=False) + torques[0])
+        return _recursive(1.0, gain - 1, gain * (torques - torques[:1])) + torques[:1]
 
     def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
         """Return the (T, n) greatest absolute rate-th derivatives of the samples since the frame before."""
@@ -187,6 +190,16 @@ class Recorder:
                 # The first row of an elliptic cone is the normal force.
                 forces[self._pads[geom]] += normal_forces[rows[i // 2]]
         return forces
+
+
+def _recursive(now: float, before: float, driven: np.ndarray) -> np.ndarray:
+    """Return y with `now` y[k] + `before` y[k - 1] = driven[k], from 0 on.
+
+    `scipy.signal` can do this, but takes half a second to import.
+    """
+    if not len(driven):
+        return driven
+    return np.asarray(solve_banded((1, 0), np.tile([[now], [before]], len(driven)), driven, check_finite=False))
 
 
 def missed_contacts(constraints: np.ndarray, lopsided: Sequence[int]) -> np.ndarray:
