@@ -58,15 +58,11 @@ class Change:
 
     Attributes:
         time: of the step, s.
-        joints: whose positions or velocities were set.
-        before: (nq,) positions and (nv,) velocities before it.
-        after: the same after it.
+        moved: joints whose positions or velocities were set, each with the distance by which it moved, m or rad.
     """
 
     time: float
-    joints: frozenset[str]
-    before: tuple[np.ndarray, np.ndarray]
-    after: tuple[np.ndarray, np.ndarray]
+    moved: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -103,12 +99,7 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     again = _Again(log, world, touches, frame_by_frame=bool(other))
     again.run()
     arrays = {name: rows[: len(log.times)] for name, rows in again.recorder.arrays.items()}
-    if other and len(arrays["times"]) == len(log.times):
-        off, allowed = log.qpos - arrays["qpos"], _allowed_by_impacts(log, world.mujoco)
-        arrays["qpos"] = log.qpos - np.sign(off) * (np.abs(off) - allowed).clip(min=0.0)
-    slack = _slack(world.mujoco, FRAME_TOLERANCE, FRAME_TURN)
-    objection = _objection(log, world, arrays, {"times": 1e-6, "qpos": slack} if other else EXACT)
-    objection = objection or again.objection
+    objection = _objection(log, world.mujoco, arrays, exact=not other) or again.objection
     words = objection or f"{len(log.times)} frames, every digit equal"
     if other and not objection:
         words = (
@@ -119,27 +110,18 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     return Resimulation(Check(NAME, objection is None, words), equal, tuple(again.changes), arrays)
 
 
-def _objection(
-    log: Log, world: RecordedWorld, found: dict[str, np.ndarray], tolerances: Mapping[str, float | np.ndarray]
-) -> str | None:
-    """Return in which way a log is not what was simulated again, in a sentence, or None."""
-    if len(found["times"]) < len(log.times):
-        return f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s"
-    return _difference(log, world, found, tolerances) or _objection_to_drift(log, world, found)
-
-
 class _Again:
     """A simulation of the commands of a log; with `frame_by_frame`, every frame begins from the recorded one."""
 
     def __init__(self, log: Log, world: RecordedWorld, touches: Touches, *, frame_by_frame: bool) -> None:
-        self._log, self._world, self._touches, self._frame_by_frame = log, world, touches, frame_by_frame
+        self._log, self._model, self._touches, self._frame_by_frame = log, world.mujoco, touches, frame_by_frame
         self._data, self.recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
         self.changes: list[Change] = []
         self.objection: str | None = None
 
     def run(self) -> None:
         """Simulate every step."""
-        log, model, data = self._log, self._world.mujoco, self._data
+        log, data = self._log, self._data
         interventions = {int(row[0]): row[1:] for row in log.interventions}
         controls = log.controls / COMMANDS_PER_UNIT
         data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
@@ -151,7 +133,7 @@ class _Again:
             if step in interventions:
                 self._intervene(interventions[step], first=not step)
             data.ctrl[:] = controls[step]
-            mujoco.mj_step(model, data)
+            mujoco.mj_step(self._model, data)
             if due := self.recorder.feel(data):
                 self.recorder.record(data, glow=-1)
                 if self._frame_by_frame and frames < len(log.times):
@@ -162,50 +144,81 @@ class _Again:
 
     def _intervene(self, state: np.ndarray, *, first: bool) -> None:
         """Set a state, note what that changes, and object to changes that no fault makes."""
-        model, data = self._world.mujoco, self._data
-        before = data.qpos.copy(), data.qvel.copy()
-        rest = np.empty(mujoco.mj_stateSize(model, STATE & ~FREELY_SET))
-        mujoco.mj_getState(model, data, rest, STATE & ~FREELY_SET)
+        model, data = self._model, self._data
+        qpos, qvel, rest = data.qpos.copy(), data.qvel.copy(), self._rest()
         mujoco.mj_setState(model, data, state, STATE)
-        found = np.empty_like(rest)
-        mujoco.mj_getState(model, data, found, STATE & ~FREELY_SET)
-        if not np.allclose(found, rest, rtol=0, atol=1e-9):
+        if not np.allclose(self._rest(), rest, rtol=0, atol=1e-9):
             self.objection = self.objection or f"a force or a time is set from outside at {data.time:.2f} s"
-        loose = self._frame_by_frame and not first
         # The first frame is rounded; later states are exact, or follow from a recorded frame.
         slack: tuple[float | np.ndarray, float] = (EXACT["qpos"], EXACT["qvel"]) if first else (0.0, 0.0)
-        if loose:
+        if self._frame_by_frame and not first:
             slack = _slack(model, FRAME_TOLERANCE, FRAME_TURN), SPEED_TOLERANCE
-        places = np.flatnonzero(np.abs(data.qpos - before[0]) > slack[0])
-        dofs = np.flatnonzero(np.abs(data.qvel - before[1]) > slack[1])
-        moved = {joint_at(model, place) for place in places.tolist()}
-        moved |= {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
-        if moved:
-            after = data.qpos.copy(), data.qvel.copy()
-            self.changes.append(Change(float(data.time), frozenset(moved), before, after))
+        places = np.flatnonzero(np.abs(data.qpos - qpos) > slack[0])
+        dofs = np.flatnonzero(np.abs(data.qvel - qvel) > slack[1])
+        joints = {joint_at(model, place) for place in places.tolist()}
+        joints |= {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
+        if joints:
+            starts = {joint: columns(model, joint)[0].start for joint in joints}
+            moved = {joint: float(np.linalg.norm((data.qpos - qpos)[at : at + 3])) for joint, at in starts.items()}
+            self.changes.append(Change(float(data.time), moved))
+
+    def _rest(self) -> np.ndarray:
+        """Return what no fault may set of the state."""
+        rest = np.empty(mujoco.mj_stateSize(self._model, STATE & ~FREELY_SET))
+        mujoco.mj_getState(self._model, self._data, rest, STATE & ~FREELY_SET)
+        return rest
 
 
-def _objection_to_drift(log: Log, world: RecordedWorld, found: dict[str, np.ndarray]) -> str | None:
-    """Return what moves by many small differences from its simulation, in a sentence, or None."""
-    drift = np.abs(np.cumsum((log.qpos - found["qpos"])[1:], axis=0))
-    beyond = np.argwhere(drift > _slack(world.mujoco, MAX_DRIFT, MAX_TURN))
-    if not len(beyond):
+def _objection(log: Log, model: mujoco.MjModel, found: Mapping[str, np.ndarray], *, exact: bool) -> str | None:
+    """Return where a log first differs from what was simulated again, in a sentence, or None."""
+    count = len(log.times)
+    if len(found["times"]) < count:
+        return f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s"
+    # The first frame is the start, and a fault may act before the first step.
+    off = {name: (getattr(log, name) - found[name]).reshape(count, -1)[1:] for name in EXACT}
+    if exact:
+        return _difference(log, model, off, EXACT)
+    drift = off["qpos"]
+    drift = np.sign(drift) * (np.abs(drift) - _allowed_by_impacts(log, model)).clip(min=0.0)
+    slack = {"times": EXACT["times"], "qpos": _slack(model, FRAME_TOLERANCE, FRAME_TURN)}
+    far = _difference(log, model, {"qpos": np.cumsum(drift, axis=0)}, {"qpos": _slack(model, MAX_DRIFT, MAX_TURN)})
+    return _difference(log, model, off | {"qpos": drift}, slack) or (far and f"{far}, by many small differences")
+
+
+def _difference(
+    log: Log,
+    model: mujoco.MjModel,
+    off: Mapping[str, np.ndarray],
+    tolerances: Mapping[str, float | np.ndarray],
+) -> str | None:
+    """Return where (T - 1, ...) differences of later frames first exceed a tolerance, in words, or None."""
+    first: tuple[int, str] | None = None
+    for name, tolerance in tolerances.items():
+        # What is not finite differs, too.
+        frames = np.flatnonzero(~(np.abs(off[name]) <= tolerance).all(axis=1))
+        if len(frames) and (first is None or frames[0] < first[0]):
+            first = int(frames[0]), name
+    if first is None:
         return None
-    frame, place = map(int, beyond[0])
-    words = f"is moved by {1000 * drift[:, place].max():.1f} mm or mrad in all by what no command leads to"
-    return f"{joint_at(world.mujoco, place)} {words}, by {log.times[frame + 1]:.2f} s"
+    frame, name = first
+    differences, when = np.abs(off[name][frame]), f"first at {log.times[frame + 1]:.2f} s"
+    if name == "qpos":
+        joint = joint_at(model, int(differences.argmax()))
+        return f"{joint} is {differences.max():.2g} m or rad from where the commands lead, {when}"
+    whose = "velocities" if name == "qvel" else name
+    return f"the {whose} differ by {differences.max():.2g} from those that the commands lead to, {when}"
 
 
 def _allowed_by_impacts(log: Log, model: mujoco.MjModel) -> np.ndarray:
-    """Return (T, nq) differences that are allowed where an object was hit in a frame."""
-    allowed = np.zeros_like(log.qpos)
+    """Return (T - 1, nq) differences that are allowed where an object was hit in a frame."""
+    allowed = np.zeros_like(log.qpos[1:])
     for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):
         place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
         change = np.diff(log.qvel[:, dof : dof + 6], axis=0)
         hit = (np.linalg.norm(change[:, :3], axis=1) - IMPACT_M_S).clip(min=0.0)
         spin = hit / LEVER_M + np.linalg.norm(change[:, 3:], axis=1)
-        allowed[1:, place : place + 3] = IMPACT_SHARE * hit[:, None] / FRAME_RATE_HZ
-        allowed[1:, place + 3 : place + 7] = SPIN_SHARE * spin[:, None] / (2 * FRAME_RATE_HZ)
+        allowed[:, place : place + 3] = IMPACT_SHARE * hit[:, None] / FRAME_RATE_HZ
+        allowed[:, place + 3 : place + 7] = SPIN_SHARE * spin[:, None] / (2 * FRAME_RATE_HZ)
     return allowed
 
 
@@ -215,28 +228,3 @@ def _slack(model: mujoco.MjModel, position: float, turn: float) -> np.ndarray:
     for first in model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]:
         slack[first + 3 : first + 7] = turn
     return slack
-
-
-def _difference(
-    log: Log, world: RecordedWorld, found: dict[str, np.ndarray], tolerances: Mapping[str, float | np.ndarray]
-) -> str | None:
-    """Return where a frame first differs from the simulation, in words, or None."""
-    first: tuple[int, str, np.ndarray] | None = None
-    for name, tolerance in tolerances.items():
-        off = np.abs(found[name] - getattr(log, name)).reshape(len(log.times), -1)
-        # The first frame is the start, and a fault may act before the first step. What is not finite differs, too.
-        frames = np.flatnonzero(~(off[1:] <= tolerance).all(axis=1)) + 1
-        if len(frames) and (first is None or frames[0] < first[0]):
-            first = int(frames[0]), name, off[frames[0]]
-    if first is None:
-        return None
-    frame, name, off = first
-    model, time, worst = world.mujoco, float(log.times[frame]), int(off.argmax())
-    if name == "qpos":
-        joint = joint_at(model, worst)
-        start, free = columns(model, joint)[0].start, model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_FREE
-        far = 1000 * float(np.linalg.norm(off[start : start + 3]))
-        where = f"{far:.4f} mm" if free and worst < start + 3 else f"{off.max():.2g} rad"
-        return f"{joint} is {where} from where the commands lead, first at {time:.2f} s"
-    whose = "velocities" if name == "qvel" else name
-    return f"the {whose} differ by {off.max():.2g} from those that the commands lead to, first at {time:.2f} s"
