@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from prefplan.errors import ModelError, PrefplanError
+from prefplan.errors import PrefplanError
+from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.symbolic import Action
 from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError, SimulationError
 from sim.evidence.log import About, Log
@@ -29,26 +30,41 @@ MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
 
 
+@contextmanager
+def refusing(words: str) -> Iterator[None]:
+    """Turn errors in what a log says into a `LogError` that begins with some words."""
+    try:
+        yield
+    except LogError:
+        raise
+    except (PrefplanError, TypeError, ValueError, OverflowError) as error:
+        raise LogError(f"{words}: {error}") from None
+
+
 def described(about: About) -> Scenario:
-    """Return the scenario that a log describes, with its files.
+    """Return the scenario that a log describes, with its files and measured costs.
 
     Raises:
         LogError: it cannot be used.
     """
-    return _decoded(about.text, about.scenario, tuple(sorted(about.files.items())))
+    return _decoded(about.text, about.scenario, about.measured, tuple(sorted(about.files.items())))
 
 
 @functools.lru_cache(maxsize=4)
-def _decoded(text: str, name: str, files: tuple[tuple[str, str], ...]) -> Scenario:
-    try:
+def _decoded(
+    text: str, name: str, measured: tuple[tuple[str, str, str, int | float], ...], files: tuple[tuple[str, str], ...]
+) -> Scenario:
+    with refusing("the scenario in the log cannot be used"):
         scenario = loads(text, name=name, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("the scenario in the log cannot be used: it has no manipulation model")
-        return replace(scenario, model=unpacked(scenario.model, dict(files)))
-    except LogError:
-        raise
-    except PrefplanError as error:
-        raise LogError(f"the scenario in the log cannot be used: {error}") from None
+        model = unpacked(scenario.model, dict(files))
+        if isinstance(model.costs, MeasuredCosts):
+            model = replace(
+                model,
+                costs=replace(model.costs, entries={(kind, hand, goal): cost for kind, hand, goal, cost in measured}),
+            )
+        return replace(scenario, model=model)
 
 
 def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
@@ -63,16 +79,15 @@ def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
         robot = robot_for(model.robot_setup)
         other = None if robot.name == about.robot else about.robot
         robot = robot_for(model.robot_setup, other)
-        objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
-        spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
+    except RobotError as error:
+        raise LogError(f"the log cannot be checked: {error}") from None
+    objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
+    spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
+    with refusing("the scenario in the log cannot be used"):
         scene = _scene(model, other, spares, meshes=None)
         if scene.has_meshes and not about.meshes:
             return _scene(model, other, spares, meshes=False), True
         return scene, scene.has_meshes
-    except RobotError as error:
-        raise LogError(f"the log cannot be checked: {error}") from None
-    except PrefplanError as error:
-        raise LogError(f"the scenario in the log cannot be used: {error}") from None
 
 
 def _scene(model: ManipulationModel, robot: str | None, spares: int, *, meshes: bool | None) -> Scene:
@@ -93,7 +108,7 @@ def words_for(scene: Scene) -> str:
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
     """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, noise and bias, m."""
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
-    try:
+    with refusing("the setting in the log cannot be used"):
         perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
         bias = np.zeros(3)
         if seed is not None:
@@ -104,8 +119,6 @@ def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, fl
         if not 0 <= 1000 * noise <= KEYS["noise"].greatest:
             raise ValueError(f"a noise of {1000 * noise:g} mm")
         list(about.setting.get("faults") or ())
-    except (PrefplanError, TypeError, ValueError, OverflowError) as error:
-        raise LogError(f"the setting in the log cannot be used: {error}") from None
     return scene, start.qpos, noise, bias
 
 
@@ -122,15 +135,3 @@ def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:
     for obj in objects:
         if np.linalg.norm(log.qpos[:, columns(model, obj)[0]][:, 3:], axis=1).min() < MIN_QUATERNION:
             raise LogError(f"the log is broken: a frame has no orientation of {obj!r}")
-
-
-def actions_of(log: Log, model: ManipulationModel) -> tuple[Action, ...]:
-    """Return the actions of a log.
-
-    Raises:
-        LogError: the model has none of that kind.
-    """
-    try:
-        return tuple(model.action(action.action) for action in log.about.actions)
-    except ModelError as error:
-        raise LogError(f"the log is broken: {error}") from None

@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from prefplan.scenario.decode import Scenario
-from sim.evidence.log import Log, measured_costs
-from sim.evidence.rebuilt import actions_of, built, described, perturbed_as_said, require_fitting, words_for
+from sim.evidence.log import Log
+from sim.evidence.rebuilt import built, described, perturbed_as_said, refusing, require_fitting, words_for
 from sim.geometry.mjcf import columns, is_solid, solid_geoms
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import FRAME_RATE_HZ
@@ -54,7 +54,6 @@ class RecordedWorld:
         robot: whose arm moved.
         scene: perturbed as the log's setting says.
         other_shapes: whether the arm had other shapes in the run than it has here.
-        measured: costs of actions, as in the log's `measured`.
         start: (nq,) positions at which the run begins, by its seed.
         noise: standard deviation of an observed coordinate, m.
         bias: (3,) constant error of every observed position, by the seed, m.
@@ -71,18 +70,15 @@ class RecordedWorld:
         """Build the scene of a scenario, or if it is None, that which the log describes."""
         about = log.about
         self._log = log
-        if scenario is None:
-            self.scenario, self.measured = described(about), about.measured
-        else:
-            self.scenario = scenario
-            self.measured = measured_costs(getattr(scenario.model, "costs", None))
+        self.scenario = scenario or described(about)
         scene, here = built(self.scenario, about)
         self.other_shapes, self.arm_shapes = here != about.meshes, words_for(scene)
         self.scene, self.start, self.noise, self.bias = perturbed_as_said(scene, about)
         self.model, self.mujoco, self.robot = self.scene.model, self.scene.mujoco, self.scene.robot
         self.objects = (*(obj.name for obj in self.model.objects), *self.scene.spares)
         require_fitting(log, self.scene, self.objects)
-        self.actions = actions_of(log, self.model)
+        with refusing("the log is broken"):
+            self.actions = tuple(self.model.action(action.action) for action in about.actions)
         self._data, self._frame = mujoco.MjData(self.mujoco), 0
         self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in self.objects}
         bodies = (self.mujoco.body_weldid == 0) & ~self.robot.bodies(self.mujoco)
