@@ -200,7 +200,7 @@ def _outcome(
     if faults:
         setting["faults"] = [str(fault) for fault in faults]
     if interrupted:
-        run = replace(run, completed=False, reason="interrupted")
+        run = replace(run, reason="interrupted")
     return Outcome(
         scenario,
         scene,

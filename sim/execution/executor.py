@@ -20,7 +20,7 @@ from sim.capability.rehearsal import BROUGHT, Rehearsal, bringing, culprits, una
 from sim.errors import BlockedError, SimulationError
 from sim.execution.faults.fault import Fault
 from sim.execution.faults.injector import FaultInjector
-from sim.execution.observation import await_grip, observed_poses, poses_at_rest
+from sim.execution.observation import await_grip, settled_poses
 from sim.perception.grounding import mismatch, observe, present_marks, slot_of
 from sim.perception.sensors import ObservationTimeoutError, Poses, Sensor, true_poses
 from sim.perception.world_model import reground
@@ -105,15 +105,14 @@ class Execution:
     def check_state(self, *, at_rest: bool = False) -> bool:
         """Return whether an observation agrees with the current state; if not, `reason` says why.
 
-        Args:
-            at_rest: whether to wait until all objects are at rest; one that does not come to rest is a mismatch.
+        With `at_rest`, objects come to rest first; one that does not is a mismatch.
         """
         state = self._states(self.state)
         try:
-            poses, moving = poses_at_rest(self.cell) if at_rest else (observed_poses(self.cell), [])
+            poses, moving = settled_poses(self.cell, at_rest=at_rest)
             seen = observe(self.scene, self.cell.data, poses, hand=state.hand, held=self.cell.held(), marks=state.marks)
             self.reason = mismatch(self.scene, poses, predicted=state, observed=seen)
-            if moving and self.reason is None:
+            if at_rest and moving and self.reason is None:
                 self.reason = f"{moving[0]} does not come to rest"
             if at_rest and self.reason is None and self.steps:
                 self.steps[-1] = replace(self.steps[-1], observed=seen, end=float(self.cell.data.time))
@@ -124,14 +123,9 @@ class Execution:
         return self.reason is None
 
     def step(self, action: str, *, ahead: Sequence[str] = ()) -> bool:
-        """Carry out one action and compare the observed state with the predicted one.
+        """Carry out one action, and return whether the observed state is the predicted one; if not, `reason` says why.
 
-        Args:
-            action: the action.
-            ahead: the actions after it; an object is grasped so that it can be released at its next location.
-
-        Returns:
-            Whether the states agree; if not, `reason` says why.
+        `ahead` are the actions after it: an object is grasped so that it can be released at its next location.
 
         Raises:
             ModelError: the action is not applicable in the current state.
@@ -148,7 +142,7 @@ class Execution:
         observed = before
         try:
             failure = self._attempt(symbolic, predicted.held, [self.scene.model.action(text) for text in ahead])
-            poses = observed_poses(self.cell)
+            poses, _ = settled_poses(self.cell, at_rest=False)
             observed = self._observe(poses, before, predicted, done=failure is None)
             difference = mismatch(self.scene, poses, predicted=predicted, observed=observed)
         except ObservationTimeoutError as error:
@@ -177,7 +171,7 @@ class Execution:
         cell = self.cell
         marks = self.steps[-1].observed.marks if self.steps else self._states(self.state).marks
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
-        poses, _ = poses_at_rest(cell)
+        poses, _ = settled_poses(cell, at_rest=True)
         lost = partial(ungraspable_because, cell)
         found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, lost_because=lost)
         self.scene, self.lost = found.scene, found.lost
@@ -196,29 +190,25 @@ class Execution:
         cell = self.cell
         cell.settle()
         frames: dict[str, Any] = cell.recorder.arrays
+        loads = {name: frames.pop(name) for name in self.scene.robot.load_limits}
         run = Run(
-            completed=self.reason is None,
             reason=self.reason,
             steps=tuple(self.steps),
             events=tuple(cell.events),
             **frames,
+            loads=loads,
             sim_seconds=float(cell.data.time),
             wall_seconds=time.perf_counter() - self._began,
             placement_error=self._placement_error(),
             robot=self.scene.robot,
         )
-        found = run.objection if run.completed else None
-        return replace(run, completed=False, reason=found) if found else run
+        return replace(run, reason=run.reason or run.objection)
 
     def _states(self, state: Any) -> ManipulationState:
         return cast(ManipulationState, self.system.decode(state))
 
     def _attempt(self, action: Action, held: str | None, ahead: Sequence[Action]) -> str | None:
-        """Perform an action after which the hand should hold an object, or None; return why it failed, or None.
-
-        Raises:
-            ObservationTimeoutError: an object is not observed for too long.
-        """
+        """Perform an action after which the hand should hold an object, or None; return why it failed, or None."""
         self.blocked, self.hindering = None, ()
         try:
             self._skills[action.kind].perform(self.cell, action, ahead)
@@ -290,8 +280,8 @@ def execute(
         scene: the scene.
         actions: symbolic actions, e.g. `transit top`, `grasp pink`.
         seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
-        system: as for `Execution`.
-        skills: as for `Execution`.
+        system: as for `Execution`, as are the skills.
+        skills: by kind of action.
         on_progress: called before each action with the number of actions done, that of all actions, and its name.
 
     Raises:

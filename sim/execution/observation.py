@@ -30,33 +30,18 @@ def await_grip(cell: Workcell) -> None:
         cell.wait(CONTROL_PERIOD_S)
 
 
-def observed_poses(cell: Workcell) -> dict[str, ObjectPose]:
-    """Return the observed pose of every object once none moves faster than `FALL_SPEED_M_S`, or after `REST_TIMEOUT_S`.
+def settled_poses(cell: Workcell, *, at_rest: bool) -> tuple[dict[str, ObjectPose], list[str]]:
+    """Return the observed pose of every object once all are at rest, or else none but the held one is falling.
 
-    Raises:
-        ObservationTimeoutError: an object is not observed for too long.
-    """
-    poses, _ = _poses_slower_than(cell, FALL_SPEED_M_S, period=CONTROL_PERIOD_S)
-    return poses
-
-
-def poses_at_rest(cell: Workcell) -> tuple[dict[str, ObjectPose], list[str]]:
-    """Return the observed pose of every object once all are at rest, or after `REST_TIMEOUT_S`.
+    At least a period lies between two observations: a noisy sensor needs time to tell a small speed from 0.
 
     Returns:
-        The poses, and the objects that still move.
+        The poses, and the objects that are still faster after `REST_TIMEOUT_S`.
 
     Raises:
         ObservationTimeoutError: an object is not observed for too long.
     """
-    return _poses_slower_than(cell, REST_SPEED_M_S, period=REST_PERIOD_S)
-
-
-def _poses_slower_than(cell: Workcell, speed: float, *, period: float) -> tuple[dict[str, ObjectPose], list[str]]:
-    """Return observed poses once no object but the held one is faster, m/s, and the objects that exceed the timeout.
-
-    At least a period, s, lies between two observations: a noisy sensor needs time to tell a small speed from 0.
-    """
+    speed, period = (REST_SPEED_M_S, REST_PERIOD_S) if at_rest else (FALL_SPEED_M_S, CONTROL_PERIOD_S)
     period = max(period, REST_ERRORS * cell.sensor.error / speed)
     before, end = _certain_poses(cell), cell.data.time + REST_TIMEOUT_S
     while True:

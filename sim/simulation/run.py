@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -17,9 +17,6 @@ from sim.robots.robot import Robot
 
 EXCUSED_S = 2.0
 """For this long after a fault has moved an object, it may touch anything."""
-
-REST_SPEED_RAD_S = 0.02
-"""The arm rests while every joint is slower than this (at 0.5 m that is 1 cm/s); the fingers may move."""
 
 FRAME_RATE_HZ = 30
 """Recorded (and rendered) states per simulated second."""
@@ -114,15 +111,12 @@ class Run(Frames):
     """One execution of a plan.
 
     Attributes:
-        speeds: (T, n) greatest speed of each arm joint since the frame before, rad/s.
-        accelerations: (T, n) greatest acceleration of each arm joint since the frame before, rad/s^2.
-        jerks: (T, n) greatest jerk of the trajectory commanded to each arm joint since the frame before, rad/s^3.
-        torques: (T, n) greatest torque of each arm joint since the frame before, N m.
-        torque_rates: (T, n) greatest rate of that torque, low-pass filtered as by the arm's controller, N m/s.
+        loads: (T, n) greatest absolute values for each arm joint since the frame before, in rad, N m and s: `speeds`,
+            `accelerations`, `jerks` of the commanded trajectory, `torques`, and `torque_rates`, low-pass filtered as by
+            the arm's controller.
         pad_forces: (T, pads) contact force on each of the gripper's pads, N.
-        completed: whether every action was carried out and observed as predicted, within the arm's limits and without
-            unwanted contact.
-        reason: why not, in one sentence; None when completed.
+        reason: why not every action was carried out and observed as predicted, within the arm's limits and without
+            unwanted contact, in one sentence; None if it was.
         steps: the actions that were carried out, in order.
         events: in order of time.
         sim_seconds: total simulated time.
@@ -134,13 +128,8 @@ class Run(Frames):
         violated: tasks that can no longer be satisfied.
     """
 
-    speeds: np.ndarray
-    accelerations: np.ndarray
-    jerks: np.ndarray
-    torques: np.ndarray
-    torque_rates: np.ndarray
+    loads: Mapping[str, np.ndarray]
     pad_forces: np.ndarray
-    completed: bool
     reason: str | None
     steps: tuple[Step, ...]
     events: tuple[Event, ...]
@@ -153,15 +142,14 @@ class Run(Frames):
     violated: tuple[str, ...] = ()
 
     @property
-    def rest_share(self) -> float:
-        """Share of the time between frames in which the arm rested throughout."""
-        return float((self.speeds[1:] < REST_SPEED_RAD_S).all(axis=1).mean())
+    def completed(self) -> bool:
+        """Whether there is no reason why not."""
+        return self.reason is None
 
     @property
     def load_shares(self) -> dict[str, np.ndarray]:
         """(n,) greatest load of each arm joint as a share of its limit, by the loads' names."""
-        limits = self.robot.load_limits.items()
-        return {name: getattr(self, name).max(axis=0) / limit for name, limit in limits}
+        return {name: self.loads[name].max(axis=0) / limit for name, limit in self.robot.load_limits.items()}
 
     @property
     def objection(self) -> str | None:

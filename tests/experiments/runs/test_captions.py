@@ -30,8 +30,8 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
         Step(action, k, k + 1, predicted, seen, costs[action.split()[0]]) for k, (action, predicted, seen) in together
     )
     rollout = Run(
-        **dict.fromkeys([*ARRAYS, *MORE_ARRAYS, *PANDA.load_limits, "pad_forces"], np.zeros(0)),
-        completed=True,
+        **dict.fromkeys([*ARRAYS, *MORE_ARRAYS, "pad_forces"], np.zeros(0)),
+        loads=dict.fromkeys(PANDA.load_limits, np.zeros(0)),
         reason=None,
         steps=steps,
         events=(),
@@ -120,5 +120,5 @@ def test_captions_tell_of_new_plans_and_attempts(arch: Scenario, arch_front: Fro
     actions = [*map(plan.display.action, plan.actions)]
     assert told[2] == f"planned again: {actions[2]}" and told[5] == f"once more: {actions[5]}"
     assert [*told[:2], *told[3:5], *told[6:]] == [*actions[:2], *actions[3:5], *actions[6:], "done"]
-    stopped = replace(outcome, run=replace(outcome.run, completed=False, reason="a surprise"))
+    stopped = replace(outcome, run=replace(outcome.run, reason="a surprise"))
     assert captions(stopped)[-1].action == "stopped"

@@ -101,7 +101,6 @@ def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path
     times = np.arange(frames) / FRAME_RATE_HZ
     lit = [place.name for place in scene.model.locations].index("san")
     rollout = Run(
-        completed=True,
         reason=None,
         steps=(),
         events=(),
@@ -109,7 +108,7 @@ def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path
         qpos=qpos,
         qvel=np.zeros((frames, scene.mujoco.nv)),
         glow=np.where(times > 0.5, lit, -1),
-        **dict.fromkeys(scene.robot.load_limits, np.zeros((frames, 7))),
+        loads=dict.fromkeys(scene.robot.load_limits, np.zeros((frames, 7))),
         pad_forces=np.zeros((frames, 2)),
         controls=np.zeros((0, scene.mujoco.nu), int),
         interventions=np.zeros((0, 1)),

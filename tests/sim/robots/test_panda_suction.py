@@ -45,7 +45,7 @@ def test_the_cup_draws_only_while_it_holds(rollout: Run) -> None:
 
 def test_its_pull_is_no_torque_of_the_arm(rollout: Run) -> None:
     """The arm's torques do not jump when the suction is switched on or off."""
-    assert rollout.torque_rates.max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
+    assert rollout.loads["torque_rates"].max() < 0.7 * PANDA_SUCTION.torque_rate_limits.min()
 
 
 def test_a_heavy_object_is_taken_within_the_limits(arch_model: ManipulationModel) -> None:

@@ -59,7 +59,10 @@ def test_whatever_presses_a_pad_is_felt(scene: Scene) -> None:
 
 def test_a_rollout_holds_the_loads_of_every_frame(grasp: Run) -> None:
     frames = len(grasp.times)
-    assert grasp.speeds.shape == grasp.torques.shape == (frames, 7) and grasp.pad_forces.shape == (frames, 2)
+    assert grasp.loads["speeds"].shape == grasp.loads["torques"].shape == (frames, 7) and grasp.pad_forces.shape == (
+        frames,
+        2,
+    )
     shares = {name: share.max() for name, share in grasp.load_shares.items()}
     assert len(shares) == 5 and all(0.01 < share < 1 for share in shares.values()), shares
     assert np.median(grasp.pad_forces[-10:], axis=0) == pytest.approx([15, 15], abs=2)

@@ -10,11 +10,13 @@ from sim.errors import SimulationError
 from sim.execution.executor import Execution
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
-from sim.simulation.run import REST_SPEED_RAD_S
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.hand import move_tool
 from sim.world.scene import Scene, initial_state
+
+REST_SPEED_RAD_S = 0.02
+"""The arm rests while every joint is slower than this (at 0.5 m that is 1 cm/s)."""
 
 
 @pytest.fixture
