@@ -14,6 +14,7 @@ from sim.robots.arms.panda import PANDA
 from sim.simulation.run import Event, Run
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
+from sim.world.randomization import drawn
 from sim.world.scene import Scene, initial_state
 
 
@@ -24,17 +25,17 @@ def perform_all(scene: Scene, *actions: str, seed: int | None = 0) -> Workcell:
     return cell
 
 
-def displaced(**points: tuple[float, float]) -> Callable[..., mujoco.MjData]:
-    """Return an `initial_state` that puts some objects elsewhere on the table."""
+def displaced(**points: tuple[float, float]) -> Callable[..., tuple[Scene, mujoco.MjData, np.ndarray]]:
+    """Return a `drawn` that puts some objects elsewhere on the table."""
 
-    def state(scene: Scene, **options: Any) -> mujoco.MjData:
-        data = initial_state(scene, **options)
+    def start(scene: Scene, *given: Any, **options: Any) -> tuple[Scene, mujoco.MjData, np.ndarray]:
+        scene, data, bias = drawn(scene, *given, **options)
         for obj, point in points.items():
             data.joint(obj).qpos[:2] = point
         mujoco.mj_forward(scene.mujoco, data)
-        return data
+        return scene, data, bias
 
-    return state
+    return start
 
 
 def contacts(events: Iterable[Event]) -> list[Event]:

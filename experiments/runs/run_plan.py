@@ -22,11 +22,11 @@ from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults.fault import Fault, spares_for
-from sim.perception.sensors import BiasedSensor, ExactSensor, NoisySensor, Sensor
+from sim.perception.sensors import NoisySensor
 from sim.rendering.quality import DRAFT, Quality
 from sim.simulation.run import ledger_of
-from sim.world.randomization import Perturbation, camera_bias, perturbed
-from sim.world.scene import Scene, initial_state, shared_scene
+from sim.world.randomization import Perturbation, drawn
+from sim.world.scene import Scene, shared_scene
 
 if TYPE_CHECKING:
     from sim.rendering.overlay import Caption
@@ -170,21 +170,13 @@ def begin(
 ) -> ClosedLoop:
     """Return the closed loop of a plan before its first action.
 
-    Args:
-        problem: what was planned.
-        scene: from `scene_of`.
-        plan: one of the problem's plans.
-        tell: called before each action with the number of actions done, that of all actions, and its name.
-        **conditions: as in `run_plan`.
+    The arguments are those of `run_plan`; `tell` is called before each action with the number of actions done, that of
+    all actions, and its name.
     """
-    seed = conditions.get("seed")
-    perturbation = conditions.get("perturbation") or Perturbation()
-    if seed is not None:
-        scene = perturbed(scene, perturbation, seed=seed)
-    start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-    sensor: Sensor = NoisySensor(perturbation.noise, seed=seed or 0) if perturbation.noise else ExactSensor()
-    if seed is not None and perturbation.bias:
-        sensor = BiasedSensor(sensor, bias=camera_bias(perturbation, seed=seed))
+    seed, perturbation = conditions.get("seed"), conditions.get("perturbation") or Perturbation()
+    scene, start, bias = drawn(scene, perturbation, seed=seed)
+    is_exact = not (perturbation.noise or bias.any())
+    sensor = None if is_exact else NoisySensor(perturbation.noise, seed=seed or 0, bias=bias)
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
     return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)
@@ -195,8 +187,9 @@ def _outcome(
 ) -> Outcome:
     happened = loop.execution.injector.happened
     run, seed, faults = loop.record(), conditions.get("seed"), conditions.get("faults", ())
-    perturbation = None if seed is None else str(conditions.get("perturbation") or Perturbation())
-    setting: dict[str, object] = {"seed": seed, "perturbation": perturbation}
+    perturbation = conditions.get("perturbation") or Perturbation()
+    differs = seed is not None or perturbation.noise
+    setting: dict[str, object] = {"seed": seed, "perturbation": str(perturbation) if differs else None}
     if faults:
         setting["faults"] = [str(fault) for fault in faults]
     if interrupted:

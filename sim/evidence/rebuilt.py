@@ -20,8 +20,8 @@ from sim.external.bundle import unpacked
 from sim.geometry.mjcf import columns
 from sim.robots.catalogue import DEFAULT, robot_for
 from sim.simulation.recorder import STATE
-from sim.world.randomization import KEYS, Perturbation, camera_bias, perturbed, read_perturbation
-from sim.world.scene import Scene, initial_state, shared_scene
+from sim.world.randomization import Perturbation, drawn, read_perturbation
+from sim.world.scene import Scene, shared_scene
 
 MIN_QUATERNION = 1e-3
 """Least norm of a quaternion that gives an orientation."""
@@ -110,16 +110,9 @@ def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, fl
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
     with refusing("the setting in the log cannot be used"):
         perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
-        bias = np.zeros(3)
-        if seed is not None:
-            scene = perturbed(scene, perturbation, seed=seed)
-            bias = camera_bias(perturbation, seed=seed)
-        start = initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle)
-        noise = float(about.setting.get("noise_mm", 1000 * perturbation.noise)) / 1000
-        if not 0 <= 1000 * noise <= KEYS["noise"].greatest:
-            raise ValueError(f"a noise of {1000 * noise:g} mm")
+        scene, start, bias = drawn(scene, perturbation, seed=seed)
         list(about.setting.get("faults") or ())
-    return scene, start.qpos, noise, bias
+    return scene, start.qpos, perturbation.noise, bias
 
 
 def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import Protocol
@@ -151,36 +151,26 @@ class NoisySensor:
         error: standard deviation of a measured position along each axis, m.
     """
 
-    def __init__(self, noise: float, *, seed: int) -> None:
-        """Set the standard deviation of a position along each axis, m, and the seed of the errors."""
-        self.samples, self.error = NOISY_SAMPLES, noise / np.sqrt(NOISY_SAMPLES)
+    def __init__(self, noise: float, *, seed: int, bias: np.ndarray | None = None) -> None:
+        """Set the errors.
+
+        Args:
+            noise: standard deviation of an observed position along each axis, m.
+            seed: of the random errors.
+            bias: (3,) constant error of all positions, as of a badly calibrated camera, m; None for none.
+        """
+        self.samples = NOISY_SAMPLES if noise else 1
+        self.error = noise / np.sqrt(self.samples)
         self._noise, self._rng = noise, np.random.default_rng(seed)
+        self._bias = np.zeros(3) if bias is None else bias
 
     def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
-        """Return the true pose with noise; None for a spare object in store."""
+        """Return the true pose with errors; None for a spare object in store."""
         if stored(scene, data, obj):
             return None
         true = object_pose(scene, data, obj)
         rotation = about_z(self._rng.normal(0, self._noise / NOISE_LEVER_M)) @ true.rotation
-        return ObjectPose(true.shape, true.position + self._rng.normal(0, self._noise, 3), rotation)
-
-
-class BiasedSensor:
-    """A sensor whose observed positions all have the same error, as with a badly calibrated camera.
-
-    Attributes:
-        samples, error: those of the sensor that it wraps.
-    """
-
-    def __init__(self, sensor: Sensor, *, bias: np.ndarray) -> None:
-        """Wrap a sensor; `bias`, (3,) m, is added to every position."""
-        self.samples, self.error = sensor.samples, sensor.error
-        self._sensor, self._bias = sensor, bias
-
-    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
-        """Return the observed pose of an object, or None if it is not observed."""
-        pose = self._sensor.observe(scene, data, obj)
-        return None if pose is None else replace(pose, position=pose.position + self._bias)
+        return ObjectPose(true.shape, true.position + self._rng.normal(0, self._noise, 3) + self._bias, rotation)
 
 
 def on_table(pose: ObjectPose | None) -> bool:

@@ -14,7 +14,7 @@ from prefplan.errors import choices
 from sim.errors import SimulationError
 from sim.world.contacts import scale_friction
 from sim.world.places import START_OFFSET_M, START_TURN_RAD
-from sim.world.scene import TIMESTEP_S, Scene
+from sim.world.scene import TIMESTEP_S, Scene, initial_state
 
 MATTER_STREAM = 1
 """Random stream for friction and mass; with or without them, a seed gives the same start poses."""
@@ -159,6 +159,17 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     mujoco.mj_setConst(model, mujoco.MjData(model))
     latency = TIMESTEP_S * round(abs(devices["latency"]) * perturbation.latency / TIMESTEP_S)
     return replace(scene, mujoco=model, nominal=scene.mujoco, latency=latency)
+
+
+def drawn(scene: Scene, perturbation: Perturbation, *, seed: int | None) -> tuple[Scene, mujoco.MjData, np.ndarray]:
+    """Return a scene as `perturbed`, the state in which a run in it begins, and the `camera_bias`.
+
+    Without a seed, the scene and its state are the nominal ones, and the camera's error is 0.
+    """
+    bias = np.zeros(3)
+    if seed is not None:
+        scene, bias = perturbed(scene, perturbation, seed=seed), camera_bias(perturbation, seed=seed)
+    return scene, initial_state(scene, seed=seed, position=perturbation.position, angle=perturbation.angle), bias
 
 
 def camera_bias(perturbation: Perturbation, *, seed: int) -> np.ndarray:

@@ -177,7 +177,7 @@ def test_without_opengl_all_but_the_videos_is_there(report: Run, monkeypatch: py
 
 
 def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(3.0, 0.0)))
+    monkeypatch.setattr(run_plan, "drawn", displaced(cup=(3.0, 0.0)))
     result = report("shelf.toml", "--no-video")
     run = data("out/shelf")["plans"][0]["run"]
     assert result.status == 4 and "execution of plan 0 failed" in result.err

@@ -106,7 +106,7 @@ def test_a_run_prints_what_was_observed(run: Run, cup: Path) -> None:
 
 
 def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(0.60, 0.10)))
+    monkeypatch.setattr(run_plan, "drawn", displaced(cup=(0.60, 0.10)))
     result = run("run", "cup.toml", "--no-video")
     assert "expected cup on desk, but it rests on shelf: planned again, cost 10, penalty 0: transit" in result.out
     printed = json.loads(Path("out/cup/cost.json").read_text())
@@ -140,7 +140,7 @@ def test_faults_are_told_with_what_was_done_about_them(run: Run, cup: Path) -> N
 
 
 def test_what_fell_from_the_table_ends_the_run(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_plan, "initial_state", displaced(cup=(3.0, 0.0)))
+    monkeypatch.setattr(run_plan, "drawn", displaced(cup=(3.0, 0.0)))
     result = run("run", "cup.toml", "--no-video", "--json")
     assert result.status == 4
     printed = json.loads(result.out)

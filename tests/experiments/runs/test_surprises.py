@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from scenario_texts import task_tables
@@ -138,8 +138,8 @@ def small(tmp_path: Path) -> Callable[..., Scenario]:
     return make
 
 
-def pursue_from(scenario: Scenario, start: Callable[..., mujoco.MjData], monkeypatch: pytest.MonkeyPatch) -> Outcome:
-    monkeypatch.setattr(programs, "initial_state", start)
+def pursue_from(scenario: Scenario, start: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Outcome:
+    monkeypatch.setattr(programs, "drawn", start)
     return run_plan(scenario, scene_of(scenario), pareto_front(scenario.problem())[0])
 
 
@@ -391,7 +391,7 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
 ) -> None:
     scenario = small("skip = 9")
     front = pareto_front(scenario.problem())
-    monkeypatch.setattr(programs, "initial_state", displaced(jug=(0.38, 0.30), cup=(0.60, 0.20)))
+    monkeypatch.setattr(programs, "drawn", displaced(jug=(0.38, 0.30), cup=(0.60, 0.20)))
     outcome = run_plan(scenario, scene_of(scenario), front[-1], choice="preference")
     assert outcome.run.completed, outcome.run.reason
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]

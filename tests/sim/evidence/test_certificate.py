@@ -101,7 +101,7 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
     [
         ({"text": "not toml"}, "the scenario in the log cannot be used: .*not TOML"),
         ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log cannot be used"),
-        ({"setting": {"noise_mm": 1000.0}}, "the setting in the log cannot be used: a noise of 1000 mm"),
+        ({"setting": {"perturbation": "noise=1000"}}, "the setting in the log cannot be used: noise: 1000 is not"),
         ({"joints": {}}, "its joints are not those of its scenario"),
         ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "its joints are not those of its scenario"),
         ({"controls": np.zeros((3, 6), int)}, "controls has 6 columns, its scenario 8"),

@@ -76,7 +76,10 @@ def test_what_noise_decides_is_as_the_log_says_and_nothing_else(
     qpos = arch_log.qpos.copy()
     qpos[:, first + 2] = half * (np.cos(angle) + np.sin(angle))
     qpos[:, first + 3 : first + 7] = [np.cos(angle / 2), np.sin(angle / 2), 0, 0]
-    leaning = telling(replace(arch_log, qpos=qpos), setting=arch_log.about.setting | {"noise_mm": noise})
+    leaning = telling(
+        replace(arch_log, qpos=qpos),
+        setting=arch_log.about.setting | {"perturbation": f"position=5,angle=5,noise={noise}"},
+    )
     told = {*arch_log.about.actions[0].label}
     place = next(name for name in told if name.startswith("green_"))
     found = set()

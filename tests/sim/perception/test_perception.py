@@ -7,7 +7,6 @@ import pytest
 
 from sim.execution.faults.blind import DropoutSensor
 from sim.perception.sensors import (
-    BiasedSensor,
     ExactSensor,
     NoisySensor,
     ObservationTimeoutError,
@@ -26,7 +25,7 @@ def test_an_exact_sensor_sees_what_is_and_a_noisy_one_repeats_itself_by_seed(sce
     assert exact and first and again and other
     assert np.array_equal(exact.position, true.position) and exact.yaw == true.yaw
     assert np.array_equal(first.position, again.position) and not np.array_equal(first.position, other.position)
-    biased = BiasedSensor(ExactSensor(), bias=np.array([0.001, 0.0, -0.002])).observe(scene, data, "pink")
+    biased = NoisySensor(0.0, seed=0, bias=np.array([0.001, 0.0, -0.002])).observe(scene, data, "pink")
     assert biased and np.allclose(biased.position - true.position, [0.001, 0.0, -0.002]) and biased.yaw == true.yaw
 
 

@@ -11,7 +11,7 @@ from small_models import TOWER
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from sim.perception.grounding import slot_of
-from sim.perception.sensors import BiasedSensor, NoisySensor, ObjectPose, object_pose, true_poses
+from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_poses
 from sim.perception.touch import HOLD_FORCE_N
 from sim.robots.arms.panda import PANDA
 from sim.simulation.workcell import Workcell
@@ -117,7 +117,7 @@ def test_a_payload_far_from_the_base_is_lifted_and_put_back_within_the_torques_o
 def test_an_object_touches_down_gently(at: tuple[float, float], mass: float, too_high: float) -> None:
     scene, sensor = scene_with_cube(at, mass), None
     if too_high:
-        sensor = BiasedSensor(NoisySensor(0.0015, seed=1), bias=np.array([0.0, 0.0, too_high]))
+        sensor = NoisySensor(0.0015, seed=1, bias=np.array([0.0, 0.0, too_high]))
     cell = Workcell(scene, initial_state(scene), sensor=sensor)
     for action in ("transit far", "grasp cube", "release cube far"):
         perform(cell, action)
