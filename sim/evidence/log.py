@@ -10,7 +10,7 @@ import functools
 import io
 import json
 import platform
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -204,21 +204,18 @@ def read_log(path: str | Path) -> Log:
 
 def _about(path: str | Path, data: np.ndarray) -> About:
     try:
-        about = {"files": {}} | json.loads(data.tobytes())
-        if about["format"] != FORMAT:
-            raise LogError(f"{path}: a log of format {about['format']!r}; this version of prefplan reads {FORMAT}")
-        about = TypeAdapter(About).validate_python({field.name: about[field.name] for field in fields(About)})
-    except KeyError as error:
-        raise LogError(f"{path}: broken: about.{error.args[0]} is missing") from None
+        about = json.loads(data.tobytes())
+        if (found := about.get("format")) != FORMAT:
+            raise LogError(f"{path}: a log of format {found!r}; this version of prefplan reads {FORMAT}")
+        return TypeAdapter(About).validate_python(about)
     except ValidationError as error:
         problem = error.errors()[0]
         where = ".".join(str(part) for part in problem["loc"])
         raise LogError(f"{path}: broken: about.{where}: {problem['msg'].lower()}") from None
     except (MemoryError, RecursionError):
         raise LogError(f"{path}: broken: it claims to be larger than the memory, or is nested too deep") from None
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, AttributeError):
         raise LogError(f"{path}: broken: about is not the JSON it should be") from None
-    return about
 
 
 def pack(rows: np.ndarray, *, scale: int = 1) -> np.ndarray:

@@ -130,17 +130,8 @@ def measure_all(
     scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1, skills: Mapping[str, Skill] = SKILLS
 ) -> Iterator[Measurement | Failure]:
     """Measure the actions of `trials` in `jobs` processes (1: this process), and yield results as they are finished."""
-    items = list(wanted.items())
-    batches = [items[first : first + BATCH] for first in range(0, len(items), BATCH)]
-    work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
-    for results in work(delayed(_measure_batch)(scene, batch, skills) for batch in batches):
-        yield from results
-
-
-def _measure_batch(
-    scene: Scene, batch: Sequence[tuple[Pair, Sequence[Trial]]], skills: Mapping[str, Skill]
-) -> list[Measurement | Failure]:
-    return [measure(scene, pair, samples, skills) for pair, samples in batch]
+    work = Parallel(n_jobs=jobs, batch_size=BATCH, return_as="generator_unordered")
+    yield from work(delayed(measure)(scene, pair, samples, skills) for pair, samples in wanted.items())
 
 
 def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -> Effort:
@@ -209,11 +200,7 @@ def _check_effect(cell: Workcell, action: Action) -> None:
 
 
 def _sample(turns: Mapping[str, np.ndarray]) -> list[tuple[int, str]]:
-    """Return a sample of a pair's edges, from the first to the last, each with its object.
-
-    Args:
-        turns: the edges to sample for each object.
-    """
+    """Return a sample of a pair's edges, given by object, from the first to the last, each with its object."""
     count = len(turns) * max(1, round(SAMPLES / len(turns)))
     chosen = []
     for turn, share in enumerate(np.linspace(0, 1, count)):

@@ -54,8 +54,15 @@ class ContactMonitor:
             self.handled, self.pressed = obj, -np.inf
 
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
-        """Update the pad forces from the latest simulated state; return the unwanted contacts as `touches` does."""
-        presses, touches = self._sort(data)
+        """Update the pad forces from the latest simulated state, and return the unwanted contacts.
+
+        Each has the names of two bodies: one of the robot or the object aloft, and what it touches.
+        """
+        pairs = data.contact.geom
+        # The pairs seldom change between steps.
+        if (seen := pairs.tobytes()) != self._sorted_pairs:
+            self._sorted_pairs, self._sorted = seen, self._sorted_by_role(pairs)
+        presses, touches = self._sorted
         pressed = [0.0] * len(self._pads)
         if presses:
             forces, rows = data.efc_force, data.contact.efc_address
@@ -67,23 +74,8 @@ class ContactMonitor:
         self.pad_forces = np.array(pressed)
         return touches
 
-    def touches(self, data: mujoco.MjData) -> list[tuple[str, str]]:
-        """Return the unwanted contacts.
-
-        Returns:
-            Names of bodies: one of the robot or the object aloft, and what it touches.
-        """
-        return self._sort(data)[1]
-
-    def _sort(self, data: mujoco.MjData) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
-        """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted contacts."""
-        pairs = data.contact.geom
-        # The pairs seldom change between steps.
-        if (seen := pairs.tobytes()) != self._sorted_pairs:
-            self._sorted_pairs, self._sorted = seen, self._sorted_by_role(pairs)
-        return self._sorted
-
     def _sorted_by_role(self, pairs: np.ndarray) -> tuple[list[tuple[int, int]], list[tuple[str, str]]]:
+        """Return (pad, contact) for every contact of a pad with the handled object, and the unwanted contacts."""
         roles = self._roles
         presses, touches = [], []
         for i, (a, b) in enumerate(pairs.tolist()):

@@ -109,16 +109,14 @@ class CollisionChecker:
     ) -> frozenset[tuple[str, str]]:
         """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
-        Args:
-            q: joint angles to check.
-            width: between the pads, m; None for the last one.
-            clearance: bodies nearer than this count as in collision, m.
+        Bodies nearer than a clearance, m, count; a width between the pads, m, stays for the next checks.
         """
         if width is not None:
             self._data.qpos[self._widths] = self._robot.gripper.positions(width)
         self._keep(clearance)
         self._place(q)
-        return self._named(clearance)
+        body, names = self._model.geom_bodyid, self._names
+        return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._data.contact.geom))
 
     def distances(self, q: np.ndarray, *, within: float) -> dict[tuple[str, str], float]:
         """Return the distances of bodies of the robot or its load from others, as far as they are within one, m."""
@@ -167,15 +165,13 @@ class CollisionChecker:
         if the arm comes nearer, comes back after leaving it, or never leaves it. What the load comes to rest on or
         beside at the end of the path counts only where the load is nearer to it than at the end.
 
-        Args:
-            path: joint angles, rad or m, interpolated linearly between rows.
-            clearance: bodies nearer than this count as in collision, m.
+        Bodies nearer than a clearance, m, count as in collision. Between rows, the path is linear.
         """
         self._keep(clearance)
         self._place(path[-1])
         carriers = Carriers.found(self._is_load, self._data, clearance=clearance, without=self._is_robot)
         self._place(path[0])
-        near = self._met(clearance, carriers)
+        near = self._met(carriers)
         least = self._nearest(near) - MAX_NEARING_M
         # No point moves farther than by the sum of the joints' turns times their levers.
         moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ self.levers))
@@ -183,7 +179,7 @@ class CollisionChecker:
         aheads = np.linspace(0, moved[-1], checks + 1)[1:]
         for q in np.column_stack([np.interp(aheads, moved, joint) for joint in path.T]):
             self._place(q)
-            met = self._met(clearance, carriers)
+            met = self._met(carriers)
             near &= met
             if met - near:
                 return self._owners(met - near)
@@ -212,10 +208,6 @@ class CollisionChecker:
 
     def _place(self, q: np.ndarray) -> None:
         """Move the robot and its load, and find the contacts."""
-        self._move(q)
-        mujoco.mj_collision(self._model, self._data)
-
-    def _move(self, q: np.ndarray) -> None:
         self._data.qpos[self._arm] = q
         mujoco.mj_kinematics(self._model, self._data)
         if self._load >= 0:
@@ -223,6 +215,7 @@ class CollisionChecker:
             obj, offset, rotation = self._in_hand
             self._put(obj, self._tool.xpos + turn @ offset, turn @ rotation)
             mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_collision(self._model, self._data)
 
     def _put(self, obj: str, position: np.ndarray, rotation: np.ndarray) -> None:
         pose = self._object_poses[obj]
@@ -246,27 +239,15 @@ class CollisionChecker:
             self._known[question] = frozenset(map(tuple, ordered.tolist()))
         return self._known[question]
 
-    def _named(self, clearance: float) -> frozenset[tuple[str, str]]:
-        """Return the names of the pairs of bodies within a clearance, m."""
-        body, names = self._model.geom_bodyid, self._names
-        return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._near(clearance)))
-
-    def _met(self, clearance: float, carriers: Carriers) -> frozenset[int]:
-        """Return the geoms within a clearance of those that move, m; without what may touch the load."""
-        return frozenset(other for _, other in self._pairs(self._near(clearance, carriers)))
+    def _met(self, carriers: Carriers) -> frozenset[int]:
+        """Return the geoms within the clearance of those that move, without what may touch the load."""
+        geoms = self._data.contact.geom
+        if carriers.least:
+            geoms = geoms[~carriers.touching(self._data)]
+        return frozenset(other for _, other in self._pairs(geoms))
 
     def _owners(self, geoms: Iterable[int]) -> frozenset[str]:
         return frozenset(self._names[self._model.geom_bodyid[geom]] for geom in geoms)
-
-    def _near(self, clearance: float, carriers: Carriers | None = None) -> np.ndarray:
-        """Return the pairs of geoms within a clearance, m, except for the load and what may touch it: (N, 2)."""
-        contact, geoms = self._data.contact, self._data.contact.geom
-        near = []
-        if clearance < self._clearance:
-            near.append(contact.dist < contact.includemargin * (clearance / self._clearance))
-        if carriers is not None and carriers.least:
-            near.append(~carriers.touching(self._data))
-        return np.asarray(geoms[np.logical_and.reduce(near)] if near else geoms)
 
     def _nearest(self, others: Collection[int]) -> float:
         """Return the least distance in a contact with one of these geoms, m; infinite if there is none."""
