@@ -46,13 +46,8 @@ class AskedArm:
 def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do, where that can be known.
 
-    It is returned as it is if it is no manipulation scenario or says that it is abstract. If the simulation is not
-    installed, that is said on stderr.
-
-    Args:
-        scenario: the scenario.
-        abstract: whether plans may need what no arm can do, whatever the scenario says.
-        quiet: whether not to say what is not installed.
+    It is returned as it is if it is no manipulation scenario or says that it is abstract, which `abstract` lets it say.
+    If the simulation is not installed, that is said on stderr, unless `quiet`.
     """
     if not isinstance(scenario.model, pp.ManipulationModel) or scenario.model.abstract:
         return scenario
@@ -68,12 +63,9 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False
 
 
 def asking_in(scenario: pp.Scenario, scene: Scene | None, *, robot: str | None = None) -> pp.Scenario:
-    """Return a scenario whose plans need only what the arm can do in a scene, also if it says that it is abstract.
+    """Return a scenario whose plans need only what the arm can do in its scene, also if it says that it is abstract.
 
-    Args:
-        scenario: the scenario.
-        scene: its scene with that robot; None to build it.
-        robot: name of the robot that the user wanted; None for the scenario's.
+    The scene is built if it is None, with a robot by name or, if that is None, the scenario's.
     """
     from sim.capability.answers import Capability
 

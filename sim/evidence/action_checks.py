@@ -68,14 +68,7 @@ def check_hand(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
 
 
 def _objection_to_hand(world: RecordedWorld, action: Action, over: set[str], label: Label) -> str | None:
-    """Return why a grasp or a release cannot follow the actions before it, or None.
-
-    Args:
-        world: of the log.
-        action: the grasp or release.
-        over: where the hand may be.
-        label: what the frames show before it.
-    """
+    """Return which move a grasp or a release lacks, before which the frames show a label, in words, or None."""
     obj, places = action.obj, world.scene.slots.keys()
     needed = action.location or next((place for place in places if at(obj, place) in label), None)
     if needed is None:  # the object is off every location, or not in the scenario

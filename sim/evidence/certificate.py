@@ -158,11 +158,7 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
 
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
-    """Simulate the commands again, after which the world has the forces on the pads.
-
-    Returns:
-        Checks of what the simulation shows, and whether every digit is equal.
-    """
+    """Simulate the commands again; return checks of what that shows, and whether every digit is equal."""
     touches = Touches(log, world)
     again = resimulate(log, world, touches)
     forces = again.arrays["pad_forces"]

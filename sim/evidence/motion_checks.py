@@ -36,12 +36,7 @@ def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]
     Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
     and torque rates are differences between two steps of the simulation, except where MuJoCo misses a contact
     (`sim.simulation.recorder.missed_contacts`). Jerks are those of the commanded trajectory, to which a manufacturer's
-    limit applies: measured jerks show every contact.
-
-    Args:
-        log: of the run.
-        world: rebuilt from it.
-        loads: (frames, n) by their names in `sim.simulation.run.Run`.
+    limit applies: measured jerks show every contact. Loads are (T, n), by their names in `sim.simulation.run.Run`.
     """
     robot = world.robot
     low, high = robot.ranges(world.mujoco).T

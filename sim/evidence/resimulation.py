@@ -85,10 +85,7 @@ class Resimulation:
 def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation:
     """Compare a log with a simulation of its commands, see above.
 
-    Args:
-        log: of the run.
-        world: rebuilt from it.
-        touches: looks at every frame, and at the end of every control period.
+    Contacts are looked for in every frame, and at the end of every control period.
     """
     here, there = versions(), log.about.versions
     other = [

@@ -44,12 +44,9 @@ class Touches:
         self._of_load: list[tuple[float, str, str, int, int]] = []
 
     def look(self, data: mujoco.MjData, frame: int, *, recorded: bool) -> None:
-        """Add the contacts in a state.
+        """Add the contacts in a simulated state, at or after a frame, by its number.
 
-        Args:
-            data: a simulated state, after a step.
-            frame: number of the frame at or before it.
-            recorded: whether it is that frame; then contacts between the robot's own links count, too.
+        In a state that is `recorded`, as that frame, contacts between the robot's own links count, too.
         """
         self.checked += 1
         time = float(data.time)
@@ -109,11 +106,8 @@ class Touches:
 def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]], shapes: str) -> Check:
     """Check that nothing unwanted was touched, neither in the log's own words nor when it was simulated again.
 
-    Args:
-        log: of the run.
-        touches: found when it was simulated again.
-        moved: times, s, and objects of the faults that the states show; such an object may then touch anything.
-        shapes: which shapes the arm has, in words.
+    An object may touch anything for a while after a fault that the states show has moved it; `moved` has these faults'
+    times, s, and objects. The arm's shapes are given in words.
     """
     events = (event for event in log.about.events if event.kind == "contact")
     told = [(event.time, str(event.detail.get("moving")), str(event.detail.get("other"))) for event in events]

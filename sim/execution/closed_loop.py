@@ -114,13 +114,7 @@ class ClosedLoop:
         raise _GivenUp(surprise)
 
     def _replan(self) -> None:
-        """Ground the current state in an observation, and follow the best plan from there.
-
-        If the rest of the plan is not affected, it is kept.
-
-        Raises:
-            _GivenUp: there is no plan, or `MAX_REPLANS` is exceeded.
-        """
+        """Ground the current state in an observation, and follow the best plan from there, or the old one."""
         run, surprise = self.execution, self.execution.reason or ""
         if run.lost_sensor:
             raise _GivenUp(surprise)
@@ -163,12 +157,7 @@ class ClosedLoop:
         return self.execution.scene.model.transition_system().without(self._failures.barred)
 
     def _plan_on(self, surprise: str, system: System) -> tuple[str, System]:
-        """Plan from the current state in a model; return the reason for the new plan, and the model in which it is.
-
-        Raises:
-            PrefplanError: no plan can be made.
-            _GivenUp: no task can be done any more.
-        """
+        """Plan from the current state in a model; return the reason for the new plan, and the model in which it is."""
         past, labels = self._past(), self._labels
         kept = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
         problem = self._failures.with_detours(kept, labels)
@@ -201,11 +190,7 @@ class ClosedLoop:
             return False
 
     def _trace(self, system: System, state: Any, actions: Sequence[str]) -> list[tuple[Label, Number]]:
-        """Return the tasks' propositions before each action with its cost, and those at the end with 0.
-
-        Raises:
-            ModelError: an action is not applicable.
-        """
+        """Return the tasks' propositions before each action with its cost, and those at the end with 0."""
         trace = []
         for action in actions:
             label = system.label(state) & self._problem.task_propositions
@@ -240,11 +225,7 @@ class ClosedLoop:
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.execution.lost.items())])
 
     def _leave_tasks_out(self, why: str, past: replanning.Past, system: System) -> None:
-        """Continue with those tasks alone that can be done without making one of the others impossible for good.
-
-        Raises:
-            _GivenUp: there are none, or they need no further action.
-        """
+        """Continue with those tasks alone that can be done without making one of the others impossible for good."""
         goal = self._goal
         found = replanning.achievable(goal, past, system)
         if found is None:
@@ -264,10 +245,7 @@ class ClosedLoop:
         self._shortfalls.append("; ".join([why, *words]))
 
     def _what_could_be(self, problem: Problem, plan: Plan, spoils: Sequence[str]) -> list[str]:
-        """Return in words which tasks a plan would satisfy or skip, and which others it would make impossible.
-
-        Tasks that are satisfied already are left out; an empty list if all are.
-        """
+        """Return in words which more tasks a plan would satisfy or skip, and which others it would make impossible."""
         done = ledger_of(self._problem, self.plan, self.execution.steps).satisfied
         skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
         ahead = [name for name in problem.names if done[name] is None]

@@ -42,13 +42,7 @@ class Failures:
         return bool(self.barred or self._detours)
 
     def record(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> None:
-        """Record the last action of an execution as failed; it is barred if it was blocked, or failed repeatedly.
-
-        Args:
-            run: the execution.
-            problem: the problem that is executed.
-            before: the observed states up to that action.
-        """
+        """Record the last action as failed, after some states; it is barred if it was blocked or failed repeatedly."""
         action, state = run.steps[-1].action, run.steps[-1].observed
         self._attempts[action, state] += 1
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS

@@ -102,13 +102,7 @@ def reground(
 
 
 def spots_in(actions: Sequence[str], scene: Scene, state: ManipulationState) -> dict[str, dict[str, object]]:
-    """Return the temporary locations that actions name, each with its `object` and where it is `at`: (x, y), m.
-
-    Args:
-        actions: of the scene's model.
-        scene: as it is observed.
-        state: observed.
-    """
+    """Return the temporary locations that actions name, each with its `object` and where it is `at`: (x, y), m."""
     named = {scene.model.action(action).location for action in actions} & scene.temporary
     return {
         place: {"object": obj, "at": [round(float(x), 3) for x in scene.slots[place][0].position[:2]]}
@@ -125,10 +119,7 @@ def _obstructed(
     names: Mapping[str, str],
     lost: Mapping[str, str],
 ) -> Location:
-    """Return a location with the locations that must be empty before an object is released there.
-
-    It is closed if the arm cannot grasp an object that obstructs it.
-    """
+    """Return a location with those that must be empty before a release there; it is closed if one can never be."""
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, slot, poses[obj]) for obj in own)]
     blocking = [

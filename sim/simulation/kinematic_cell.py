@@ -39,12 +39,7 @@ class KinematicCell(Workcell):
         self._foreseen: tuple[str | None] | None = None
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
-        """Set a state of the same MuJoCo model with the arm at rest.
-
-        Args:
-            scene: a scene with the objects that are present.
-            qpos: (nq,) positions of all joints.
-        """
+        """Set (nq,) positions, with the arm at rest, in a scene of the same MuJoCo model with the objects present."""
         self.scene, self._in_hand, self._foreseen = scene, None, None
         self.touch(None)
         self.contacts.pressed = -np.inf
