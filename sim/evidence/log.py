@@ -227,11 +227,7 @@ def pack(rows: np.ndarray, *, scale: int = 1) -> np.ndarray:
     """
     columns = np.rint(rows * scale).astype(np.int64).T
     zeros = np.zeros((*columns.shape[:-1], ORDER), dtype=np.int64)
-    differences = np.diff(columns, n=ORDER, axis=-1, prepend=zeros)
-    most = int(np.abs(differences).max(initial=0))
-    return differences.astype(
-        next(kind for kind in (np.int8, np.int16, np.int32, np.int64) if most <= np.iinfo(kind).max)
-    )
+    return np.diff(columns, n=ORDER, axis=-1, prepend=zeros)
 
 
 def unpack(columns: np.ndarray, *, scale: int = 1) -> np.ndarray:

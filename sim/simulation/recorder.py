@@ -26,9 +26,6 @@ MISSED_STEPS, RECOVERY_STEPS = 2, 3
 """Greatest number of steps for which MuJoCo misses a contact, mostly of a cylinder with a pad, and number of steps that
 the arm then needs to recover."""
 
-FIRST_ROWS = 2**15
-"""Number of steps for which memory is reserved at first: 65 s. Memory that is not written to costs nothing."""
-
 TORQUE_CUTOFF_HZ = 100.0
 """Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
 a contact that the simulation misses for a single step counts as a jump of the torque."""
@@ -50,10 +47,9 @@ class Recorder:
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
         self._frames: list[dict[str, Any]] = []
         self._felt: list[int] = []
-        # Loads at every step; more rows than steps, doubled when they are full.
-        self._speeds, self._torques = np.empty((2, FIRST_ROWS, model.nv))
+        # Loads of all joints at every step.
+        self._speeds, self._torques = list[np.ndarray](), list[np.ndarray]()
         self._constraints, self._lopsided = list[int](), list[int]()
-        self._samples = 0
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
         self._interventions: list[np.ndarray] = []
@@ -80,22 +76,16 @@ class Recorder:
 
     def feel(self, data: mujoco.MjData) -> bool:
         """Record the loads of a step that was just simulated; return whether a frame is due."""
-        row = self._samples
-        if row == len(self._speeds):
-            self._speeds, self._torques = (
-                np.concatenate([rows, np.empty_like(rows)]) for rows in (self._speeds, self._torques)
-            )
-        # Copying all joints takes a quarter of the time of selecting the arm's.
-        self._speeds[row] = data.qvel
-        self._torques[row] = data.qfrc_actuator
+        torques = data.qfrc_actuator.copy()
         if self._cup is not None:
-            self._torques[row] -= self._pull(data, self._cup)
+            torques -= self._pull(data, self._cup)
+        self._speeds.append(data.qvel.copy())
+        self._torques.append(torques)
         if data.nefc < max(self._constraints[-MISSED_STEPS:], default=0):
             touching = len(self._pads.keys() & set(data.contact.geom.ravel().tolist()))
             if 0 < touching < len(self._pads):
-                self._lopsided.append(row)
+                self._lopsided.append(len(self._constraints))
         self._constraints.append(data.nefc)
-        self._samples = row + 1
         return bool(data.time >= self._due)
 
     def _pull(self, data: mujoco.MjData, cup: int) -> np.ndarray:
@@ -116,16 +106,16 @@ class Recorder:
             "pad_forces": self._press(data),
         }
         self._frames.append(frame)
-        self._felt.append(self._samples)
+        self._felt.append(len(self._speeds))
         self._due = (len(self._frames) - 1e-6) / FRAME_RATE_HZ
 
     @property
     def effort(self) -> Effort:
         """Effort of the arm so far."""
-        speeds, torques = self._of_arm(self._speeds, self._summed), self._of_arm(self._torques, self._summed)
+        speeds, torques = (self._of_arm(rows[self._summed :]) for rows in (self._speeds, self._torques))
         travel, energy = (self._period * float(np.abs(rates).sum()) for rates in (speeds, speeds * torques))
         self._effort += Effort(self._period * len(speeds), travel, energy)
-        self._summed = self._samples
+        self._summed += len(speeds)
         return self._effort
 
     @property
@@ -147,9 +137,9 @@ class Recorder:
         arrays["interventions"] = np.array(self._interventions).reshape(-1, 1 + len(self._left))
         return arrays
 
-    def _of_arm(self, rows: np.ndarray, first: int = 0) -> np.ndarray:
-        """Return the (K, n) values of the arm's joints from those of all joints, from step `first` on."""
-        return rows[first : self._samples, self._dofs]
+    def _of_arm(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the (K, n) values of the arm's joints from those of all joints, at K steps."""
+        return np.array(rows).reshape(len(rows), self._model.nv)[:, self._dofs]
 
     def _references(self, commands: np.ndarray) -> np.ndarray:
         """Return the (S, n) references of which the commands of the arm's joints were made, rad or m.
