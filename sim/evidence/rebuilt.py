@@ -67,8 +67,8 @@ def _decoded(
         return replace(scenario, model=model)
 
 
-def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
-    """Return the scene of a log in a scenario, and whether the arm has meshes here.
+def built(scenario: Scenario, about: About) -> Scene:
+    """Return the scene of a log in a scenario, even if no robot could work in it: what it did there, the frames show.
 
     Joints that are neither the robot's nor an object's belong to objects that faults added.
     """
@@ -84,18 +84,10 @@ def built(scenario: Scenario, about: About) -> tuple[Scene, bool]:
     objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
     spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
     with refusing("the scenario in the log cannot be used"):
-        scene = _scene(model, other, spares, meshes=None)
-        if scene.has_meshes and not about.meshes:
-            return _scene(model, other, spares, meshes=False), True
-        return scene, scene.has_meshes
-
-
-def _scene(model: ManipulationModel, robot: str | None, spares: int, *, meshes: bool | None) -> Scene:
-    """Return the scene of a model, even if no robot could work in it: what it did there, the frames show."""
-    try:
-        return shared_scene(model, robot=robot, spares=spares, meshes=meshes)
-    except SimulationError:
-        return shared_scene(model, robot=robot, spares=spares, meshes=meshes, judged=False)
+        try:
+            return shared_scene(model, robot=other, spares=spares)
+        except SimulationError:
+            return shared_scene(model, robot=other, spares=spares, judged=False)
 
 
 def words_for(scene: Scene) -> str:

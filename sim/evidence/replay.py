@@ -71,8 +71,8 @@ class RecordedWorld:
         about = log.about
         self._log = log
         self.scenario = scenario or described(about)
-        scene, here = built(self.scenario, about)
-        self.other_shapes, self.arm_shapes = here != about.meshes, words_for(scene)
+        scene = built(self.scenario, about)
+        self.other_shapes, self.arm_shapes = scene.has_meshes != about.meshes, words_for(scene)
         self.scene, self.start, self.noise, self.bias = perturbed_as_said(scene, about)
         self.model, self.mujoco, self.robot = self.scene.model, self.scene.mujoco, self.scene.robot
         self.objects = (*(obj.name for obj in self.model.objects), *self.scene.spares)

@@ -171,16 +171,9 @@ def build_scene(
     return scene
 
 
-def shared_scene(
-    model: ManipulationModel,
-    *,
-    robot: str | None = None,
-    spares: int = 0,
-    meshes: bool | None = None,
-    judged: bool = True,
-) -> Scene:
+def shared_scene(model: ManipulationModel, *, robot: str | None = None, spares: int = 0, judged: bool = True) -> Scene:
     """Return the scene of a model as `build_scene` does, built once for all runs in it and the checks of their logs."""
-    return _shared_scene(_ById(model), robot, spares, meshes, judged)
+    return _shared_scene(_ById(model), robot, spares, judged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,8 +190,8 @@ class _ById:
 
 
 @functools.lru_cache(maxsize=4)
-def _shared_scene(known: _ById, robot: str | None, spares: int, meshes: bool | None, judged: bool) -> Scene:
-    return build_scene(known.model, robot=robot, spares=spares, meshes=meshes, judged=judged)
+def _shared_scene(known: _ById, robot: str | None, spares: int, judged: bool) -> Scene:
+    return build_scene(known.model, robot=robot, spares=spares, judged=judged)
 
 
 def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[Station]) -> list[mujoco.MjsBody]:
