@@ -159,8 +159,10 @@ def show_outcome(console: Console, outcome: Outcome) -> None:
         verdict = "wrongly called completed" if run.completed else "stopped"
         console.print(f"{name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
-    for line in _surprises(outcome):
+    for line in news_of((event for event in run.events if event.kind != "ended"), plan.display):
         console.print(f"  {line}", markup=False)
+    if outcome.faults:
+        console.print(f"  seed of the faults {outcome.seed or 0}")
     for task, cost in outcome.task_costs.items():
         shown = plan.display.task(task)
         if task in outcome.ledger.final.satisfied:
@@ -183,14 +185,6 @@ def show_outcome(console: Console, outcome: Outcome) -> None:
         console.print(f"  log: {outcome.proof.path}", markup=False)
     if outcome.certificate:
         console.print(f"  {in_a_line(outcome.certificate)}")
-
-
-def _surprises(outcome: Outcome) -> list[str]:
-    """Return a line for every fault and every event to show."""
-    lines = news_of((event for event in outcome.run.events if event.kind != "ended"), outcome.plan.display)
-    if outcome.faults:
-        lines.append(f"seed of the faults {outcome.seed or 0}")
-    return lines
 
 
 def news_of(events: Iterable[Event], display: DisplayNames) -> list[str]:

@@ -14,11 +14,9 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import location_of, pose
 from prefplan.models.manipulation.symbolic import holding
+from sim.evidence.action_checks import ANSWERS
 from sim.evidence.log import Log, measured_costs
 from sim.evidence.replay import RecordedWorld
-
-SURPRISES = ("retry", "replan", "unaffected")
-"""Kinds of events after which a run continues from observed positions."""
 
 
 def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
@@ -30,7 +28,7 @@ def check_action_costs(log: Log, world: RecordedWorld, trace: Sequence[Label]) -
     """
     model, hand, state = world.model, world.model.start, world.model.initial_state
     table = {(kind, before, after): exact(cost) for kind, before, after, cost in measured_costs(model.costs)}
-    surprised = min((event.time for event in log.about.events if event.kind in SURPRISES), default=math.inf)
+    surprised = min((event.time for event in log.about.events if event.kind in ANSWERS), default=math.inf)
     for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
         operator = model.operator(symbolic.kind)
         goal = symbolic.location if operator.travels else hand
