@@ -67,7 +67,7 @@ def run(
     path = (out or Path("out", loaded.name)) / (plan if isinstance(plan, str) else f"plan_{plan}")
     conditions: Conditions = {
         "seed": seed,
-        "perturbation": simulation.perturbation_of(perturb, seed=seed, noise=noise),
+        "perturbation": simulation.perturbation_of(perturb, seed=seed),
         "faults": simulation.faults_of(faults, loaded),
         "choice": continuation(plan, max_preference),
     }
