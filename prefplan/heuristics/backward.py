@@ -12,18 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.heuristics.backward_dijkstra import (
-    Incoming,
-    Readings,
-    dijkstra,
-    incoming_edges,
-    incoming_shortcuts,
-    readings_of,
-)
+from prefplan.heuristics.backward_dijkstra import Incoming, dijkstra, incoming_edges, readings_of
 from prefplan.heuristics.sweep import MOST, never_lose, stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.models.kernels import INFINITE
-from prefplan.product.contraction import Graph, active_nodes
+from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product
 
 WATCHED_ENTRIES = 100_000
@@ -46,44 +39,8 @@ class Backward:
         """Take the product, and the graph that it is searched over; `sweep` as in `Options`."""
         self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
         self._product, self._graph = product, graph
-        self._reversed: dict[tuple[int, ...], tuple[Incoming, Readings]] = {}
         self.stages = stages_of(product, graph) if sweep else None
         self.is_swept = self.stages is not None and never_lose(product)
-
-    def fill(
-        self, table: np.ndarray, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0
-    ) -> None:
-        """Fill a table with the least weighted cost until all of some tasks are satisfied or dropped.
-
-        With unequal weights, sweeping gives a lower bound (`sweep`).
-
-        Args:
-            table: (S * Q_1 * ... * Q_k,), indexed node + S * (q_1 + Q_1 * (q_2 + ...)), of a type in `MOST`, which says
-                what stands for no path.
-            tasks: (k,) which tasks.
-            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied; None for
-                ones.
-            shift: low bits that are left out of costs.
-
-        Raises:
-            LimitError: a limit was reached.
-        """
-        if factors is None:
-            factors = np.ones(2 ** len(tasks), dtype=np.int64)
-        if self.stages is not None and self.is_swept:
-            _run(sweep(self.stages, tasks, factors, table, shift=shift), len(table))
-            return
-        check_limits(8 * len(table))
-        edges, readings = self._reverse(tuple(tasks))
-        costs = np.full((len(readings.finished), self.nodes), INFINITE)
-        costs[readings.finished] = 0
-        ends = np.flatnonzero((costs == 0) & (np.diff(edges.offsets) > 0))[::-1].copy()
-        edges = edges._replace(costs=edges.costs >> shift)
-        weights = factors[readings.satisfied]
-        fill = partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel())
-        _run(fill, len(table))
-        none = MOST[table.dtype]
-        table[:] = np.where(costs < INFINITE, np.minimum(costs, none - 1), none).ravel()
 
     def cost_to_go(
         self,
@@ -93,12 +50,40 @@ class Backward:
         shift: int = 0,
         dtype: type[np.signedinteger[Any]] = np.int64,
     ) -> np.ndarray:
-        """Return the table (S * Q_1 * ... * Q_k,) that `fill` fills, of a type in `MOST`."""
-        entries = self.entries_of(tasks)
+        """Return a table of the least weighted cost until all of some tasks are satisfied or dropped.
+
+        With unequal weights, sweeping gives a lower bound (`sweep`).
+
+        Args:
+            tasks: (k,) which tasks.
+            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied; None for
+                ones.
+            shift: low bits that are left out of costs.
+            dtype: of the table, one in `MOST`, which says what stands for no path.
+
+        Returns:
+            (S * Q_1 * ... * Q_k,), indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
+
+        Raises:
+            LimitError: a limit was reached.
+        """
+        entries, none = self.entries_of(tasks), MOST[np.dtype(dtype)]
+        if factors is None:
+            factors = np.ones(2 ** len(tasks), dtype=np.int64)
         check_limits(np.dtype(dtype).itemsize * entries)
-        table: np.ndarray = np.empty(entries, dtype=dtype)
-        self.fill(table, tasks, factors, shift=shift)
-        return table
+        if self.stages is not None and self.is_swept:
+            table = np.empty(entries, dtype=dtype)
+            _run(sweep(self.stages, tasks, factors, table, shift=shift), entries)
+            return table
+        check_limits(8 * entries)
+        readings, edges = readings_of(self._product, tasks), self._incoming
+        costs = np.full((len(readings.finished), self.nodes), INFINITE)
+        costs[readings.finished] = 0
+        ends = np.flatnonzero((costs == 0) & (np.diff(edges.offsets) > 0))[::-1].copy()
+        edges = edges._replace(costs=edges.costs >> shift)
+        weights = factors[readings.satisfied]
+        _run(partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel()), entries)
+        return np.where(costs < INFINITE, np.minimum(costs, none - 1), none).astype(dtype).ravel()
 
     def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
         """Return the same as int32, UNREACHABLE where there is no path, of costs that do not count actions."""
@@ -111,19 +96,6 @@ class Backward:
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""
         return self.nodes * math.prod(int(self.sizes[i]) for i in tasks)
-
-    def _reverse(self, tasks: tuple[int, ...]) -> tuple[Incoming, Readings]:
-        """Return the edges and the steps of automata that tables of some tasks are filled along."""
-        if tasks not in self._reversed:
-            edges = self._incoming
-            if self._graph.contracted:
-                edges = incoming_shortcuts(self._graph, np.logical_or.reduce(self._active[list(tasks)], axis=0))
-            self._reversed[tasks] = edges, readings_of(self._product, tasks)
-        return self._reversed[tasks]
-
-    @cached_property
-    def _active(self) -> np.ndarray:
-        return active_nodes(self._product, self._graph)
 
     @cached_property
     def _incoming(self) -> Incoming:

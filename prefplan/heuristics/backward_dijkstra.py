@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import INFINITE, NO_EDGE, kernel
-from prefplan.product.contraction import Graph, all_pairs_costs
+from prefplan.models.kernels import INFINITE, kernel
+from prefplan.product.contraction import Graph
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
 
@@ -27,15 +27,6 @@ def incoming_edges(graph: Graph) -> Incoming:
     order = np.argsort(graph.targets, kind="stable")
     offsets = np.searchsorted(graph.targets[order], np.arange(graph.size + 1)).astype(np.int64)
     return Incoming(offsets, source[order], graph.costs[order])
-
-
-def incoming_shortcuts(graph: Graph, matters: np.ndarray) -> Incoming:
-    """Return the edges of a contracted graph by target, only to nodes (S,) bool whose label matters."""
-    near = all_pairs_costs(graph.near, ~matters)
-    near[:, ~matters] = NO_EDGE
-    target, source = np.nonzero(near.T < NO_EDGE)
-    offsets = np.searchsorted(target, np.arange(len(near) + 1)).astype(np.int64)
-    return Incoming(offsets, source.astype(np.int32), near[source, target])
 
 
 class Readings(NamedTuple):

@@ -59,7 +59,7 @@ class Graph:
     @cached_property
     def least(self) -> np.ndarray:
         """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none."""
-        least: np.ndarray = all_pairs_costs(self.near, np.ones(self.size, dtype=bool))
+        least: np.ndarray = all_pairs_costs(self.near)
         return least
 
 
@@ -155,20 +155,14 @@ def _cheapest_paths(
 
 
 @kernel
-def all_pairs_costs(near: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Return the (S, S) least costs from node to node through inner nodes only, NO_EDGE for none (Floyd-Warshall).
-
-    Args:
-        near: (S, S) int64, costs of edges, NO_EDGE for none.
-        inner: (S,) bool, which nodes may lie on the path.
-    """
+def all_pairs_costs(near: np.ndarray) -> np.ndarray:
+    """Return the (S, S) least costs from node to node, NO_EDGE for none, given those of edges (Floyd-Warshall)."""
     least = near.copy()
     nodes = least.shape[0]
     for via in range(nodes):
-        if inner[via]:
-            for source in range(nodes):
-                first = least[source, via]
-                if first < NO_EDGE:
-                    for target in range(nodes):
-                        least[source, target] = min(least[source, target], first + least[via, target])
+        for source in range(nodes):
+            first = least[source, via]
+            if first < NO_EDGE:
+                for target in range(nodes):
+                    least[source, target] = min(least[source, target], first + least[via, target])
     return least
