@@ -12,11 +12,12 @@ import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
+from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
-from prefplan.product.moves import generated
 from prefplan.product.product_automaton import CODE_LIMIT, Product
+from prefplan.product.space import Generated
 
 LETTERS_LIMIT = 2**14
 """Most pairs of a state and a letter of one automaton that are tabulated."""
@@ -39,9 +40,9 @@ class GeneratedProduct(Product):
         self._follow(problem)
         self.nodes = model.space.bound
         self.start_node = model.first
-        self._lay_out()
         self.costs = unit_costs(model, problem)
-        self.generated = generated(model.moves, self.costs, self._tabulate_letters())
+        costs, letters, unmeasured = self.costs.astype(np.int64), self._tabulate_letters(), np.full(1, -1)
+        self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
         self.offsets = np.zeros(1, dtype=np.int64)
         self.targets = self.classes = np.zeros(0, dtype=np.int32)
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +23,10 @@ from prefplan.models.costs import CostTable
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
-from prefplan.product.moves import Generated
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
+
+if TYPE_CHECKING:
+    from prefplan.product.space import Generated
 
 CODE_LIMIT = 2**62
 
@@ -52,7 +55,6 @@ class Product:
         nodes: number of states of the transition system.
         start_node: the number of the state s0.
         generated: the model for the kernels, where its states are generated; else None.
-        strides: (N + R,) int64.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
         rule_sizes: (R,) int64, those of the rules' automata.
         delta: (N + R, Q, C) int32, state after the free reading of a label class, or BARRED.
@@ -107,19 +109,14 @@ class Product:
         self.shift = _tie_bits(costs, states) if counts_actions and not problem.is_general else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
         self.nodes = system.size
-        self._lay_out()
 
     def _follow(self, problem: Problem) -> None:
-        """Set the automata and their sizes."""
+        """Set the automata, their sizes, and their accepting and skipped states."""
         self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
         self.rules: tuple[RuleAutomaton, ...] = problem.rule_automata
         self.sizes, self.rule_sizes = (
             np.array([dfa.size for dfa in automata], dtype=np.int64) for automata in (self.automata, self.rules)
         )
-
-    def _lay_out(self) -> None:
-        """Set the strides of codes, and the accepting and skipped states."""
-        self.strides = np.cumprod([self.nodes, *self.sizes, *self.rule_sizes])[:-1].astype(np.int64)
         ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
         self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
 

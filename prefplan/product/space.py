@@ -10,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.models.kernels import Integer, inner_kernel
+from prefplan.models.manipulation.successors import Moves, Steps
 from prefplan.product.contraction import Graph, bits_of, changes
-from prefplan.product.moves import Generated
 from prefplan.product.product_automaton import Product
 
 
 class Automata(NamedTuple):
     """The automata of N tasks, then R rules, over S nodes, of at most Q states and C labels.
 
-    Labels are told apart by class, by letter where states are generated, and by node where the graph is contracted.
+    Labels are told apart by class, or by letter where states are generated.
 
     P tasks and rules have violation costs. A product state has the code node + S (q_1 + Q_1 (q_2 + ...)).
 
@@ -61,16 +61,37 @@ class Shortcuts(NamedTuple):
 
     Attributes:
         near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE.
+        classes: (S,) int32, label class of each node.
         through: (S, S) uint64, as bits, the nodes that lie on cheaper paths between two.
         active: (N + R, Q) uint64, as bits, nodes whose label can change automaton i in q.
         distance: (S,) int64 and via: (S,) int64, scratch.
     """
 
     near: np.ndarray
+    classes: np.ndarray
     through: np.ndarray
     active: np.ndarray
     distance: np.ndarray
     via: np.ndarray
+
+
+class Generated(NamedTuple):
+    """A model whose states are generated, as the automata of N tasks and R rules see it.
+
+    Attributes:
+        moves: the model, of H poses of the hand and D digits of a state.
+        costs: (4 H H,) int64, by price, as in `Steps`; negative where an action was not measured.
+        letters: (N + R, D, r) int64, what each value of a digit adds to the number of the letter that each automaton
+            reads.
+        steps: scratch, the actions of a state.
+        unmeasured: (1,) int64, output: a state with an action whose cost was not measured, -1 if none was met.
+    """
+
+    moves: Moves
+    costs: np.ndarray
+    letters: np.ndarray
+    steps: Steps
+    unmeasured: np.ndarray
 
 
 class Space(NamedTuple):
@@ -98,24 +119,19 @@ class Space(NamedTuple):
 
 def space_of(product: Product, graph: Graph) -> Space:
     """Return a product over a graph as arrays."""
-    automata = _automata(product, graph.size if graph.contracted else product.nodes)
     edges = shortcuts = None
     if graph.contracted:
-        automata = _by_node(automata, graph.classes)
         active = bits_of(changes(product)[:, :, graph.classes])
         scratch = np.empty((2, graph.size), np.int64)
-        shortcuts = Shortcuts(graph.near, _through(graph), active, *scratch)
+        shortcuts = Shortcuts(graph.near, graph.classes, _through(graph), active, *scratch)
     elif product.generated is None:
         edges = Edges(graph.offsets, graph.targets, graph.classes)
-    return Space(automata, edges, shortcuts, product.generated, graph.shift)
-
-
-def _automata(product: Product, nodes: int) -> Automata:
+    nodes = graph.size if graph.contracted else product.nodes
     sizes = np.concatenate([product.sizes, product.rule_sizes])
     strides = np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
     counts = np.diff(product.extra_first, axis=2).sum(axis=(1, 2))
     owner = np.repeat(np.arange(len(counts)), counts)
-    return Automata(
+    automata = Automata(
         nodes=nodes,
         sizes=sizes,
         ends=product.ends,
@@ -124,20 +140,7 @@ def _automata(product: Product, nodes: int) -> Automata:
         relaxed=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
         first_relaxed=product.extra_first,
     )
-
-
-def _by_node(automata: Automata, classes: np.ndarray) -> Automata:
-    """Return the tables of automata by node in place of label classes."""
-    first = automata.first_relaxed
-    begin, end = first.take(classes, axis=2), first.take(classes + 1, axis=2)
-    ends = np.cumsum(end - begin).reshape(end.shape)
-    readings = np.repeat((end - ends).ravel(), (end - begin).ravel()) + np.arange(ends.max(initial=0))
-    return automata._replace(
-        jump=automata.jump.take(classes, axis=2),
-        tolls=automata.tolls.take(classes, axis=2),
-        relaxed=automata.relaxed[readings],
-        first_relaxed=np.concatenate([(ends - end + begin)[:, :, :1], ends], axis=2).astype(np.int32),
-    )
+    return Space(automata, edges, shortcuts, product.generated, graph.shift)
 
 
 def _through(graph: Graph) -> np.ndarray:

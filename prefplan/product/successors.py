@@ -8,8 +8,7 @@ import numpy as np
 
 from prefplan.models.kernels import NO_EDGE, Integer, inner_kernel
 from prefplan.models.manipulation.successors import pack, write_steps
-from prefplan.product.moves import Generated
-from prefplan.product.space import Automata, Edges, Shortcuts, Space, decode
+from prefplan.product.space import Automata, Edges, Generated, Shortcuts, Space, decode
 
 
 class Successors(NamedTuple):
@@ -142,7 +141,8 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
             for r in range(reached):
                 cost = min(cost, distance[r] + near[via[r], v])
             if cost < NO_EDGE:
-                count = _read(automata, np.int64(v), np.int64(v), np.int64(cost), buffer, count)
+                label = np.int64(shortcuts.classes[v])
+                count = _read(automata, np.int64(v), label, np.int64(cost), buffer, count)
     return count
 
 
