@@ -86,12 +86,6 @@ class Bounds(NamedTuple):
     lagrangian: Lagrangian | None = None
 
 
-def bytes_to_prepare(product: Product) -> float:
-    """Return about how much memory the reverse graph and the bounds of each task alone need."""
-    largest = len(product.classes) * int(product.sizes.max())
-    return 48 * len(product.targets) + 4 * len(product.classes) * int(product.sizes.sum()) + 2 * 60 * largest
-
-
 class Prepared:
     """A product, made ready for a search.
 

@@ -180,20 +180,11 @@ def observe(projections: ProjectionArrays | None, node: Integer) -> None:
 def place_of(projections: ProjectionArrays | None, projection: Any, p: Integer, node: Integer) -> Integer:
     """Return the node that table p has for the observed state: that of its projection; the state's, if there is none.
 
-    Args:
-        projections: of the model, None where states are listed.
-        projection: (P,) the projection of each table, None where states are listed.
-        p: number of the table.
-        node: the state.
+    Which projection each table has, (P,) or None, is `projection`; `node` is the state.
     """
     if projections is None:
         return node
-    return _projected(projections, projection[p], projections.digits)
-
-
-@inner_kernel
-def _projected(projections: ProjectionArrays, m: Integer, digits: np.ndarray) -> Integer:
-    """Return the node of a projection for the digits of a state."""
+    m, digits = projection[p], projections.digits
     hand, held = digits[0], projections.slots.shape[1] - 1
     state, moved, rank = np.int64(0), projections.hands[m, hand], 0
     for d in range(1, digits.shape[0]):

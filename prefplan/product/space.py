@@ -102,14 +102,12 @@ class Space(NamedTuple):
         edges: a listed graph.
         shortcuts: a contracted graph.
         generated: a model whose states are generated.
-        shift: number of low bits of costs, which count actions.
     """
 
     automata: Automata
     edges: Edges | None
     shortcuts: Shortcuts | None
     generated: Generated | None
-    shift: int
 
     @property
     def strides(self) -> np.ndarray:
@@ -140,7 +138,7 @@ def space_of(product: Product, graph: Graph) -> Space:
         relaxed=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
         first_relaxed=product.extra_first,
     )
-    return Space(automata, edges, shortcuts, product.generated, graph.shift)
+    return Space(automata, edges, shortcuts, product.generated)
 
 
 def _through(graph: Graph) -> np.ndarray:
@@ -157,16 +155,3 @@ def decode(nodes: Integer, sizes: np.ndarray, code: Integer, automata: np.ndarra
         automata[i] = rest % sizes[i]
         rest //= sizes[i]
     return code % nodes
-
-
-@inner_kernel
-def masks(ends: np.ndarray, automata: np.ndarray) -> tuple[Integer, Integer]:
-    """Return the sets of satisfied tasks, and of satisfied or skipped tasks, as bits."""
-    satisfied = done = 0
-    for i in range(ends.shape[0]):
-        if automata[i] == ends[i, 0]:
-            satisfied |= 1 << i
-            done |= 1 << i
-        elif automata[i] == ends[i, 1]:
-            done |= 1 << i
-    return satisfied, done

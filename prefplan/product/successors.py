@@ -65,7 +65,8 @@ def successors(
     if edges is not None:
         for edge in range(edges.offsets[node], edges.offsets[node + 1]):
             target = np.int64(edges.targets[edge])
-            count = _read(automata, target, np.int64(edges.classes[target]), np.int64(edge), buffer, count)
+            label = np.int64(edges.classes[target])
+            count = _read(automata, None, None, target, label, np.int64(edge), buffer, count)
     if shortcuts is not None:
         count = _macro_moves(automata, shortcuts, node, buffer)
     if generated is not None:
@@ -82,35 +83,10 @@ def _generate(automata: Automata, model: Generated, node: Integer, buffer: Succe
         if model.costs[price] < 0:
             model.unmeasured[0] = node
         else:
-            code = pack(model.moves, model.steps.digits[k])
-            count = _read_letters(automata, model.letters, model.steps.digits[k], code, price, buffer, count)
+            digits = model.steps.digits[k]
+            code = pack(model.moves, digits)
+            count = _read(automata, model.letters, digits, code, np.int64(0), price, buffer, count)
     return count
-
-
-@inner_kernel
-def _read_letters(
-    automata: Automata,
-    letters: np.ndarray,
-    digits: np.ndarray,
-    code: Integer,
-    step: Integer,
-    buffer: Successors,
-    count: Integer,
-) -> Integer:
-    """Write the product state after reading the letters of a generated state, and return the new count."""
-    for i in range(buffer.automata.shape[0]):
-        letter = np.int64(0)
-        for d in range(digits.shape[0]):
-            letter += letters[i, d, digits[d]]
-        jump = automata.jump[i, buffer.automata[i], letter]
-        if jump < 0:
-            return count
-        if i < automata.tolls.shape[0]:
-            buffer.violation[count, i] = automata.tolls[i, buffer.automata[i], letter]
-        code += jump
-    buffer.code[count] = code
-    buffer.step[count] = step
-    return count + 1
 
 
 @inner_kernel
@@ -142,7 +118,7 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
                 cost = min(cost, distance[r] + near[via[r], v])
             if cost < NO_EDGE:
                 label = np.int64(shortcuts.classes[v])
-                count = _read(automata, np.int64(v), label, np.int64(cost), buffer, count)
+                count = _read(automata, None, None, np.int64(v), label, np.int64(cost), buffer, count)
     return count
 
 
@@ -169,11 +145,25 @@ def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: 
 
 @inner_kernel
 def _read(
-    automata: Automata, node: Integer, label: Integer, step: Integer, buffer: Successors, count: Integer
+    automata: Automata,
+    letters: np.ndarray | None,
+    digits: np.ndarray | None,
+    node: Integer,
+    label: Integer,
+    step: Integer,
+    buffer: Successors,
+    count: Integer,
 ) -> Integer:
-    """Write the states after reading a node's label, in every way it may be read, and return the new count."""
+    """Write the states after reading a node's label, in every way it may be read, and return the new count.
+
+    A generated node has no label, but the letters that its digits make.
+    """
     code = np.int64(node)
     for i in range(buffer.automata.shape[0]):
+        if letters is not None and digits is not None:
+            label = np.int64(0)
+            for d in range(digits.shape[0]):
+                label += letters[i, d, digits[d]]
         jump = automata.jump[i, buffer.automata[i], label]
         if jump < 0:
             return count

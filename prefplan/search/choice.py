@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import partial
 
-from prefplan.errors import LimitError
-from prefplan.heuristics.prepare import Options, Prepared, bytes_to_prepare
+from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search.driver import LabelSearch
@@ -27,8 +26,6 @@ def choose_search(
         OverflowError: a number might not fit 64 bits.
     """
     problem = product.problem
-    if len(problem.cost_names) * bytes_to_prepare(product) > limits.bytes:
-        raise LimitError("memory")
     cost = problem.cost_names[0]
     # The front of one cost and one preference is found sooner than the least value of a preference.
     first = None if problem.is_bi_objective and objective != cost else objective

@@ -29,7 +29,7 @@ from prefplan.search.result import Goal, Result, ended_by
 if TYPE_CHECKING:
     from prefplan.search.values import Values
 
-ROWS_AT_FIRST, LABELS_AT_FIRST, GOALS_AT_FIRST = 2**14, 2**15, 2**8
+ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
 GOALS_AT_ONCE = 2**8
 """Goals that a run of a kernel may find; each run takes 0.7 ms to begin."""
@@ -86,6 +86,7 @@ class LabelSearch:
             first=self._first,
             compared=compared,
             lexicographic=is_lexicographic,
+            shift=self.product.shift,
         )
         if self.keys.computed:
             compile_kernels()
@@ -111,7 +112,7 @@ class LabelSearch:
             raise OverflowError
         counters = np.zeros(len(AT), dtype=np.int64)
         counters[[AT.PARENT, AT.COUNT]] = NONE, len(starts)
-        rows, parents, steps, siblings = np.empty((4, LABELS_AT_FIRST), np.int32)
+        rows, parents, steps, siblings, goals = np.empty((5, LABELS_AT_FIRST), np.int32)
         self.memory = Memory(
             States(
                 np.empty((ROWS_AT_FIRST, BOUND + self.keys.objectives), np.int64),
@@ -120,7 +121,7 @@ class LabelSearch:
             Labels(rows, parents, steps, siblings, np.empty((LABELS_AT_FIRST, width), np.int64)),
             Queue(*np.empty((2, LABELS_AT_FIRST), np.int64)),
             np.empty(1 if self.single else GOALS_AT_ONCE, np.int32),
-            np.empty(GOALS_AT_FIRST, np.int32),
+            goals,
             counters,
             np.array([self._limit(name, o) for o, name in enumerate(self.problem.objective_names)], dtype=np.int64),
             begin,

@@ -28,6 +28,7 @@ class Keys(NamedTuple):
         edge_costs: (D, E) int64, costs of each edge, or of each price where states are generated;
             (1, 0) where successors come with their only cost.
         compared: (W,) int64, the entries by which labels of a product state are compared; ~e for less of entry e.
+        shift: number of low bits of the first cost, which count actions.
         objectives: O: the first entries are the objectives.
         first: the objective in whose order goals are found.
         lexicographic: whether a label is also no worse than another if its objectives are lexicographically no more.
@@ -45,6 +46,7 @@ class Keys(NamedTuple):
     violation: np.ndarray
     edge_costs: np.ndarray
     compared: np.ndarray
+    shift: int
     objectives: int
     first: int
     lexicographic: bool
@@ -56,18 +58,17 @@ class Keys(NamedTuple):
 
 
 @inner_kernel
-def spent(shift: Integer, key: np.ndarray, d: Integer) -> Integer:
+def spent(keys: Keys, key: np.ndarray, d: Integer) -> Integer:
     """Return one of the total costs, in units: without the low bits of the first cost, which count actions."""
-    return key[d] >> shift if d == 0 else key[d]
+    return key[d] >> keys.shift if d == 0 else key[d]
 
 
 @inner_kernel
-def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violation: np.ndarray, key: np.ndarray) -> bool:
+def grow(keys: Keys, satisfied: Integer, step: Integer, violation: np.ndarray, key: np.ndarray) -> bool:
     """Replace a label's key by that of a successor, except for values; return whether it fits 64 bits for sure.
 
     Args:
         keys: the layout.
-        shift: number of low bits of the first cost.
         satisfied: the tasks satisfied before the step, as bits.
         step: cost of the step, or the number of its edge or price.
         violation: (P,) int64, violation costs that it pays; (0,) if no step pays any.
@@ -76,13 +77,13 @@ def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violatio
     numbered = keys.edge_costs.shape[1] > 0
     for d in range(keys.edge_costs.shape[0]):
         key[d] += keys.edge_costs[d, step] if numbered else step
-        if spent(shift, key, d) >= keys.cost_limit:
+        if spent(keys, key, d) >= keys.cost_limit:
             return False
     for e in range(keys.edge_costs.shape[0], key.shape[0]):
         how, d, row = keys.entries[e, 0], keys.entries[e, 1], keys.entries[e, 2]
-        after = spent(shift, key, d)
+        after = spent(keys, key, d)
         if how == SUM:
-            key[e] += keys.rates[row, satisfied] * (after - _before(keys, shift, key, d, step))
+            key[e] += keys.rates[row, satisfied] * (after - _before(keys, key, d, step))
         elif how == MAXIMUM:
             key[e] = max(key[e], keys.rates[row, satisfied] * after)
         elif how == TASK and not satisfied >> row & 1:
@@ -93,13 +94,13 @@ def grow(keys: Keys, shift: Integer, satisfied: Integer, step: Integer, violatio
         e, i, slope, offset = keys.late[t, 0], keys.late[t, 1], keys.late[t, 2], keys.late[t, 3]
         if not satisfied >> i & 1:
             d = keys.entries[e, 1]
-            before, after = _before(keys, shift, key, d, step), spent(shift, key, d)
+            before, after = _before(keys, key, d, step), spent(keys, key, d)
             key[e] += max(0, slope * after - offset) - max(0, slope * before - offset)
     return True
 
 
 @inner_kernel
-def _before(keys: Keys, shift: Integer, key: np.ndarray, d: Integer, step: Integer) -> Integer:
+def _before(keys: Keys, key: np.ndarray, d: Integer, step: Integer) -> Integer:
     """Return a total cost before the step that the costs in `key` already count."""
     before = key[d] - (keys.edge_costs[d, step] if keys.edge_costs.shape[1] else step)
-    return before >> shift if d == 0 else before
+    return before >> keys.shift if d == 0 else before

@@ -178,6 +178,7 @@ class KeyMap:
         first: int,
         compared: Sequence[int],
         lexicographic: bool,
+        shift: int,
     ) -> Keys:
         """Return the layout as arrays for the kernel, without what evaluates entries.
 
@@ -186,6 +187,7 @@ class KeyMap:
             first: the objective in whose order goals are found.
             compared: the entries by which labels of a product state are compared.
             lexicographic: see `Keys`.
+            shift: see `Keys`.
         """
         rates, late, largest = list[np.ndarray](), list[tuple[int, int, int, int]](), 1
         entries, violation = np.zeros((len(self.entries), 3), np.int64), self._violation_rates()
@@ -210,6 +212,7 @@ class KeyMap:
             violation=violation,
             edge_costs=np.stack(columns) if columns else np.zeros((1, 0), np.int64),
             compared=np.array(compared, np.int64),
+            shift=shift,
             objectives=len(self.problem.objective_names),
             first=first,
             lexicographic=lexicographic,

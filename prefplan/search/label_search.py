@@ -62,7 +62,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
     ranks = labels.key[:, : keys.ranked]
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(space.automata, space.shift, keys, bounds.tables, bounds.projections, bounds.landmarks, memory)
+            end = _enter(space.automata, keys, bounds.tables, bounds.projections, bounds.landmarks, memory)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -70,19 +70,17 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
             return END.EXHAUSTED
         if pops == 0:
             return END.PAUSED
-        if counters[AT.GOALS] == memory.goals.shape[0]:
-            return END.MORE_GOALS
         pops -= 1
         counters[AT.LOWEST], label = queue.keys[0], queue.items[0]
         counters[AT.OPEN] = heap_pop(queue.keys, queue.items, counters[AT.OPEN], ranks)
-        estimate = _estimate(space.automata, space.shift, keys, bounds, memory, label)
+        estimate = _estimate(space.automata, keys, bounds, memory, label)
         if estimate > counters[AT.LOWEST]:
             if estimate < UNBOUNDED:
                 counters[AT.OPEN] = heap_push(queue.keys, queue.items, counters[AT.OPEN], estimate, label, ranks)
             continue
         row = memory.states.table[labels.row[label]]
         if keys.lazy:
-            insert(keys, space.shift, labels, row, label)
+            insert(keys, labels, row, label)
         if row[SATISFIED] < 0:
             memory.found[counters[AT.FOUND]] = label
             counters[AT.FOUND] += 1
@@ -102,16 +100,14 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
 
 
 @inner_kernel
-def _estimate(
-    automata: Automata, shift: Integer, keys: Keys, bounds: Bounds, memory: Memory, label: Integer
-) -> Integer:
+def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, label: Integer) -> Integer:
     """Return a lower bound of a popped label's first objective at the end, UNBOUNDED if it is pruned.
 
     The bound of its product state is raised until it exceeds the estimate of the label, or nothing is left to raise it.
     """
     labels, limits, states = memory.labels, memory.limits, memory.buffer.automata
     row, first = memory.states.table[labels.row[label]], keys.first
-    if (keys.lazy and is_dominated(keys, shift, labels, row[HEAD], label)) or labels.sibling[label] == DOMINATED:
+    if (keys.lazy and is_dominated(keys, labels, row[HEAD], label)) or labels.sibling[label] == DOMINATED:
         return np.int64(UNBOUNDED)
     if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label):
         return np.int64(UNBOUNDED)
@@ -121,7 +117,7 @@ def _estimate(
         most = memory.counters[AT.LOWEST] - labels.key[label, 0]
         rest = raise_bound(bounds.tables, bounds.landmarks, node, states, row, most)
         within = lagrangian_bound(bounds.lagrangian, node, states, limits[1] - labels.key[label, 1])
-        rest = max(rest, within << shift)
+        rest = max(rest, within << keys.shift)
         estimate = labels.key[label, 0] + rest if rest < INFINITE else np.int64(UNBOUNDED)
     return estimate if estimate <= limits[first] else np.int64(UNBOUNDED)
 
@@ -129,7 +125,6 @@ def _estimate(
 @inner_kernel
 def _enter(
     automata: Automata,
-    shift: Integer,
     keys: Keys,
     tables: Tables,
     projections: ProjectionArrays | None,
@@ -143,7 +138,7 @@ def _enter(
     if label == labels.row.shape[0]:
         return END.MORE_LABELS
     key = labels.key[label]
-    if not _write_key(shift, keys, memory, parent, k, key):
+    if not _write_key(keys, memory, parent, k, key):
         return END.TOO_LARGE
     for e in range(keys.objectives):
         if key[e] > memory.limits[e]:
@@ -164,14 +159,14 @@ def _enter(
     if states.slots[slot] == NONE:
         states.slots[slot] = number
         counters[AT.ROWS] += 1
-    elif is_dominated(keys, shift, labels, row[HEAD], label):
+    elif is_dominated(keys, labels, row[HEAD], label):
         return END.ENTERED
     if keys.computed:
         end = keys.evaluate(label)
         if end != END.ENTERED:
             return end
         if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label) or is_dominated(
-            keys, shift, labels, row[HEAD], label
+            keys, labels, row[HEAD], label
         ):
             return END.ENTERED
     for e in range(keys.objectives):
@@ -181,7 +176,7 @@ def _enter(
     labels.row[label], labels.parent[label], labels.step[label] = number, parent, step
     labels.sibling[label] = NONE
     if not keys.lazy:
-        insert(keys, shift, labels, row, label)
+        insert(keys, labels, row, label)
     estimate = max(key[keys.first] + row[BOUND + keys.first], counters[AT.LOWEST])
     ranks = labels.key[:, : keys.ranked]
     counters[AT.OPEN] = heap_push(memory.queue.keys, memory.queue.items, counters[AT.OPEN], estimate, label, ranks)
@@ -190,7 +185,7 @@ def _enter(
 
 
 @inner_kernel
-def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: Integer, key: np.ndarray) -> bool:
+def _write_key(keys: Keys, memory: Memory, parent: Integer, k: Integer, key: np.ndarray) -> bool:
     """Write the key of the label of successor k; return whether it fits 64 bits for sure."""
     labels, buffer = memory.labels, memory.buffer
     for e in range(key.shape[0]):
@@ -198,7 +193,7 @@ def _write_key(shift: Integer, keys: Keys, memory: Memory, parent: Integer, k: I
     if parent == NONE:
         return True
     satisfied = memory.states.table[labels.row[parent], SATISFIED]
-    return bool(grow(keys, shift, satisfied, buffer.step[k], buffer.violation[k], key))
+    return bool(grow(keys, satisfied, buffer.step[k], buffer.violation[k], key))
 
 
 @inner_kernel

@@ -13,7 +13,6 @@ import numpy as np
 from prefplan.heuristics.pattern_database import LOOKED
 from prefplan.limits import check_limits
 from prefplan.models.kernels import Integer, inner_kernel, kernel
-from prefplan.product.space import masks
 from prefplan.product.successors import Successors
 from prefplan.search.growth import Keys, spent
 
@@ -32,8 +31,8 @@ SATISFIED, HEAD, CODE = range(LOOKED)
 GOAL_BIT = -(2**31)
 
 # Why a run of a kernel ended; ENTERED: it did not; FALLS: mu falls along a trajectory.
-Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOALS PAUSED MORE_ROWS MORE_LABELS MORE_GOALS TOO_LARGE FALLS")
-END = Ends(*range(9))
+Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOALS PAUSED MORE_ROWS MORE_LABELS TOO_LARGE FALLS")
+END = Ends(*range(8))
 
 
 class States(NamedTuple):
@@ -80,7 +79,7 @@ class Memory(NamedTuple):
         labels: of the search.
         queue: the open list.
         found: (F,) int32, labels of the goals found since a run of a kernel ended.
-        goals: (G,) int32, labels of the goals that prune most, if there are more than two objectives.
+        goals: (L,) int32, labels of the goals that prune most, if there are more than two objectives.
         counters: int64, by index `AT`.
         limits: (O,) int64, inclusive, of the objectives.
         begin: (S, K) int64, the keys of the starts' labels.
@@ -111,9 +110,13 @@ def slot_of(states: States, code: Integer) -> Integer:
 @inner_kernel
 def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, row: np.ndarray) -> None:
     """Write what a new product state's row says of it, but for bounds."""
-    satisfied, done = masks(ends, automata)
-    row[SATISFIED] = satisfied | (GOAL_BIT if done == (1 << ends.shape[0]) - 1 else 0)
-    row[HEAD], row[CODE] = NONE, code
+    satisfied, is_goal = 0, True
+    for i in range(ends.shape[0]):
+        if automata[i] == ends[i, 0]:
+            satisfied |= 1 << i
+        elif automata[i] != ends[i, 1]:
+            is_goal = False
+    row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
 
 
 @inner_kernel
@@ -135,16 +138,14 @@ def rehash(states: States, rows: Integer) -> None:
 
 def exhausted(memory: Memory, end: int) -> tuple[np.ndarray, ...]:
     """Return the arrays of which a run of the kernel used up all memory, given why it ended."""
-    labels = (*memory.labels, *memory.queue)
-    return {END.MORE_ROWS: (*memory.states,), END.MORE_LABELS: labels, END.MORE_GOALS: (memory.goals,)}[end]
+    return (*memory.states,) if end == END.MORE_ROWS else (*memory.labels, *memory.queue, memory.goals)
 
 
 def enlarged(memory: Memory, end: int) -> Memory:
     """Return memory of twice the size for what a run of the kernel used up, given why it ended."""
-    if end == END.MORE_GOALS:
-        return memory._replace(goals=_longer(memory.goals))
     if end == END.MORE_LABELS:
-        return memory._replace(labels=Labels(*map(_longer, memory.labels)), queue=Queue(*map(_longer, memory.queue)))
+        labels, queue = Labels(*map(_longer, memory.labels)), Queue(*map(_longer, memory.queue))
+        return memory._replace(labels=labels, queue=queue, goals=_longer(memory.goals))
     states = States(_longer(memory.states.table), np.full(2 * len(memory.states.slots), NONE, np.int32))
     rehash(states, int(memory.counters[AT.ROWS]))
     return memory._replace(states=states)
@@ -159,40 +160,40 @@ def _longer(array: np.ndarray) -> np.ndarray:
 
 
 @inner_kernel
-def no_worse(keys: Keys, shift: Integer, one: np.ndarray, other: np.ndarray) -> bool:
+def no_worse(keys: Keys, one: np.ndarray, other: np.ndarray) -> bool:
     """Return whether a label's key shows that it is no worse than another label of its product state."""
     for t in range(keys.compared.shape[0]):
         e = keys.compared[t]
-        if (one[e] > other[e]) if e >= 0 else (spent(shift, one, ~e) < spent(shift, other, ~e)):
+        if (one[e] > other[e]) if e >= 0 else (spent(keys, one, ~e) < spent(keys, other, ~e)):
             return False
     if keys.lexicographic:
-        if spent(shift, one, keys.first) != spent(shift, other, keys.first):
+        if spent(keys, one, keys.first) != spent(keys, other, keys.first):
             return bool(one[keys.first] < other[keys.first])
         for e in range(keys.objectives):
-            if spent(shift, one, e) != spent(shift, other, e):
+            if spent(keys, one, e) != spent(keys, other, e):
                 return bool(one[e] < other[e])
         return bool(one[0] <= other[0])
     return True
 
 
 @inner_kernel
-def is_dominated(keys: Keys, shift: Integer, labels: Labels, head: Integer, new: Integer) -> bool:
+def is_dominated(keys: Keys, labels: Labels, head: Integer, new: Integer) -> bool:
     """Return whether some label of a product state, of which `head` is the last, is no worse than a new one."""
     label = head
     while label != NONE:
-        if no_worse(keys, shift, labels.key[label], labels.key[new]):
+        if no_worse(keys, labels.key[label], labels.key[new]):
             return True
         label = labels.sibling[label]
     return False
 
 
 @inner_kernel
-def insert(keys: Keys, shift: Integer, labels: Labels, row: np.ndarray, new: Integer) -> None:
+def insert(keys: Keys, labels: Labels, row: np.ndarray, new: Integer) -> None:
     """Make a new label the last of its product state's, and mark those that it dominates."""
     label, last = np.int64(row[HEAD]), np.int64(new)
     while label != NONE:
         following = np.int64(labels.sibling[label])
-        if no_worse(keys, shift, labels.key[new], labels.key[label]):
+        if no_worse(keys, labels.key[new], labels.key[label]):
             labels.sibling[label] = DOMINATED
         else:
             labels.sibling[last] = label
