@@ -45,11 +45,7 @@ def continue_cheaply(problem: Problem, past: Past, system: System, *, max_prefer
 
 
 def continue_as_preferred(problem: Problem, past: Past, system: System) -> Plan:
-    """Return the plan of least mu that begins with the past, and of least total cost among those.
-
-    Raises:
-        NoPlanError: there is none.
-    """
+    """Return the plan of least mu that begins with the past, and of least total cost among those; or NoPlanError."""
     return Planner(continued(problem, past, system)).preferred()
 
 

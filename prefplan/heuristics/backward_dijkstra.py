@@ -96,14 +96,8 @@ def dijkstra(
     Costs of INFINITE and more are entered as INFINITE - 1, still a lower bound. Cells whose node has no incoming edge
     have no predecessors, and need not enter the open list.
 
-    Args:
-        edges: of the graph.
-        classes: (S,) int32, label class of each node.
-        readings: of the tasks together.
-        factors: (J,) int64, the weight of costs in each combination.
-        items: (n,) int64, falling, the cells of cost 0 that have predecessors.
-        table: (S J,) int64, 0 where all tasks are finished, else INFINITE.
-        stop: (1,) bool.
+    The S nodes have label `classes`, and costs in J combinations the weights `factors`. The `table` (S J,) is 0 where
+    all tasks are finished, else INFINITE; `items` are its cells of cost 0 that have predecessors, the last first.
     """
     nodes, labels = classes.shape[0], (readings.first.shape[0] - 1) // readings.finished.shape[0]
     keys, count = np.zeros(items.shape[0], dtype=np.int64), items.shape[0]

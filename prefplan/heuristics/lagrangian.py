@@ -96,18 +96,7 @@ def weights_for(rates: np.ndarray, cost: int) -> Weights | None:
 
 
 def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
-    """Return the table for a pair of weights.
-
-    Args:
-        stages: the product.
-        layout: of the table.
-        rates: as for `weights_for`.
-        shift: number of low bits of costs to leave out.
-        weights: of cost and of mu.
-
-    Raises:
-        LimitError: a limit was reached.
-    """
+    """Return the table for a pair of weights, without `shift` low bits of costs; `rates` as for `weights_for`."""
     factors = weights.cost + weights.mu * rates
     check_limits(2 * layout.entries)
     table = np.empty(layout.entries, dtype=np.uint16)

@@ -137,13 +137,9 @@ def growth_tables(
     backward: Backward | ProjectedBackward,
     costs: Sequence[TableOf],
 ) -> Iterator[TableOf]:
-    """Yield tables of how a preference grows, for sets of tasks that are neighbours.
+    """Yield tables of how a preference, the objective of that number, grows, for sets of tasks that are neighbours.
 
-    Args:
-        objective: its number among the objectives.
-        preference: the preference.
-        backward: what fills tables of the cost in which it measures tasks.
-        costs: tables of costs, of which those of single tasks are reused.
+    They are filled by `backward`, over the cost in which it measures tasks; `costs` of single tasks are reused.
     """
     rates = [rate for rate in preference.measure.rate_terms if not isinstance(rate, OrderRate)]
     if not rates:

@@ -102,13 +102,7 @@ class Prepared:
     def __init__(
         self, product: Product, options: Options, *, single: bool = False, max_bytes: float = math.inf
     ) -> None:
-        """Contract the graph and build the bounds.
-
-        Args:
-            product: what is searched.
-            options: how.
-            single: whether one cheapest plan is wanted, not the front.
-            max_bytes: memory that all is to fit into.
+        """Contract the graph and build the bounds, for one cheapest plan or for the front, in some memory.
 
         Raises:
             OverflowError: if 64 bits may not be enough.
@@ -225,12 +219,8 @@ def more_costs(product: Product) -> list[np.ndarray]:
 def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:
     """Prove that what one step adds to a cost, or to a preference that counts in it, stays below 2^60.
 
-    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64.
-
-    Args:
-        product: what is searched.
-        graph: the graph that it is searched over.
-        costs: the first of the costs, or several, of its edges or actions.
+    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64. The
+    first of the `costs` of edges or actions, or several, are tried.
 
     Raises:
         OverflowError: if that is not so.

@@ -111,9 +111,7 @@ class ProjectedBackward:
     def shared(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
         """Return least costs until some tasks are satisfied or dropped, of actions that count in this table, as int32.
 
-        Args:
-            tasks: one of the groups.
-            groups: all sets of tasks whose bounds are added.
+        The tasks are one of the `groups` whose bounds are added.
         """
         projection, before = self._projection(tasks), groups[: groups.index(tuple(tasks))]
         claimed = {obj for group in before for obj in self.objects_of(group)}
@@ -149,9 +147,7 @@ class ProjectedBackward:
     def _least_costs(self, projection: Projection, *, loads_seen: bool) -> np.ndarray:
         """Return (4, P, P) the least costs of each kind of action between any two of a projection's P poses.
 
-        Args:
-            projection: the projection.
-            loads_seen: whether a transit stands for transits only; else also for transports of objects left out.
+        Without `loads_seen`, a transit also stands for transports of objects left out.
         """
         over, number, poses = self._space.over, len(self._space.hands), len(projection.space.hands)
         # All poses over merged locations are one.

@@ -63,16 +63,10 @@ class Projection:
         start: ManipulationState,
         names: frozenset[str],
     ) -> Projection:
-        """List the states of a projection.
+        """List the states of a projection of a `whole` model onto the objects that are `kept`.
 
-        Args:
-            number: of the projection.
-            tasks: the set.
-            whole: how the model's states are encoded.
-            view: the model without supports and slots, and which of its locations are merged.
-            kept: the objects that are kept.
-            start: the model's initial state.
-            names: the propositions of the tasks.
+        Its `view` is the model without supports and slots, and says which locations are merged; `names` are the
+        propositions of the tasks.
         """
         small, begin = _without(view, kept, start)
         symmetry = Symmetry(small, names, places_alike=bool(view.neutral))

@@ -67,15 +67,7 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
 
 
 def _order_of_states(delta: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return (N, Q) int64 the states of some automata, each after all its successors.
-
-    Args:
-        delta: (N, Q, C) int32, state after reading a class.
-        sizes: (N,) int64, how many of the Q states each automaton has.
-
-    Raises:
-        CycleError: an automaton has a cycle that is no self-loop.
-    """
+    """Return (N, Q) the states of some automata, each after all its successors; CycleError if that is not possible."""
     order = np.zeros(delta.shape[:2], dtype=np.int64)
     for i, size in enumerate(sizes.tolist()):
         check_limits()
@@ -164,13 +156,13 @@ def sweep(
     shift: int = 0,
     unit: int = 1,
 ) -> Callable[[np.ndarray], None]:
-    """Return a function that fills a table, given the flag (1,) bool that stops it.
+    """Return a function that fills a table for some tasks, given the flag (1,) bool that stops it.
 
     Args:
         stages: the product.
-        tasks: (k,) which tasks.
+        tasks: (k,).
         factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
-        table: of a type in `MOST`, to be filled.
+        table: of a type in `MOST`.
         layout: of the table; None for all entries.
         shift: low bits that are left out of costs.
         unit: by which the sums in the table are divided.

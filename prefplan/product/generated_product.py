@@ -48,10 +48,7 @@ class GeneratedProduct(Product):
 
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
-        """Return whether a problem's product can be generated.
-
-        That is so if no task can be relaxed, and if all tables and numbers are small enough.
-        """
+        """Return whether a product can be generated: no task can be relaxed, and all tables and numbers are small."""
         automata: tuple[Follower, ...] = (*problem.weighted_automata, *problem.rule_automata)
         states = model.space.bound * math.prod(dfa.size for dfa in automata)
         if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):

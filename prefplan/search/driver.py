@@ -153,11 +153,9 @@ class LabelSearch:
         return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
     def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
-        """Search until all goals are found, or a limit or Ctrl-C stops it.
+        """Search until all goals are found, so many labels are expanded, or a limit or Ctrl-C stops it.
 
-        Args:
-            limits: of time and memory.
-            most_expanded: expansions after which to stop; another call continues the search.
+        Another call continues the search.
         """
         ended = None
         try:
@@ -174,8 +172,8 @@ class LabelSearch:
         paths = self._paths([goal.label for goal in kept])
         goals = [Goal(self._cost(goal.label), goal.objectives, paths, k) for k, goal in enumerate(kept)]
         below = self._lowest if not self._first or self._lowest == math.inf else 0
-        best = goals[-1] if self.single and goals and not settled else None
-        return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, best)
+        incumbents = tuple(goals) if self.single and not settled else ()
+        return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, incumbents)
 
     def _run(self, pops: int) -> int:
         """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""

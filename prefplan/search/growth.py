@@ -65,14 +65,10 @@ def spent(keys: Keys, key: np.ndarray, d: Integer) -> Integer:
 
 @inner_kernel
 def grow(keys: Keys, satisfied: Integer, step: Integer, violation: np.ndarray, key: np.ndarray) -> bool:
-    """Replace a label's key by that of a successor, except for values; return whether it fits 64 bits for sure.
+    """Replace a label's `key` by that of a successor, except for values; return whether it fits 64 bits for sure.
 
-    Args:
-        keys: the layout.
-        satisfied: the tasks satisfied before the step, as bits.
-        step: cost of the step, or the number of its edge or price.
-        violation: (P,) int64, violation costs that it pays; (0,) if no step pays any.
-        key: (K,) of the parent, overwritten.
+    `satisfied` are the tasks before the step, as bits; `step` is its cost, or the number of its edge or price, and
+    `violation` (P,) the violation costs that it pays, or (0,) if no step pays any.
     """
     numbered = keys.edge_costs.shape[1] > 0
     for d in range(keys.edge_costs.shape[0]):

@@ -37,14 +37,14 @@ def run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
             result = search.run(limits)
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))
-    return replace(result, incumbent=result.incumbent or drafts.best, work=drafts.work + result.work)
+    return replace(result, incumbents=result.incumbents or drafts.best, work=drafts.work + result.work)
 
 
 class Drafts:
     """Weighted A* for plans that need not be best.
 
     Attributes:
-        best: the cheapest plan so far.
+        best: the goal of the cheapest plan so far, if there is one.
         work: the work so far.
     """
 
@@ -53,28 +53,21 @@ class Drafts:
         self._search, self._cost = search, search.problem.cost_names[0]
         self._bounds = {name: bound for name, bound in search.bounds.items() if name == self._cost}
         self._prepared: Prepared | None = None
-        self.best: Goal | None = None
+        self.best: tuple[Goal, ...] = ()
         self.work = Stats()
 
     def improve(self, weight: float, most_expanded: int, limits: Limits) -> bool:
-        """Look for a cheaper plan; return False if that takes more expansions.
-
-        Raises:
-            LimitError: a limit was reached.
-        """
-        prepared = self._prepared = self._prepared or self._with_single_tasks(limits)
-        guided = LabelSearch(prepared.guided(weight), bounds=self._bounds, first=self._cost, hasty=True)
+        """Look for a cheaper plan; return False if that takes more expansions; or LimitError."""
+        if self._prepared is None:
+            options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
+            self._prepared = Prepared(self._search.product, options, max_bytes=limits.bytes)
+        guided = LabelSearch(self._prepared.guided(weight), bounds=self._bounds, first=self._cost, hasty=True)
         result = guided.run(limits, most_expanded=most_expanded)
         self.work += result.work
         if result.ended is not None:
             raise LimitError(result.ended)
-        goals = [*result.goals, *result.incumbents]
+        goals = (*result.goals, *result.incumbents)
         if goals:
-            self.best = goals[-1]
-            self._bounds = {self._cost: (self.best.cost - 1) * self._search.problem.cost_units[0]}
+            self.best = goals[-1:]
+            self._bounds = {self._cost: (goals[-1].cost - 1) * self._search.problem.cost_units[0]}
         return bool(goals) or not result.is_paused
-
-    def _with_single_tasks(self, limits: Limits) -> Prepared:
-        """Return the preprocessing with tables of the single tasks alone."""
-        options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
-        return Prepared(self._search.product, options, max_bytes=limits.bytes)

@@ -143,9 +143,7 @@ class KeyMap:
     def amounts(self, objective: PreferenceObjective, key: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
         """Return the costs and violation costs that a preference mentions, (P,) each, in the user's units.
 
-        Args:
-            objective: the preference.
-            key: of a label, with the first cost in units.
+        The `key` is a label's, with the first cost in units.
         """
         tasks, rules = len(self.problem.tasks), len(self.problem.priced) - len(self.problem.tasks)
         costs = [key[objective.cost] * objective.units.cost] * tasks + [Fraction(0)] * rules
@@ -180,14 +178,10 @@ class KeyMap:
         lexicographic: bool,
         shift: int,
     ) -> Keys:
-        """Return the layout as arrays for the kernel, without what evaluates entries.
+        """Return the layout as arrays for the kernel, without what evaluates entries; arguments as in `Keys`.
 
-        Args:
-            columns: each of the costs, in units, of edges or actions; none where successors come with their only cost.
-            first: the objective in whose order goals are found.
-            compared: the entries by which labels of a product state are compared.
-            lexicographic: see `Keys`.
-            shift: see `Keys`.
+        The `columns` are each of the costs, in units, of edges or actions; none where successors come with their only
+        cost.
         """
         rates, late, largest = list[np.ndarray](), list[tuple[int, int, int, int]](), 1
         entries, violation = np.zeros((len(self.entries), 3), np.int64), self._violation_rates()

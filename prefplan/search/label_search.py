@@ -49,15 +49,7 @@ from prefplan.search.labels import (
 
 @bare_kernel
 def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer) -> Integer:
-    """Expand labels until enough goals are found, memory runs out or enough were popped; return which (`END`).
-
-    Args:
-        space: what is searched.
-        keys: the layout of label keys.
-        bounds: heuristics.
-        memory: of the search.
-        pops: most labels to pop from the open list.
-    """
+    """Expand labels until enough goals are found, memory runs out or so many were popped; return which (`END`)."""
     labels, queue, counters, limits = memory.labels, memory.queue, memory.counters, memory.limits
     ranks = labels.key[:, : keys.ranked]
     while True:

@@ -82,15 +82,8 @@ def edges_between(
 ) -> list[int]:
     """Return the edges of a path of one cost between two nodes on which no automaton moves before the last edge.
 
-    Ties go to fewer actions, then to the model's order of actions.
-
-    Args:
-        product: what was searched.
-        graph: the graph that it was searched over.
-        before: node at which the path begins.
-        after: node at which it ends.
-        automata: their states before.
-        cost: of the path, as in `Product.costs`.
+    Ties go to fewer actions, then to the model's order of actions. The nodes `before` and `after` are of the graph that
+    was searched; `automata` are their states before, and the cost is as in `Product.costs`.
     """
     rests = (product.transitions(automata) == np.array(automata)[:, None]).all(axis=0)
     least, last = np.empty((2, len(product.classes)), dtype=np.int64)

@@ -53,14 +53,14 @@ class Result:
         ended: what stopped it: `time`, `memory` or `interrupt`; None if nothing did.
         complete_below: all points of lower cost, units, are among the goals; infinite once the search ran to its end.
         work: of the search.
-        incumbent: where there is no goal, a plan that need not be a point of the front, if one is known.
+        incumbents: where there is no goal, the goal of a plan that need not be a point of the front, if one is known.
     """
 
     goals: tuple[Goal, ...] = ()
     ended: str | None = None
     complete_below: float = 0
     work: Stats = Stats()
-    incumbent: Goal | None = None
+    incumbents: tuple[Goal, ...] = ()
 
     def check(self) -> None:
         """Assert that the values of all goals are those that their paths have in the model."""
@@ -69,11 +69,6 @@ class Result:
             for goal in self.goals:
                 values = derived[goal.number]
                 assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, OTHER_VALUES
-
-    @property
-    def incumbents(self) -> tuple[Goal, ...]:
-        """The incumbent, if there is one."""
-        return () if self.incumbent is None else (self.incumbent,)
 
     def with_best(self, objective: int) -> Result:
         """Return the same with the goal of least value of one objective only, of least values of the others then."""
