@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -19,7 +18,6 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
-from prefplan.models.costs import CostTable
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
@@ -202,15 +200,8 @@ class Product:
             tuple(system.action_names[action] for action in system.actions[steps].tolist()),
             tuple(system.states[state] for state in visited),
             [system.label(state) for state in visited],
-            [_in_users_units(column, steps) for column in system.costs],
+            [tuple(count * each.unit for count in each.entries[steps].tolist()) for each in system.costs],
         )
-
-
-def _in_users_units(column: CostTable, edges: np.ndarray) -> tuple[Fraction, ...]:
-    """Return the costs of (K,) edges, in the user's units."""
-    counts = column.entries[edges].tolist()
-    cost_of = {count: count * column.unit for count in set(counts)}
-    return tuple(map(cost_of.__getitem__, counts))
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:

@@ -36,11 +36,11 @@ from prefplan.search.labels import (
     CODE,
     DOMINATED,
     END,
+    GOAL_BIT,
     HEAD,
     NONE,
     SATISFIED,
     Memory,
-    describe,
     insert,
     is_dominated,
     slot_of,
@@ -202,7 +202,13 @@ def _bound_state(
 ) -> None:
     """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
     node = decode(automata.nodes, automata.sizes, code, states)
-    describe(automata.ends, code, states, row)
+    satisfied, is_goal = 0, True
+    for i in range(automata.ends.shape[0]):
+        if states[i] == automata.ends[i, 0]:
+            satisfied |= 1 << i
+        elif states[i] != automata.ends[i, 1]:
+            is_goal = False
+    row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
     observe(projections, node)
     for e in range(1, objectives):
         row[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))

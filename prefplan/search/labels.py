@@ -108,18 +108,6 @@ def slot_of(states: States, code: Integer) -> Integer:
 
 
 @inner_kernel
-def describe(ends: np.ndarray, code: Integer, automata: np.ndarray, row: np.ndarray) -> None:
-    """Write what a new product state's row says of it, but for bounds."""
-    satisfied, is_goal = 0, True
-    for i in range(ends.shape[0]):
-        if automata[i] == ends[i, 0]:
-            satisfied |= 1 << i
-        elif automata[i] != ends[i, 1]:
-            is_goal = False
-    row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
-
-
-@inner_kernel
 def _first_slot(code: Integer, mask: Integer) -> Integer:
     """Return where to start looking for a product state in a hash table of mask + 1 slots."""
     return np.int64((np.uint64(code) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & mask
