@@ -104,7 +104,7 @@ def test_arguments_are_text(capsys: pytest.CaptureFixture[str]) -> None:
         ("automaton", f"F evil {EVIL}"),
         ("front", "example", f"--evil{EVIL}"),
         (f"evil{EVIL}",),
-        ("run", "example", "--robot", EVIL),
+        ("run", "kitchen", "--robot", EVIL),
         ("run", "case_study_3", "--fault", EVIL),
         ("run", "case_study_3", "--perturb", EVIL, "--seed", "1"),
         ("run", "case_study_3", "--camera", EVIL),
