@@ -72,7 +72,7 @@ def check(
         problem = scenario.problem()
     model, contract = scenario.model, problem.measure.contract
     has_arm = isinstance(model, ManipulationModel) and has_simulation()
-    if has_arm:  # before any result is known: Ctrl-C during this second ends the process
+    if has_arm:
         from sim.capability.scene_check import SceneCheck, check_scene, tasks_out_of_reach
     tasks = [_check_task(problem, i, limits) for i in range(len(problem.tasks))]
     arm: SceneCheck | None = None
@@ -96,16 +96,19 @@ def check(
         "tasks": tasks,
         "contract": contract,
         "meaning": SEARCHES[contract],
-        "preferences": [
-            {"name": one.name, "contract": one.measure.contract, "of": problem.cost_names[one.cost]}
-            for one in problem.objectives
-        ],
+        "preferences": _preferences(problem),
         "costs": list(problem.cost_names),
         "scene": None if arm is None or arm.faults is None else not arm.faults,
         "places": None if arm is None or arm.places is None else [_place_json(one) for one in arm.places],
         "faults": faults,
         "warnings": [*(arm.warnings if arm else ()), *_warnings(problem, size["propositions"], tasks)],
     }
+
+
+def _preferences(problem: Problem) -> list[dict[str, str]]:
+    """Return the preferences of a problem as in the documented JSON."""
+    names = problem.cost_names
+    return [{"name": one.name, "contract": one.measure.contract, "of": names[one.cost]} for one in problem.objectives]
 
 
 def impossible(found: Mapping[str, Any]) -> tuple[str, ...]:

@@ -48,18 +48,11 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         from joblib import cpu_count
 
         from experiments.runs.run_plan import scene_of
-        from prefplan.models.manipulation.measured_costs import (
-            Measurement,
-            Measurements,
-            measurements_file,
-            read_measurements,
-            to_json,
-        )
+        from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
         from sim.capability.sources import digest_of_sources
         from sim.execution.cost_measurement import measure_all, trials
 
     loaded = pp.load(scenario, measured=False)
-    done: list[Measurement] = []
     failures: list[Failure] = []
     interrupted = False
     with Bars(quiet=is_quiet()) as bars:
@@ -71,10 +64,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = digest_of_sources()
-        with suppress(ModelError):  # a damaged file, or one of another model, is measured again
-            earlier = read_measurements(file, model)
-            if (earlier.robot, earlier.sources) == (scene.robot.name, digest):
-                done += earlier.actions
+        done = _earlier(file, model, scene.robot.name, digest)
         for one in done:
             wanted.pop(one.pair, None)
         before, total = len(done), len(done) + len(wanted)
@@ -92,9 +82,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
             contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
     if as_json:
-        failed = [
-            dict(zip(("action", "from", "to"), one.pair, strict=True)) | {"reason": one.reason} for one in failures
-        ]
+        names = "action", "from", "to"
+        failed = [dict(zip(names, one.pair, strict=True)) | {"reason": one.reason} for one in failures]
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
         output.print_json(told | {"actions": contents["actions"], "failed": failed})
     else:
@@ -106,6 +95,17 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         tell(f"interrupted; the same command measures the other {left} actions")
         return INTERRUPTED
     return FAILED if failures else DONE
+
+
+def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:
+    """Return the measurements in a file of the same model and robot by the same sources; none if it is damaged."""
+    from prefplan.models.manipulation.measured_costs import read_measurements
+
+    with suppress(ModelError):
+        earlier = read_measurements(file, model)
+        if (earlier.robot, earlier.sources) == (robot, sources):
+            return list(earlier.actions)
+    return []
 
 
 def _show(

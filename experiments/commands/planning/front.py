@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import asdict
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -87,12 +87,7 @@ def front(
         return f"`prefplan plan {shlex.quote(scenario)} --plan {index}` prints all"
 
     if as_json:
-        told = {"complete": result.complete, "front": [output.plan_json(one) for one in result]}
-        if result.reason:
-            told["reason"] = asdict(result.reason)
-        if result.ended:
-            told |= {"ended": result.ended, "complete_below": result.complete_below}
-        output.print_json(output.result_json(found, planner, **told))
+        output.print_json(output.result_json(found, planner, **_entries(result)))
     elif result:
         output.show_front(Console(), found, result, whole)
     if picture and result:
@@ -104,3 +99,13 @@ def front(
     if result.ended:
         tell(result.ending)
     return INTERRUPTED if result.ended == "interrupt" else DONE
+
+
+def _entries(front: pp.Front) -> dict[str, Any]:
+    """Return the plans of a front, and why there is none or why it is not complete, as in the documented JSON."""
+    entries: dict[str, Any] = {"complete": front.complete, "front": [output.plan_json(plan) for plan in front]}
+    if front.reason:
+        entries["reason"] = asdict(front.reason)
+    if front.ended:
+        entries |= {"ended": front.ended, "complete_below": front.complete_below}
+    return entries
