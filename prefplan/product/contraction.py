@@ -100,79 +100,58 @@ def contract(product: Product) -> Graph | None:
     states = np.flatnonzero(keep)
     if len(states) > NODE_LIMIT:
         return None
+    node = np.full(len(keep), -1, dtype=np.int64)
+    node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
-    least, last = np.empty((2, len(keep)), dtype=np.int64)
-    for k, state in enumerate(states.tolist()):
-        cheapest_paths(product.offsets, product.targets, product.costs, ~matters, state, -1, NO_EDGE, least, last)
-        near[k] = least[states]
-    source, target = np.nonzero((near < NO_EDGE) & matters[states])
-    costs = near[source, target]
-    if len(states) * int(costs.max(initial=0)) >= INFINITE:
+    _cheapest_paths(product.offsets, product.targets, product.costs, matters, states, node, near)
+    if len(states) * int(near.max(initial=0)) >= INFINITE:
         return None
+    source, target = np.nonzero(near >= 0)
     return Graph(
         np.searchsorted(source, np.arange(len(states) + 1)).astype(np.int64),
         target.astype(np.int32),
-        costs,
+        near[source, target],
         product.classes[states],
         states,
-        int(np.searchsorted(states, system.start)),
+        int(node[system.start]),
         True,
         product.shift,
     )
 
 
 @kernel
-def cheapest_paths(
+def _cheapest_paths(
     offsets: np.ndarray,
     targets: np.ndarray,
     costs: np.ndarray,
-    passable: np.ndarray,
-    source: Integer,
-    target: Integer,
-    most: Integer,
-    least: np.ndarray,
-    last: np.ndarray,
+    matters: np.ndarray,
+    states: np.ndarray,
+    node: np.ndarray,
+    near: np.ndarray,
 ) -> None:
-    """Write the cost and the last edge of a cheapest path from one node to each, of at least one edge (Dijkstra).
-
-    Ties go to the edge that is met first. Once all impassable nodes are reached, others are left out.
-
-    Args:
-        offsets: (S + 1,) int64, where the edges of each node begin.
-        targets: (E,) int32.
-        costs: (E,) int64.
-        passable: (S,) bool, nodes that paths may pass.
-        source: where they begin.
-        target: where one ends that is wanted alone; -1 for all.
-        most: greatest cost of interest.
-        least: (S,) int64, output, NO_EDGE where no path that is wanted costs at most that.
-        last: (S,) int64, output.
-    """
-    # Edges to be tried are numbered. Of equal costs the heap has the largest item first. The source may be left twice.
-    size = 2 * targets.shape[0]
-    keys, items, edges = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
-    least[:] = NO_EDGE
-    node, cost, tried, left = np.int64(source), np.int64(0), np.int64(0), np.sum(~passable)
-    count: Integer = np.int64(0)
-    while True:
-        for edge in range(offsets[node], offsets[node + 1]):
-            if cost + costs[edge] <= most and least[targets[edge]] == NO_EDGE:
-                edges[tried] = edge
-                count = heap_push(keys, items, count, cost + costs[edge], -tried, None)
-                tried += 1
-        is_new = False
-        while count > 0 and not is_new:
-            cost, edge = keys[0], edges[-items[0]]
+    """Write the cost of the cheapest path through inert states from each kept one to each that matters; -1 for none."""
+    size = offsets.shape[0] - 1
+    distance = np.empty(size, dtype=np.int64)
+    keys = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
+    items = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
+    for k in range(states.shape[0]):
+        near[k, :] = -1
+        distance[:] = -1
+        count: Integer = np.int64(0)
+        for edge in range(offsets[states[k]], offsets[states[k] + 1]):
+            count = heap_push(keys, items, count, costs[edge], targets[edge], None)
+        while count > 0:
+            cost, s = keys[0], items[0]
             count = heap_pop(keys, items, count, None)
-            node = np.int64(targets[edge])
-            if least[node] == NO_EDGE:
-                least[node], last[node] = cost, edge
-                is_new = passable[node]
-                left -= not is_new
-                if node == target or (left == 0 and not is_new):
-                    return
-        if not is_new:
-            return
+            if distance[s] >= 0:
+                continue
+            distance[s] = cost
+            if matters[s]:
+                near[k, node[s]] = cost
+                continue
+            for edge in range(offsets[s], offsets[s + 1]):
+                if distance[targets[edge]] < 0:
+                    count = heap_push(keys, items, count, cost + costs[edge], targets[edge], None)
 
 
 @kernel
