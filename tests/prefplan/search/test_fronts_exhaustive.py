@@ -19,7 +19,10 @@ from judge.verdict import misjudged, verdict
 from prefplan import pareto_front
 from prefplan.scenario.decode import from_dict
 
-BLOCKS = [range(50), range(50, 100), (125, 250, 277, 309, 336, 620, 678, 775, 823, 843, 981, 999)]
+DEARER_STEPS = 5813372, 5813458
+"""Numbers of problems in which a plan is not the cheapest one between two waypoints."""
+
+BLOCKS = [range(50), range(50, 100), (125, 250, 277, 309, 336, 620, 678, 775, 823, 843, 981, 999, *DEARER_STEPS)]
 """Numbers of problems, which reach every step from line to line, kernels included, that the first 1,000 do.
 
 `python -m judge.fuzz` judges as many as there is time for.
