@@ -9,9 +9,6 @@ from sim.geometry.mjcf import solid_geoms
 from sim.simulation.plant import CONTACT_FLICKER_S
 from sim.simulation.workcell import Workcell
 
-RISING_M_S = 0.05
-"""An object that no skill carries yet hangs in the hand when it rises faster than this."""
-
 SLIP_DURATION_S = 0.25
 """How long the hand is open when an object slips from it."""
 
@@ -29,12 +26,8 @@ class Slip(Fault):
     def inject(self, injection: Injection) -> dict[str, str] | None:
         """See `Fault.inject`."""
         cell, hold, now = injection.cell, injection.cell.gripper, float(injection.cell.data.time)
-        if not _touches_nothing_else(cell):
+        if not _hangs(cell):
             injection.possible_since = None
-            return None
-        obj = str(cell.contacts.handled)
-        # Nothing slips while it is lowered: it may already touch what carries it, and then nothing shows.
-        if cell.attached is None and cell.data.joint(obj).qvel[2] < RISING_M_S:
             return None
         if injection.possible_since is None:
             injection.possible_since = now
@@ -43,11 +36,11 @@ class Slip(Fault):
         gripper, until = cell.scene.robot.gripper, now + SLIP_DURATION_S
         least = gripper.opened(np.array([cell.data.joint(finger).qpos[0] for finger in gripper.joints])) + SLIP_GAP_M
         cell.gripper = lambda width: hold(max(width, least) if cell.data.time < until else width)
-        return {"object": obj}
+        return {"object": str(cell.contacts.handled)}
 
 
-def _touches_nothing_else(cell: Workcell) -> bool:
-    """Return whether the pads press an object that touches nothing but the robot."""
+def _hangs(cell: Workcell) -> bool:
+    """Return whether the pads press an object that touches nothing else."""
     obj, model = cell.contacts.handled, cell.scene.mujoco
     if obj is None or cell.data.time - cell.contacts.pressed > CONTACT_FLICKER_S:
         return False
