@@ -6,7 +6,7 @@ import importlib
 import pkgutil
 import re
 from abc import ABC, abstractmethod
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Iterator, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -23,23 +23,23 @@ _KINDS: dict[str, type[Fault]] = {}
 """The kinds of faults that are defined, by name."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Injection:
     """What a fault acts on.
 
     Attributes:
         cell: the running simulation.
         skills: of the run, by kind of action; a fault may wrap one.
+        spares: names of objects in store below the table, which no other fault has used.
         rng: random numbers of this fault alone.
         delay: random time to wait after the first moment at which the fault can happen, s; 0 if a user injects it.
-        possible_since: that moment, s, kept by a fault that waits; None for none.
     """
 
     cell: Workcell
     skills: MutableMapping[str, Skill]
+    spares: Iterator[str]
     rng: np.random.Generator
-    delay: float = 0.0
-    possible_since: float | None = None
+    delay: float
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,6 @@ class Fault(ABC):
         noun: what the argument is, such as `OBJECT`; empty for none.
         refusal: why it cannot happen at a moment.
         spares: number of spare objects that it needs.
-        needs_grasps: whether it can happen only where objects are grasped.
     """
 
     action: int
@@ -62,7 +61,6 @@ class Fault(ABC):
     noun: ClassVar[str] = ""
     refusal: ClassVar[str] = "it cannot happen now"
     spares: ClassVar[int] = 0
-    needs_grasps: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Add the kind to those that `read_fault` reads; a class without a name is a base of others."""
@@ -89,15 +87,16 @@ class Fault(ABC):
 
     def unavailable_because(self, model: ManipulationModel) -> str | None:
         """Return why the fault cannot happen in a model's scene, whatever is done there; None if it can."""
-        never = self.needs_grasps and all(obj.fixed for obj in model.objects)
-        return "no object is ever grasped" if never else None
+        return None
 
     @abstractmethod
     def inject(self, injection: Injection) -> dict[str, str] | None:
-        """Let the fault happen now; return details for its event, such as the `object`, or None if it cannot.
+        """Let the fault happen now; return details for its event, such as the `object`, or None if it cannot."""
 
-        It is called in every control period in which the fault is due, until it happens.
-        """
+    def attempts(self, injection: Injection) -> Iterator[dict[str, str] | None]:
+        """Yield the result of `inject` in every control period in which the fault is due, until it happens."""
+        while True:
+            yield self.inject(injection)
 
 
 def kinds() -> dict[str, type[Fault]]:
@@ -113,6 +112,11 @@ def kinds() -> dict[str, type[Fault]]:
 def unknown(name: str, names: Sequence[str], noun: str) -> str | None:
     """Return that a name is none of several; None if it is one of them."""
     return None if name in names else f"unknown {noun} {name!r} {choices(name, names)}"
+
+
+def never_grasps(model: ManipulationModel) -> str | None:
+    """Return that no object is ever grasped in a model's scene; None if one may be."""
+    return "no object is ever grasped" if all(obj.fixed for obj in model.objects) else None
 
 
 def read_fault(text: str, model: ManipulationModel) -> Fault:

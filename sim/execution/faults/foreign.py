@@ -8,8 +8,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.execution.faults.fault import Fault, Injection, unknown
-from sim.execution.faults.relocation import in_slot, put
-from sim.perception.sensors import stored
+from sim.execution.faults.relocation import is_free, put_into
 from sim.world.objects import why_no_spares
 
 
@@ -37,7 +36,10 @@ class Foreign(Fault):
 
     def inject(self, injection: Injection) -> dict[str, str] | None:
         """See `Fault.inject`."""
-        cell, rng = injection.cell, injection.rng
-        obj = next(spare for spare in cell.scene.spares if stored(cell.scene, cell.data, spare))
-        found = any(put(cell, obj, *in_slot(cell, rng, obj, slot)) for slot in cell.scene.slots[self.argument])
-        return {"object": obj} if found else None
+        cell = injection.cell
+        slots = [slot for slot in cell.scene.slots[self.argument] if is_free(cell, slot)]
+        if not slots:
+            return None
+        obj = next(injection.spares)
+        put_into(cell, injection.rng, obj, slots[0])
+        return {"object": obj}

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from sim.execution.faults.fault import Injection
-from sim.execution.faults.relocation import ObjectFault, in_slot, put
+from sim.execution.faults.relocation import ObjectFault, is_free, put, put_into
+from sim.geometry.mjcf import solid_geoms, yaw_quat
+from sim.perception.sensors import ObjectPose
+from sim.simulation.workcell import Workcell
+from sim.skills.placing import is_carried
+from sim.world.shapes import about_z
 
 SLOT_PROBABILITY = 0.3
 """Probability that an object is moved to a free location rather than to anywhere on the table."""
@@ -27,8 +33,9 @@ class Move(ObjectFault):
         """See `ObjectFault.disturb`."""
         cell, rng, obj = injection.cell, injection.rng, self.argument
         if rng.random() < SLOT_PROBABILITY:
-            slots = [slot for row in cell.scene.slots.values() for slot in row]
-            if any(put(cell, obj, *in_slot(cell, rng, obj, slots[i])) for i in rng.permutation(len(slots))):
+            slots = [slot for row in cell.scene.slots.values() for slot in row if is_free(cell, slot)]
+            if slots:
+                put_into(cell, rng, obj, slots[rng.integers(len(slots))])
                 return True
         height, robot = float(cell.scene.shapes[obj].half[2]), cell.scene.robot
         lowest, highest = [robot.nearest_m, -MAX_BEARING_RAD, -np.pi], [MAX_DISTANCE_M, MAX_BEARING_RAD, np.pi]
@@ -36,6 +43,21 @@ class Move(ObjectFault):
             far, bearing, yaw = rng.uniform(lowest, highest)
             heading, (x, y) = robot.yaw + bearing, robot.position[:2]
             position = np.array([x + far * np.cos(heading), y + far * np.sin(heading), height + 0.001])
-            if put(cell, obj, position, yaw):
+            if _fits(cell, obj, position, yaw):
+                put(cell, obj, position, yaw)
                 return True
         return False
+
+
+def _fits(cell: Workcell, obj: str, position: np.ndarray, yaw: float) -> bool:
+    """Return whether an object at a pose is supported from below, and without contact just above the support."""
+    if not is_carried(cell, obj, ObjectPose(cell.scene.shapes[obj], position, about_z(yaw))):
+        return False
+    scratch = mujoco.MjData(cell.scene.mujoco)
+    scratch.qpos[:] = cell.data.qpos
+    pose = scratch.joint(obj).qpos
+    pose[:3], pose[3:] = position, yaw_quat(yaw)
+    mujoco.mj_kinematics(cell.scene.mujoco, scratch)
+    mujoco.mj_collision(cell.scene.mujoco, scratch)
+    own = solid_geoms(cell.scene.mujoco, obj)
+    return not np.isin(scratch.contact.geom[: scratch.ncon], own).any()

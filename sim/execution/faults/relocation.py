@@ -1,23 +1,21 @@
-"""Objects that are disturbed from outside: which may be, and putting one down where it fits."""
+"""Objects that are disturbed from outside: which may be, free slots, and putting an object down."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import SimulationError
 from sim.execution.faults.fault import Fault, Injection, unknown
-from sim.geometry.mjcf import solid_geoms, yaw_quat
-from sim.perception.sensors import ObjectPose
+from sim.geometry.mjcf import yaw_quat
+from sim.geometry.rectangle import Rectangle, overlap
+from sim.perception.sensors import object_pose, stored
 from sim.simulation.plant import CONTACT_FLICKER_S
 from sim.simulation.workcell import Workcell
-from sim.skills.placing import is_carried
 from sim.world.places import Slot
-from sim.world.shapes import about_z
 
 BETWEEN_FINGERS_M = 0.0275
 """An object nearer than this to the point between the pads counts as between the fingers."""
@@ -63,28 +61,25 @@ def is_in_hand(cell: Workcell, obj: str) -> bool:
     return cell.scene.shapes[obj].distance(beside) < BETWEEN_FINGERS_M
 
 
-def in_slot(cell: Workcell, rng: np.random.Generator, obj: str, slot: Slot) -> tuple[np.ndarray, float]:
-    """Return a (3,) position, m, and a yaw, rad, of an object in a slot, at a random offset from its centre."""
+def is_free(cell: Workcell, slot: Slot) -> bool:
+    """Return whether any object could be placed in a slot without contact; False on objects and where one fell."""
+    scene, data = cell.scene, cell.data
+    if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
+        return False
+    half = max(float(scene.shapes[obj].half[:2].max()) for obj in scene.shapes)
+    place = Rectangle(slot.position[:2], np.full(2, half + MAX_SLOT_OFFSET[0]), slot.yaw)
+    poses = [object_pose(scene, data, obj) for obj in scene.shapes if not stored(scene, data, obj)]
+    return not any(overlap(place, pose.footprint) for pose in poses)
+
+
+def put_into(cell: Workcell, rng: np.random.Generator, obj: str, slot: Slot) -> None:
+    """Put an object into a slot, at a random offset from its centre."""
     off = rng.uniform(-1, 1, 3) * MAX_SLOT_OFFSET
     height = float(cell.scene.shapes[obj].half[2]) + 0.001
-    return slot.position + [off[0], off[1], height], float(slot.yaw + off[2])
+    put(cell, obj, slot.position + [off[0], off[1], height], slot.yaw + off[2])
 
 
-def put(cell: Workcell, obj: str, position: np.ndarray, yaw: float) -> bool:
-    """Put an object upright at a (3,) position, m, with a yaw, rad, at rest; return False if it does not fit there.
-
-    It fits if it is supported from below, and without contact just above the support.
-    """
-    if not is_carried(cell, obj, ObjectPose(cell.scene.shapes[obj], position, about_z(yaw))):
-        return False
-    now, model = cell.data, cell.scene.mujoco
-    scratch = mujoco.MjData(model)
-    scratch.qpos[:] = now.qpos
-    pose = scratch.joint(obj).qpos
-    pose[:3], pose[3:] = position, yaw_quat(yaw)
-    mujoco.mj_kinematics(model, scratch)
-    mujoco.mj_collision(model, scratch)
-    if np.isin(scratch.contact.geom[: scratch.ncon], solid_geoms(model, obj)).any():
-        return False
-    now.joint(obj).qpos[:], now.joint(obj).qvel[:] = pose, 0.0
-    return True
+def put(cell: Workcell, obj: str, position: np.ndarray, yaw: float) -> None:
+    """Put an object upright at a (3,) position, m, with a yaw, rad, at rest."""
+    joint = cell.data.joint(obj)
+    joint.qpos[:3], joint.qpos[3:], joint.qvel[:] = position, yaw_quat(yaw), 0.0

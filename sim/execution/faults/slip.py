@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from sim.execution.faults.fault import Fault, Injection
-from sim.geometry.mjcf import solid_geoms
+from prefplan.models.manipulation.model import ManipulationModel
+from sim.execution.faults.fault import Fault, Injection, never_grasps
 from sim.simulation.plant import CONTACT_FLICKER_S
 from sim.simulation.workcell import Workcell
+
+LIFTED_HEIGHT_M = 0.01
+"""An object counts as lifted when it is this much higher than where it was gripped."""
 
 SLIP_DURATION_S = 0.25
 """How long the hand is open when an object slips from it."""
@@ -17,32 +22,44 @@ SLIP_GAP_M = 0.02
 
 
 class Slip(Fault):
-    """The hand opens for a moment, a random time after an object hangs in it."""
+    """The hand opens for a moment, a random time after the object hangs in it."""
 
     kind = "slip"
     refusal = "nothing hangs in the hand"
-    needs_grasps = True
 
-    def inject(self, injection: Injection) -> dict[str, str] | None:
+    def unavailable_because(self, model: ManipulationModel) -> str | None:
+        """See `Fault.unavailable_because`."""
+        return never_grasps(model)
+
+    def attempts(self, injection: Injection) -> Iterator[dict[str, str] | None]:
+        """See `Fault.attempts`."""
+        for hanging in _hanging_times(injection.cell):
+            yield None if hanging is None or hanging < injection.delay else self.inject(injection)
+
+    def inject(self, injection: Injection) -> dict[str, str]:
         """See `Fault.inject`."""
-        cell, hold, now = injection.cell, injection.cell.gripper, float(injection.cell.data.time)
-        if not _hangs(cell):
-            injection.possible_since = None
-            return None
-        if injection.possible_since is None:
-            injection.possible_since = now
-        if now - injection.possible_since < injection.delay:
-            return None
-        gripper, until = cell.scene.robot.gripper, now + SLIP_DURATION_S
+        cell, hold = injection.cell, injection.cell.gripper
+        gripper, until = cell.scene.robot.gripper, float(cell.data.time) + SLIP_DURATION_S
         least = gripper.opened(np.array([cell.data.joint(finger).qpos[0] for finger in gripper.joints])) + SLIP_GAP_M
         cell.gripper = lambda width: hold(max(width, least) if cell.data.time < until else width)
         return {"object": str(cell.contacts.handled)}
 
 
-def _hangs(cell: Workcell) -> bool:
-    """Return whether the pads press an object that touches nothing else."""
-    obj, model = cell.contacts.handled, cell.scene.mujoco
-    if obj is None or cell.data.time - cell.contacts.pressed > CONTACT_FLICKER_S:
-        return False
-    pairs, is_robot = cell.data.contact.geom, cell.scene.robot.bodies(model)[model.geom_bodyid]
-    return not (np.isin(pairs, solid_geoms(model, obj)).any(axis=1) & ~is_robot[pairs].any(axis=1)).any()
+def _hanging_times(cell: Workcell) -> Iterator[float | None]:
+    """Yield in each control period for how long an object has hung in the hand, s; None if nothing does."""
+    gripped: tuple[str, float] | None = None
+    since: float | None = None
+    while True:
+        now, obj = float(cell.data.time), cell.contacts.handled
+        hanging = None
+        if obj is None or now - cell.contacts.pressed > CONTACT_FLICKER_S:
+            gripped = since = None
+        else:
+            height = float(cell.data.body(obj).xpos[2])
+            if gripped is None or gripped[0] != obj:
+                gripped = obj, height
+            # Nothing slips while it is lowered: it may already touch what carries it.
+            if cell.attached or height - gripped[1] >= LIFTED_HEIGHT_M:
+                since = now if since is None else since
+                hanging = now - since
+        yield hanging

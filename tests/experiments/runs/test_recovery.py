@@ -15,7 +15,7 @@ from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Scenario, load, pareto_front
 from sim.evidence.certificate import certify
-from sim.execution.faults import relocation
+from sim.execution.faults import move
 from sim.execution.faults.fault import read_fault
 from sim.simulation.run import FRAME_RATE_HZ
 
@@ -175,7 +175,7 @@ def test_what_was_marked_and_fell_from_the_table_is_not_in_the_way_of_other_task
     recover: Recover, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # It falls from where it is put.
-    monkeypatch.setattr(relocation, "is_carried", lambda *place: True)
+    monkeypatch.setattr(move, "is_carried", lambda *place: True)
     outcome = recover(SUPPER, "move:fish@5", seed=3)
     assert outcome.completed and outcome.executed[-1] == "release soup plate"
     assert "fish_cooked" not in outcome.run.steps[-1].observed.label

@@ -10,7 +10,7 @@ from scenario_texts import PLACES_NEARBY, cup_scenario
 from prefplan.scenario.decode import Scenario, loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
-from sim.execution.faults import relocation
+from sim.execution.faults import move
 from sim.execution.faults.fault import read_fault
 
 
@@ -49,7 +49,7 @@ def test_the_honest_log_is_proved_in_its_scenario_and_else_consistent(cup_log: L
 @pytest.mark.parametrize("fault", ["knock:cup@1", "slip@3", "miss:1@2", "foreign:tray@1", "move:cup@1"])
 def test_what_a_fault_does_is_physics(scenario: Scenario, fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """With this seed the cup is moved beyond the table: it falls for metres, which is no jump."""
-    monkeypatch.setattr(relocation, "is_carried", lambda *place: True)
+    monkeypatch.setattr(move, "is_carried", lambda *place: True)
     late = "latency=30" if fault.startswith("slip") else ""  # the gripper opens later than it is told to
     faults = [read_fault(fault, scenario.model)]  # type: ignore[arg-type]
     log = log_of_run(scenario, seed=3, faults=faults, perturbation=late)

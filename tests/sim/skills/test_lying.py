@@ -84,7 +84,7 @@ def test_an_object_is_not_set_down_in_a_wall_that_stands_beside_it() -> None:
 def test_a_hand_that_gives_way_gets_no_grip_on_what_lies_and_then_does() -> None:
     cell, skills = lying("box", (0.06, 0.05, 0.03), 0.0), dict(SKILLS)
     perform(cell, "transit near", skills)
-    Miss(1, "1").inject(Injection(cell, skills, np.random.default_rng(0)))
+    Miss(1, "1").inject(Injection(cell, skills, iter(()), np.random.default_rng(0), 0.0))
     with pytest.raises(SkillError, match="without a firm grip on x"):
         perform(cell, "grasp x", skills)
     perform(cell, "grasp x", skills)
