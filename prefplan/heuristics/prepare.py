@@ -105,9 +105,14 @@ class Prepared:
         """Contract the graph and build the bounds, for one cheapest plan or for the front, in some memory.
 
         Raises:
+            LimitError: the reverse graph and the bounds of each task alone would not fit into the memory.
             OverflowError: if 64 bits may not be enough.
         """
         self.product, self.options, problem = product, options, product.problem
+        entries = len(product.classes) * product.sizes
+        needed = 48 * len(product.targets) + 4 * entries.sum() + 120 * entries.max()
+        if len(problem.cost_names) * needed > max_bytes:
+            raise LimitError("memory")
         if object in (product.costs.dtype, product.extra_price.dtype, product.tolls.dtype):
             raise OverflowError
         listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
