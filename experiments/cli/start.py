@@ -29,6 +29,9 @@ LEAST_ADDRESS_SPACE = 3 * 2**29
 LOADING_POLL_S = 0.05
 """Time after which a Ctrl-C is tried again that came while a library loads."""
 
+WAITING = "Ctrl-C while a library loads"
+"""Name of the thread that tries it again."""
+
 
 def has_simulation() -> bool:
     """Return whether the libraries that move the arm are installed; a damaged one may still fail to load."""
@@ -102,9 +105,10 @@ def handle_ctrl_c() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
-            if not any(isinstance(thread, threading.Timer) for thread in threading.enumerate()):
-                main = threading.main_thread().ident
-                threading.Timer(LOADING_POLL_S, signal.pthread_kill, [main, number]).start()
+            if not any(thread.name == WAITING for thread in threading.enumerate()):
+                again = threading.Timer(LOADING_POLL_S, signal.pthread_kill, [threading.main_thread().ident, number])
+                again.name, again.daemon = WAITING, True
+                again.start()
             return
         frame = frame.f_back
     raise KeyboardInterrupt
