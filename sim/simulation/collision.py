@@ -124,7 +124,7 @@ class CollisionChecker:
         self._place(q)
         contact, names, found = self._data.contact, self._names, dict[tuple[str, str], float]()
         counted = self._pairs(contact.geom)
-        # Margins of two geoms that both move add up, as in `_near`.
+        # Margins of two geoms that both move add up (`set_margins`).
         rows = zip(contact.geom.tolist(), contact.dist.tolist(), contact.includemargin.tolist(), strict=True)
         for (one, other), distance, margin in rows:
             for pair in {(one, other), (other, one)} & counted:
