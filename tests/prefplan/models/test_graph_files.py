@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from graph_writers import WRITERS, dimacs, states_of
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from judge.random_problems import random_problem
 
@@ -300,7 +300,7 @@ def rounded(values: list[float]) -> tuple[list[Fraction], Fraction | None]:
     long = [len(each) > 12 for each in digits]
     resolution = None
     if any(long) and max(fractions) / common_unit(fractions) >= 10**15:
-        resolution = Fraction(10) ** (Decimal(str(max(values))).adjusted() - 11)
+        resolution = Fraction(10) ** (Decimal(str(float(max(fractions)))).adjusted() - 11)
     if resolution is None:
         return fractions, None
     return [
@@ -309,6 +309,8 @@ def rounded(values: list[float]) -> tuple[list[Fraction], Fraction | None]:
 
 
 @given(st.lists(COSTS, max_size=8))
+@example([999.9999999999999, 2.307582760437715e-178])  # the largest is 1000, exactly
+@example([1.959018348345161, 999.9999999999999])
 def test_costs_in_units_are_as_exact_as_each_alone(values: list[float]) -> None:
     fractions, resolution = rounded(values)
     multiples, unit = in_common_unit(fractions)
