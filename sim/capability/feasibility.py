@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from prefplan.errors import ModelError
-from sim.capability.arrangement import Places, arranged
+from sim.capability.arrangement import Places, arranged, positions, staged
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, dispensable, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
+from sim.skills.grasp_choice import is_placeable
 from sim.skills.skill import Skill, SkillError
 from sim.world.places import under
 from sim.world.scene import Scene, initial_state
@@ -75,20 +76,23 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
+        staying = Rehearsal(_taking(obj, location), places, obj, location)
+        placeable = start == location or self._is_placeable(staying)
         brought = None if start == location else self._immovable.get(obj)
-        if start != location and brought is None:
+        if start != location and placeable and brought is None:
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
                 brought = self._attempt(bringing(obj, start, location, places))
                 if brought.for_good and brought.done < TAKEN:
                     self._immovable[obj] = brought
         if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
-        stayed = self._stayed(Rehearsal(_taking(obj, location), places, obj, location))
+        stayed = self._stayed(staying)
         arrives = brought is not None and brought.done >= BROUGHT
         if stayed.done >= TAKEN and (arrives or (brought is None and stayed.error is None)):
             return PlaceCheck(obj, location)
         first = stayed if start == location else brought
-        put, put_unless = (True, ()) if arrives else self._bringable(obj, location, places, first)
+        settled = arrives or not placeable
+        put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first)
         if stayed.error is None:
             assert brought is not None
             return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
@@ -99,6 +103,19 @@ class Feasibility:
             return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
         reason = self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error)
         return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
+
+    def _is_placeable(self, staying: Rehearsal) -> bool:
+        """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.
+
+        A rehearsal takes far longer to find that out, and only for the grasps that are possible where it begins.
+        """
+        others = dispensable(staying, self._scene.model)
+        try:
+            alone = staged(self._scene, {name: at for name, at in staying.places.items() if name not in others})
+        except ModelError:  # fixed objects may rest on movable ones
+            return True
+        self._cell.begin(alone, positions(self._scene, alone))
+        return is_placeable(self._cell, staying.obj, staying.location)
 
     def _stayed(self, staying: Rehearsal) -> Attempt:
         """Attempt to grasp an object where it is and to put it back; if the way there is blocked, from elsewhere, too.

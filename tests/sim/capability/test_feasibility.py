@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,6 +64,22 @@ def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: fl
     places = (Location("near", at=(distance, 0.0)), Location("far", at=(0.5, 0.2)))
     scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
     assert Feasibility(scene).check("cube", "near") == PlaceCheck("cube", "near")
+
+
+def test_where_an_object_fits_in_no_grasp_it_is_not_brought(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[str] = []
+    run = Rehearsal.run
+
+    def noted(rehearsal: Rehearsal, *args: Any) -> tuple[int, SimulationError | None]:
+        tried.extend(rehearsal.actions)
+        return run(rehearsal, *args)
+
+    monkeypatch.setattr(Rehearsal, "run", noted)
+    places = Location("far", at=(0.87, 0.0)), Location("near", at=(0.5, 0.2)), Location("other", at=(0.6, -0.2))
+    model = ManipulationModel("home", COSTS, places, (Object("cup", "near"),), robot="panda_suction")
+    found = Feasibility(build_scene(model, meshes=False)).check("cup", "far")
+    assert (found.take, found.put) == (False, False) and "out of reach" in str(found.reason)
+    assert not any(action.startswith("transport") for action in tried)
 
 
 def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -> None:
