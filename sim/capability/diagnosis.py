@@ -81,17 +81,14 @@ class FailureDiagnosis:
     def _least(self, refused: Rehearsal, helps: partial[bool], most: int) -> int | None:
         """Return the least change up to `most` that helps, cm, if greater changes help as well; None if none does."""
         known = refused.location, helps.func.__name__
-        last = self._last.get(known, 0)
-        if 0 < last <= most and helps(last) and (last == 1 or not helps(last - 1)):
-            return last
-        low, high = 0, 1
-        while high <= most and not helps(high):
-            low, high = high, min(2 * high, most) if high < most else most + 1
+        low, high, stride = 0, most + 1, 1
+        guess = min(self._last.get(known, 1), most)  # what other objects lack there is a good guess
+        while high - low > 1:
+            low, high = (low, guess) if helps(guess) else (guess, high)
+            guess = min(low + stride, most) if high > most else max((low + high) // 2, high - stride)
+            stride *= 2
         if high > most:
             return None
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if helps(middle) else (middle, high)
         self._last[known] = high
         return high
 
