@@ -16,6 +16,7 @@ from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 from prefplan.product.reduction import Reduction
 from prefplan.search.driver import LabelSearch
+from prefplan.search.reference import ReferenceSearch
 
 T = TypeVar("T")
 
@@ -63,8 +64,12 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         for task in tasks
     )
     problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
-    prepared = Prepared(reduction.product_of(problem), Options(heuristic=1, lagrangian=False))
-    search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
+    search: LabelSearch | ReferenceSearch
+    try:
+        prepared = Prepared(reduction.product_of(problem), Options(heuristic=1, lagrangian=False))
+        search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
+    except OverflowError:  # 64 bits may not be enough
+        search = ReferenceSearch(reduction.listed_product(problem), bounds={}, single=True)
     result = search.run(limits)
     if result.ended is not None:
         raise LimitError(result.ended)

@@ -30,6 +30,7 @@ from prefplan import (
     pareto_front,
 )
 from prefplan.errors import ModelError
+from prefplan.front import Reason
 from prefplan.logic.tasks import Relaxation
 from prefplan.preferences.kinds import Preference
 
@@ -217,6 +218,15 @@ def test_bounds_are_as_exact_as_costs(cost: int) -> None:
     assert pareto_front(problem, max_cost=cost)
     assert not pareto_front(problem, max_cost=cost - 1)
     assert cheapest_plan(problem, max_preference=0).cost == cost
+
+
+def test_why_there_is_no_plan_is_said_whatever_the_size_of_numbers() -> None:
+    system = fork((10**30, 1), (2 * 10**30, 3))
+    with pytest.raises(NoPlanError) as caught:
+        cheapest_plan(Problem(system, {"a": "F a", "b": "F b"}, Order()), max_cost=5)
+    assert caught.value.reason == Reason("bound", smallest=10**30 + 1)
+    front = pareto_front(Problem(system, {"a": "F a", "c": "F (b & X b)"}, Order()))
+    assert front.reason == Reason("task", ("c",))
 
 
 def test_python_integers_keep_limits_of_time() -> None:
