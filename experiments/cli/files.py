@@ -60,7 +60,7 @@ def only_writer(folder: Path) -> Iterator[None]:
 
 def check_new(path: Path, *, force: bool = False, fix: str = "--force replaces it") -> None:
     """Raise PrefplanError if there is something at a path that must not be replaced."""
-    if path.exists() and not force:
+    if os.path.lexists(path) and not force:
         raise PrefplanError(f"{path}: already exists; {fix}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from decimal import Decimal
@@ -37,9 +38,10 @@ def path_of(scenario: str | Path) -> Path:
     if scenario in names():
         return FOLDER / f"{scenario}.toml"
     path, named = Path(scenario), Path(f"{scenario}.toml")
-    if named.is_file() and not path.is_file():
+    # Those of `os.path` return False, too, if a folder may not be read or a name is too long.
+    if os.path.isfile(named) and not os.path.isfile(path):
         return named
-    if path.suffix or path.exists() or len(path.parts) > 1:
+    if path.suffix or os.path.exists(path) or len(path.parts) > 1:
         return path
     valid = sorted({*names(), *(file.stem for file in Path().glob("*.toml") if is_scenario(file))})
     raise ScenarioError(f"no scenario named {scenario!r} ships or is in this folder {choices(scenario, valid)}")

@@ -97,7 +97,7 @@ def _duration(video: Path) -> float:
     try:
         return float(imageio_ffmpeg.count_frames_and_secs(video)[1])
     except (OSError, RuntimeError):
-        why = "cannot be read as a video" if video.exists() else "no such file"
+        why = "cannot be read as a video" if os.path.exists(video) else "no such file"
         raise RenderingError(f"{video}: {why}") from None
 
 

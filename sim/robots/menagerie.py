@@ -79,7 +79,7 @@ def _cached() -> bool:
     cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
     commit = os.environ.get("ROBOT_DESCRIPTION_COMMIT")
     folder = cache / (f"mujoco_menagerie-{commit}/mujoco_menagerie" if commit else "mujoco_menagerie")
-    if not (folder / ".git").is_dir():
+    if not os.path.isdir(folder / ".git"):  # unlike that of `Path`, also False if the cache may not be read
         return False
     known = ["git", "-C", str(folder), "cat-file", "-e", f"{commit or 'HEAD'}^{{commit}}"]
     return subprocess.run(known, capture_output=True).returncode == 0

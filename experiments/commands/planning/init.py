@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -11,6 +12,7 @@ from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH, Choice
 from experiments.starters import KINDS, starter
+from prefplan.errors import PrefplanError
 
 
 @command
@@ -23,10 +25,13 @@ def init(file: Path, kind: str) -> int:
       prefplan init rooms
       prefplan init desk --kind manipulation
     """
+    if file.name in ("", ".."):
+        raise PrefplanError(f"{file}: is a folder; name a file")
     if file.suffix != ".toml":
         file = file.with_name(f"{file.name}.toml")
     check_new(file, fix="choose another name, or remove it first")
     make_folder(file.parent)
     write_bytes(file, starter(kind, file=file.name).encode())
-    say(f"Wrote {file}. Next: prefplan check {file}, then prefplan front {file}")
+    quoted = shlex.quote(str(file))
+    say(f"Wrote {file}. Next: prefplan check {quoted}, then prefplan front {quoted}")
     return DONE

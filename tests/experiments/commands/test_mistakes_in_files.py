@@ -233,6 +233,9 @@ IN_FILES = [
 
 WRONG = "Invalid value for"
 
+LONG = "x" * 300
+"""Longer than any name of a file."""
+
 IN_OPTIONS = [
     ("front", "prefplan front: Missing argument 'SCENARIO'."),
     (
@@ -282,7 +285,13 @@ IN_OPTIONS = [
         f"prefplan draw: {WRONG} 'WHAT': unknown value 'tidy.toml' (valid: plans, automata, system)",
     ),
     ("init tidy --kind gird", f"prefplan init: {WRONG} '--kind': unknown value 'gird' (did you mean 'grid'?)"),
+    ("init ''", "prefplan: .: is a folder; name a file"),
     ("front .", "prefplan: .: cannot be read (Is a directory)"),
+    # The operating system will not even look at a path like this one; nor at one in a folder that may not be read.
+    (f"front {LONG}.toml", f"prefplan: {LONG}.toml: cannot be read (File name too long)"),
+    (f"init {LONG}", f"prefplan: {LONG}.toml: cannot be written (File name too long)"),
+    (f"export {LONG}.npz --to glb", f"prefplan: {LONG}.npz: broken, or not a log of `prefplan run`"),
+    (f"film {LONG}.mp4 a.mp4", f"prefplan: {LONG}.mp4: no such file"),
 ]
 """The arguments of the program, and the message; `tidy.toml` is a grid."""
 
