@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import sys
 
-from experiments.cli.start import handle_ctrl_c, missing
+from experiments.cli.start import handle_ctrl_c, missing, open_streams
 from experiments.cli.status import INTERRUPTED, tell
 
 
 def main() -> int:
     """Load the command line, run it and return its exit status."""
+    open_streams()
     handle_ctrl_c()
     try:
         from experiments.commands.command_line import main as run

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import sys
@@ -91,6 +92,13 @@ def loading_simulation(*, quiet: bool) -> Iterator[None]:
     finally:
         if shown:
             print(CLEARED_LINE, end="", file=sys.stderr, flush=True)
+
+
+def open_streams() -> None:
+    """Let what the caller has closed, such as stdout with `>&-`, lead nowhere; a file would take its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))
 
 
 def handle_ctrl_c() -> None:

@@ -118,7 +118,7 @@ class FailureDiagnosis:
         With a negative sign, they are farther away.
         """
         offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
-        return self._moved(refused, sign * centimetres / 100 * offset / np.linalg.norm(offset))
+        return self._moved(refused, sign * centimetres / 100 * offset / max(float(np.linalg.norm(offset)), 1e-9))
 
     def _moved(self, refused: Rehearsal, shift: np.ndarray) -> bool:
         """Return whether the rehearsal would succeed with the location and its supports moved by (3,) m."""

@@ -104,7 +104,7 @@ def _find_files(world: mujoco.MjSpec, path: Path) -> None:
         named = Path(os.path.abspath(path.parent / beside / file))
         ends = Path(os.path.normpath(Path(beside) / file)).parts
         inner = (other for other in known if other.parts[-len(ends) :] == ends)
-        return str(named if named.is_file() else next(inner, named))
+        return str(named if os.path.isfile(named) else next(inner, named))
 
     for parts, folder in ((world.meshes, "meshdir"), (world.textures, "texturedir"), (world.hfields, "meshdir")):
         for part in parts:

@@ -83,7 +83,7 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     if model.scene is None:
         return None
     path = model.folder / model.scene
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise SimulationError(f"scene: {path}: no such file")
     return read_file(path)
 
@@ -110,7 +110,7 @@ def scene_files(path: Path) -> list[Path]:
     Raises:
         SimulationError: one of them is missing, or no XML.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise SimulationError(f"{path}: no such file")
     try:
         return sorted(Path(os.fsdecode(name.encode())) for name in mujoco.mju_getXMLDependencies(as_utf8(path)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from functools import cache, partial
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def user_robot(setup: RobotSetup) -> Robot:
     """
     check_robot(setup)
     path = setup.folder / str(setup.mjcf)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise SimulationError(f"robot.mjcf: {path}: no such file")
     return _robot(setup, path.stat().st_mtime_ns)
 

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pty
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -26,6 +27,13 @@ def test_while_nothing_is_compiled_a_front_is_searched_in_python(tmp_path: Path)
 def _points(text: str) -> list[object]:
     plans: list[object] = json.loads(text)["front"]
     return plans
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", "<&- >&- 2>&-"])
+def test_closed_streams_do_not_matter(closed: str) -> None:
+    done = subprocess.run(f"{shlex.join(PROGRAM)} {closed}", shell=True, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (len(_points(done.stdout)) > 0) if ">&-" not in closed.split() else not done.stdout
 
 
 @pytest.mark.parametrize("more", [(), ("-q",)])

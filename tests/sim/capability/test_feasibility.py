@@ -88,6 +88,13 @@ def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -
     assert check_cup((0.2 + short + 0.005, 0.0), cup=can) == PlaceCheck("cup", "here")
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_place_within_the_base_is_refused_without_a_warning() -> None:
+    places = (Location("within", at=(0.0, 0.0)), Location("far", at=(0.5, 0.2)))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
+    assert not Feasibility(scene).check("cube", "within").put
+
+
 def test_a_board_that_is_too_low_is_told_with_the_height_that_is_missing() -> None:
     def shelf(board: float) -> Fixture:
         size = (0.24, 0.5, board + 0.2)

@@ -302,6 +302,7 @@ def test_what_has_no_effect_is_said(mug: Scene) -> None:
     ("old", "new", "message"),
     [
         ('"lab.xml"', '"lob.xml"', "scene: {0}/lob.xml: no such file"),
+        ('"lab.xml"', f'"{"x" * 300}.xml"', "xxx.xml: no such file"),
         ('"lab.xml"', '"lab.toml"', "scene: {0}/lab.toml: "),
         ('site = "left"', 'site = "lift"', "desk.site: {0}/lab.xml has no site 'lift' (did you mean 'left'?)"),
         ('site = "left"', 'site = "afloat"', "locations.desk: nothing in {0}/lab.xml carries it"),

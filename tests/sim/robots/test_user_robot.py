@@ -117,6 +117,7 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
     ("change", "words"),
     [
         ({"mjcf": "none.xml"}, "robot.mjcf: .*none.xml: no such file"),
+        ({"mjcf": "x" * 300}, "robot.mjcf: .*xxx: no such file"),
         ({"joints": ("turn", "lfit")}, r"robot.joints: no joint 'lfit' in the MJCF \(did you mean 'lift'\?\)"),
         ({"joints": ("lift", "turn")}, "the joint 'turn' is not behind 'lift'"),
         ({"tool": "top"}, r"robot.tool: no site 'top' in the MJCF \(did you mean 'tip'\?\)"),
