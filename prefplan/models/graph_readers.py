@@ -92,7 +92,7 @@ def read(folder: Path, name: str, key: str) -> Listing:
             return replace(READERS[key][ending(name)](_contents(folder / name), key), place=place)
         except FileNotFoundError:
             raise ModelError("no such file beside the scenario") from None
-        except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+        except (OSError, EOFError, zlib.error, ValueError) as error:
             raise ModelError(f"cannot be read: {error}") from None
         finally:
             if collects:

@@ -269,4 +269,6 @@ def _labels(labels: Mapping[Any, Iterable[str]], states: Collection[Hashable]) -
             raise ModelError(f"label on unknown state {state!r} {choices(str(state), map(str, states))}")
         if isinstance(names, str):
             raise ModelError(f"label on state {state!r}: must be a list such as [{names!r}], not the string {names!r}")
+        if not isinstance(names, Iterable):
+            raise ModelError(f"label on state {state!r}: must be a list such as ['p'], not {describe(names)}")
     return {state: frozenset(names) for state, names in labels.items()}

@@ -119,6 +119,10 @@ MISTAKES = [
         "label on state 'dock': must be a list such as ['dock'], not the string 'dock'",
     ),
     (
+        "problem(graph=with_labels(None))",
+        "label on state 'dock': must be a list such as ['p'], not None",
+    ),
+    (
         'problem(tasks="F shelf")',
         'tasks: must be formulas by name, such as {"NAME": "F p"}, or a list such as [Task("NAME", "F '
         "p\")], not 'F shelf' (str)",

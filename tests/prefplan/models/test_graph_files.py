@@ -193,6 +193,7 @@ TWO_NUMBERS = "from,to,length,time,name\na,b,1,2,High Street\n"
         ({"cost": "time", "labels": {"z": ["p"]}}, "labels: unknown state 'z' (valid: a, b)"),
         ({"cost": "time", "nodes": "x.txt"}, "nodes: x.txt: must end in .csv, .co, or in one of these and .gz"),
         ({"cost": "time", "nodes": "x.csv"}, "nodes: x.csv: no such file beside the scenario"),
+        ({"cost": "time", "nodes": "\0.csv"}, "nodes: \0.csv: cannot be read: embedded null byte"),
         ({"cost": "time", "start": ""}, "start: unknown state '' (valid: a, b)"),
     ],
 )
