@@ -30,42 +30,33 @@ After P. Amorese and M. Lahijanian, "Optimal Cost-Preference Trade-off Planning 
 IROS 2023.
 """
 
-# The public names are those that `prefplan.api` imports. They are loaded at their first use: pytest loads this package
-# wherever it is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
+from typing import Any
 
-from typing import TYPE_CHECKING
+import lazy_loader
 
-if TYPE_CHECKING:
-    from prefplan.api import *  # noqa: F403
+# The public names are in `__init__.pyi`. Each is loaded when it is asked for: pytest loads this package wherever it is
+# installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
+_load, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-    __version__: str
-else:
 
-    def __getattr__(name):
-        """Return a public name, loading all of them at the first use, or the version."""
-        from importlib import import_module
+def __getattr__(name: str) -> Any:
+    """Return a public name, or the version."""
+    if name == "__version__":
+        from importlib import metadata
 
-        if name == "__version__":
-            from importlib import metadata
-
-            try:
-                return metadata.version("prefplan")
-            except metadata.PackageNotFoundError:
-                return "unknown"
-        if not name.startswith("__") or name == "__all__":
-            offered = {name: value for name, value in vars(import_module("prefplan.api")).items() if name[0].isalpha()}
-            globals().update(offered, __all__=sorted(offered))
         try:
-            return globals()[name]
-        except KeyError:
-            from difflib import get_close_matches
+            return metadata.version("prefplan")
+        except metadata.PackageNotFoundError:
+            return "unknown"
+    if name in __all__:
+        return _load(name)
+    from difflib import get_close_matches
 
-            near = get_close_matches(name, globals().get("__all__", ()), n=1)
-            meant = f" (did you mean {near[0]!r}?)" if near else ""
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}") from None
+    near = get_close_matches(name, __all__, n=1)
+    meant = f" (did you mean {near[0]!r}?)" if near else ""
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{meant}")
 
-    def __dir__():
-        """Return all names, including the public ones that are not loaded yet."""
-        import prefplan
 
-        return sorted({*globals(), *prefplan.__all__, "__version__"})
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return [*__all__, "__version__"]

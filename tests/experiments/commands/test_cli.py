@@ -111,7 +111,7 @@ for call in sys.argv[1:]:
 """
 
 
-@pytest.mark.parametrize("absent", ["mujoco", "lazy_loader mujoco mink"])
+@pytest.mark.parametrize("absent", ["mujoco", "mujoco mink"])
 def test_only_what_needs_the_simulation_asks_to_install_it(absent: str, tmp_path: Path) -> None:
     (tmp_path / "cup.toml").write_text(CUP)
     calls = ["run cup", "verify run.npz", "check cup -q", "report example -q"]
