@@ -167,17 +167,17 @@ class ProjectedBackward:
 
     def _edge_costs(self, projection: Projection, least: np.ndarray, own: Sequence[str] | None = None) -> np.ndarray:
         """Return the costs of a projection's edges; if `own` is given, 0 for actions that concern no object of it."""
-        states, space = projection.listing, projection.space
-        costs: np.ndarray = least.ravel()[states.prices]
+        system, space = projection.system, projection.space
+        costs: np.ndarray = least.ravel()[system.costs[0].entries]
         if own is None:
             return costs
-        actions = [read_action(text) for text in states.action_names]
-        concerns = np.array([action.obj in own for action in actions])[states.actions]
-        after = projection.listing.codes[states.targets]
+        actions = [read_action(text) for text in system.action_names]
+        concerns = np.array([action.obj in own for action in actions])[system.actions]
+        after = projection.codes[system.targets]
         hand = space.digit(after, 0)
         single = np.array([place.capacity == 1 for place in space.model.locations] + [False])
         alone = (
-            single[np.minimum(hand, len(single) - 1)] & np.array([not action.obj for action in actions])[states.actions]
+            single[np.minimum(hand, len(single) - 1)] & np.array([not action.obj for action in actions])[system.actions]
         )
         for o, obj in enumerate(space.objects):
             if obj in own:

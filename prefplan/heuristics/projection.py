@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from prefplan.models.costs import CostTable
 from prefplan.models.kernels import Integer, inner_kernel
-from prefplan.models.manipulation.action_costs import cost_tables
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import StateTable, listed, moves_of, table
+from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.successors import canonical, unpack
 from prefplan.models.manipulation.symbolic import ManipulationState
@@ -37,8 +38,9 @@ class Projection:
         tasks: the set.
         space: how its states are encoded.
         merged: names of its locations that are merged.
-        listing: its states.
-        system: its transition system, without costs.
+        codes: (S,) int64, of its states.
+        system: its transition system, in which the cost of an edge is the number of its price, as in
+            `prefplan.models.manipulation.successors.Steps`.
         places: by location of the model, the number here; -1 for merged ones.
         hands: (H,) by pose of the hand in the model, the number here; -1 over merged locations.
     """
@@ -47,7 +49,7 @@ class Projection:
     tasks: tuple[int, ...]
     space: StateCodes
     merged: tuple[str, ...]
-    listing: StateTable
+    codes: np.ndarray
     system: TransitionSystem
     places: list[int]
     hands: list[int]
@@ -72,15 +74,17 @@ class Projection:
         symmetry = Symmetry(small, names, places_alike=bool(view.neutral))
         space = StateCodes(small, begin, names)
         moves = moves_of(space, symmetry.neutral, symmetry.alike)
-        states = listed(space, moves, int(canonical(moves, space.encode(begin, where="start"))))
-        system = table(space, states, cost_tables(small, KINDS, space.hands), names)
+        poses = len(space.hands)
+        prices = CostTable("price", np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses), Fraction(1))
+        first = int(canonical(moves, space.encode(begin, where="start")))
+        system, codes = listed(space, moves, [prices], first, names)
         merged = view.neutral_locations
         places = [-1 if name in merged else space.locations.index(name) for name in whole.locations]
         hands = [
             space.hands.index(hand) if x == len(places) else places[x]
             for hand, x in zip(whole.hands, whole.over, strict=True)
         ]
-        return cls(number, tasks, space, symmetry.neutral_locations, states, system, places, hands)
+        return cls(number, tasks, space, symmetry.neutral_locations, codes, system, places, hands)
 
 
 def _without(
@@ -146,7 +150,7 @@ def arrays_of(projections: Sequence[Projection], whole: StateCodes) -> Projectio
             weights[m, whole.mark_digits[pair]] = -space.weights[d]
         places[m, : len(one.merged)] = [space.locations.index(name) for name in one.merged]
         numbers.append(np.zeros(space.bound, dtype=np.int32))
-        numbers[m][one.listing.codes] = np.arange(one.system.size)
+        numbers[m][one.codes] = np.arange(one.system.size)
     slots = np.array([[*one.places, one.space.held] for one in projections])
     first = np.cumsum([0, *map(len, numbers)])[:-1].astype(np.int64)
     radices = np.array(whole.radices, dtype=np.int64)

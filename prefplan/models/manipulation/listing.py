@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,10 +47,10 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
     marks = [[digit.get((obj, place.marks or ""), 0) for obj in space.objects] for place in model.locations]
     return Moves(
         radices=np.array(space.radices, dtype=np.int64),
-        location=space.location.astype(np.int64),
-        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)).astype(np.int64),
-        over=space.over.astype(np.int64),
-        above=space.above.astype(np.int64),
+        location=space.location,
+        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)),
+        over=space.over,
+        above=space.above,
         capacity=np.where(closed | (below & empty).any(axis=1), 0, capacity),
         movable=np.array([not obj.fixed for obj in model.objects], dtype=np.bool_),
         needs=below.astype(np.int8) - empty.astype(np.int8),
@@ -60,7 +60,7 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
         places=places,
         ranks=np.zeros(len(places), dtype=np.int64),
         alike=np.array([o for each in objects for o in each], dtype=np.int64),
-        alike_class=np.repeat(np.arange(len(objects)), list(map(len, objects))).astype(np.int64),
+        alike_class=np.repeat(np.arange(len(objects)), list(map(len, objects))),
         excluded=excluded,
         first_condition=first,
         conditions=conditions,
@@ -74,39 +74,47 @@ def action_names(space: StateCodes) -> tuple[str, ...]:
     return (*names, *(f"transport {text}" for text in loaded), *(f"release {text}" for text in loaded))
 
 
-@dataclass(frozen=True)
-class StateTable:
-    """S states and E actions of a model.
+def listed(
+    space: StateCodes, moves: Moves, costs: Collection[CostTable], start: int, names: Collection[str] | None = None
+) -> tuple[TransitionSystem, np.ndarray]:
+    """List the canonical states that can be reached from one by the standard operators.
 
-    Attributes:
-        codes: (S,) int64, of the states; the start's first.
-        offsets: (S + 1,) int64 and targets: (E,) int32, as in `TransitionSystem`.
-        actions: (E,) int32, index into `action_names`.
-        prices: (E,) int32, as in `prefplan.models.manipulation.successors.Steps`.
-        action_names: texts of the actions.
-    """
-
-    codes: np.ndarray
-    offsets: np.ndarray
-    targets: np.ndarray
-    actions: np.ndarray
-    prices: np.ndarray
-    action_names: tuple[str, ...]
-
-
-def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
-    """Return the canonical states that can be reached from one by the standard operators.
-
-    States of one distance from the start are in the order of their codes.
+    States of one distance from the start are in the order of their codes, which are returned, too, as (S,) int64. Costs
+    are (K, H, H), as in `CostTable`; labels keep some propositions, all for None.
 
     Raises:
-        ModelError: there are too many states for 64-bit integers.
+        ModelError: there are too many states for 64-bit integers, or the cost of an action was not measured.
         LimitError: a limit of time or memory was reached.
     """
     space.require_small()
+    codes, edges = _reachable(moves, start)
+    counts, reached, actions, prices = (np.concatenate(each) for each in zip(*edges, strict=True))
+    _check_limits(len(reached))
+    by_code = np.argsort(codes)
+    labels, label_sets = _labels(space, codes, names)
+    system = TransitionSystem(
+        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
+        start=0,
+        offsets=np.concatenate([[0], np.cumsum(counts)]),
+        targets=by_code[np.searchsorted(codes[by_code], reached)].astype(np.int32),
+        actions=actions,
+        costs=tuple(replace(each, entries=each.entries.ravel()[prices]) for each in costs),
+        labels=labels,
+        action_names=action_names(space),
+        label_sets=label_sets,
+        propositions=space.model.valid_propositions,
+    )
+    for edge in np.flatnonzero(system.costs[0].entries == UNMEASURED)[:1]:
+        before = prices[edge] // len(space.hands) % len(space.hands)
+        raise unmeasured(system.action_names[actions[edge]], space.hands[before])
+    return system, codes
+
+
+def _reachable(moves: Moves, start: int) -> tuple[np.ndarray, list[tuple[np.ndarray, ...]]]:
+    """Return (S,) the canonical states that can be reached from one, and their actions, in chunks, as from `expand`."""
     steps = steps_of(moves)
     layer = np.array([start], dtype=np.int64)
-    layers, sorted_codes, edges = list[np.ndarray](), layer, list[tuple[np.ndarray, ...]]()
+    layers, known, edges = list[np.ndarray](), layer, list[tuple[np.ndarray, ...]]()
     while len(layer):
         layers.append(layer)
         chunks = []
@@ -117,49 +125,16 @@ def listed(space: StateCodes, moves: Moves, start: int) -> StateTable:
         reached = np.concatenate([chunk[1] for chunk in chunks])
         _check_limits(len(reached))
         reached = np.unique(reached)
-        places = np.searchsorted(sorted_codes, reached)
-        layer = reached[sorted_codes[np.minimum(places, len(sorted_codes) - 1)] != reached]
-        sorted_codes = np.insert(sorted_codes, np.searchsorted(sorted_codes, layer), layer)
-    codes = np.concatenate(layers)
-    counts, reached, actions, prices = (np.concatenate([chunk[k] for chunk in edges]) for k in range(4))
-    _check_limits(len(reached))
-    targets = np.argsort(codes)[np.searchsorted(sorted_codes, reached)].astype(np.int32)
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return StateTable(codes, offsets, targets, actions, prices, action_names(space))
+        places = np.searchsorted(known, reached)
+        layer = reached[known[np.minimum(places, len(known) - 1)] != reached]
+        known = np.insert(known, np.searchsorted(known, layer), layer)
+    return np.concatenate(layers), edges
 
 
 def _check_limits(edges: int) -> None:
     """Check the limits before memory for some edges is taken, unless they are few: small models are always listed."""
     if edges >= CHUNK:
         check_limits(EDGE_BYTES * edges)
-
-
-def table(
-    space: StateCodes, listing: StateTable, costs: Collection[CostTable], names: Collection[str] | None
-) -> TransitionSystem:
-    """Return the states of a listing as a transition system; labels keep some propositions, all for None.
-
-    Raises:
-        ModelError: the cost of an action was not measured.
-    """
-    codes = listing.codes
-    columns = tuple(replace(each, entries=each.entries.ravel()[listing.prices]) for each in costs)
-    for edge in np.flatnonzero(columns[0].entries == UNMEASURED)[:1]:
-        before = listing.prices[edge] // len(space.hands) % len(space.hands)
-        raise unmeasured(listing.action_names[listing.actions[edge]], space.hands[before])
-    labels, label_sets = _labels(space, codes, names)
-    return TransitionSystem(
-        states=OnDemand(len(codes), lambda i: space.decode(int(codes[i]))),
-        start=0,
-        offsets=listing.offsets,
-        targets=listing.targets,
-        actions=listing.actions,
-        costs=columns,
-        labels=labels,
-        action_names=listing.action_names,
-        label_sets=label_sets,
-        propositions=space.model.valid_propositions,
-    )
 
 
 def _labels(

@@ -14,7 +14,7 @@ from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import Classes, listed, moves_of, table
+from prefplan.models.manipulation.listing import Classes, listed, moves_of
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
@@ -102,7 +102,7 @@ class ManipulationSystem(System):
             ModelError: a state does not fit an integer, or the cost of an action was not measured.
         """
         if self.operators == STANDARD_OPERATORS:
-            system = table(self.space, listed(self.space, self.moves, self.first), self.costs, self.visible)
+            system, _ = listed(self.space, self.moves, self.costs, self.first, self.visible)
         else:
             system = self._listed_by_operators()
         return replace(system, propositions=self.propositions, display=self.display)
