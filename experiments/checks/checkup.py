@@ -17,7 +17,6 @@ from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptible
 from prefplan.logic.mtbdd import same
-from prefplan.models.graph_file import GraphFileModel
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
 from prefplan.planner import Planner
@@ -92,7 +91,6 @@ def check(
         "interrupted": limits.interrupted,
         "complete": finished and (arm is None or arm.complete),
         **size,
-        "dropped": model.network.dropped if isinstance(model, GraphFileModel) else 0,
         "tasks": tasks,
         "contract": contract,
         "meaning": SEARCHES[contract],

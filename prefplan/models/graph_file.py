@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import permutations
-from operator import le
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -42,13 +40,10 @@ class Network:
     Attributes:
         system: its transition system. An action has the name that the file gives, else its target's; the second of
             several that lead from one node to another is `name#2`.
-        dropped: number of edges left out because another between the same nodes dominates them: no larger in any
-            cost, and smaller in one.
         points: (S, 2) float64, where a map shows the states; None if one has no coordinates.
     """
 
     system: TransitionSystem
-    dropped: int
     points: np.ndarray | None
 
 
@@ -122,21 +117,20 @@ class GraphFileModel:
         for name, more in self.labels.items():
             check_known("labels", "state", name, index)
             label_of[index[name]] = label_of.get(index[name], frozenset()).union(more)
-        kept = _undominated(edges, costs)
-        actions = _actions(edges, kept)
+        actions = _actions(edges)
         numbers = {name: i for i, name in enumerate(dict.fromkeys(actions))}
         system = TransitionSystem.from_arrays(
             states=tuple(index),
             start=index[str(self.start)],
-            sources=np.array([index[edges.edges["from"][row]] for row in kept], dtype=np.int64),
-            targets=np.array([index[edges.edges["to"][row]] for row in kept], dtype=np.int64),
+            sources=np.array([index[name] for name in edges.edges["from"]], dtype=np.int64),
+            targets=np.array([index[name] for name in edges.edges["to"]], dtype=np.int64),
             actions=np.array([numbers[name] for name in actions], dtype=np.int64),
-            costs={name: [each[row] for row in kept] for name, each in zip(self.cost_names, costs, strict=True)},
+            costs=dict(zip(self.cost_names, costs, strict=True)),
             action_names=tuple(numbers),
             label_of=label_of,
             propositions=self.propositions,
         )
-        return Network(system, len(costs[0]) - len(kept), _points(nodes, len(index)))
+        return Network(system, _points(nodes, len(index)))
 
     def _edges(self) -> tuple[Listing, list[list[float]]]:
         """Return the edges of the first file, and each cost of every edge."""
@@ -218,34 +212,18 @@ def _points(nodes: Listing, count: int) -> np.ndarray | None:
     return np.stack([shrunk * x, y], axis=1)
 
 
-def _undominated(edges: Listing, costs: Sequence[Sequence[float]]) -> list[int]:
-    """Return the rows of the edges that no edge between the same nodes dominates, in order."""
-    parallel = defaultdict[tuple[str, str], list[int]](list)
-    for row, ends in enumerate(zip(edges.edges["from"], edges.edges["to"], strict=True)):
-        parallel[ends].append(row)
-    kept = [rows[0] for rows in parallel.values() if len(rows) == 1]
-    for rows in (rows for rows in parallel.values() if len(rows) > 1):
-        vectors = {row: [each[row] for each in costs] for row in rows}
-        better = [(a, b) for a, b in permutations(rows, 2) if all(map(le, vectors[a], vectors[b]))]
-        kept += set(rows) - {b for a, b in better if vectors[a] != vectors[b]}
-    return sorted(kept)
-
-
-def _actions(edges: Listing, rows: Sequence[int]) -> list[str]:
-    """Return the action of some edges, see `Network`.
+def _actions(edges: Listing) -> list[str]:
+    """Return (E,) the action of every edge, see `Network`.
 
     Raises:
         ModelError: edges of one action lead from a node to different nodes.
     """
     sources, targets = (edges.edges[end] for end in ENDS)
-    given, actions = edges.edges.get("action", targets), list[str]()
-    leads, times = dict[tuple[str, str], str](), Counter[tuple[str, str]]()
-    for row in rows:
-        name = str(given[row] or targets[row])
-        action = sources[row], name
-        if leads.setdefault(action, targets[row]) != targets[row]:
-            where = f"{edges.place}action {name!r} leaves node {sources[row]!r}"
-            raise ModelError(f"{where} twice, to different nodes")
-        times[action] += 1
-        actions.append(name if times[action] == 1 else f"{name}#{times[action]}")
+    leads, times, actions = dict[tuple[str, str], str](), Counter[tuple[str, str]](), list[str]()
+    for source, target, given in zip(sources, targets, edges.edges.get("action", targets), strict=True):
+        name = str(given or target)
+        if leads.setdefault((source, name), target) != target:
+            raise ModelError(f"{edges.place}action {name!r} leaves node {source!r} twice, to different nodes")
+        times[source, name] += 1
+        actions.append(name if times[source, name] == 1 else f"{name}#{times[source, name]}")
     return actions

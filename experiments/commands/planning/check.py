@@ -73,9 +73,6 @@ def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> 
         beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
         size = f"{found['states']} states{beyond}, {found['edges']} actions in them"
     console.print(f"  {size}, {len(found['propositions'])} propositions")
-    if dropped := found["dropped"]:
-        edges = "1 edge" if dropped == 1 else f"{dropped} edges"
-        console.print(f"  {edges} of the file left out: dominated by another edge between the same states")
     costs, preferences = found["costs"], found["preferences"]
     if len(costs) == len(preferences) == 1:
         if found["contract"] not in ("additive", "convex"):  # these ask nothing of the user

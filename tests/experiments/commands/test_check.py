@@ -132,14 +132,6 @@ def test_a_scenario_is_summed_up(run: Run, island: Path) -> None:
     assert (found["contract"], found["warnings"], found["scene"]) == ("convex", [], None)
 
 
-def test_edges_of_a_file_that_are_left_out_are_counted(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "quay.csv").write_text("from,to,cost\nquay,market,3\nquay,market,2.5\nmarket,quay,1\n")
-    model = re.sub(r"transitions = .*?]\n(?=\[model)", 'file = "quay.csv"\n', ISLAND, flags=re.DOTALL)
-    (tmp_path / "island.toml").write_text(model.replace('island = ["beach"]\n', ""))
-    assert run("check", str(tmp_path / "island.toml"), "--json").json["dropped"] == 1
-    assert "1 edge of the file left out" in run("check", str(tmp_path / "island.toml")).out
-
-
 def test_people_read_the_same(run: Run, island: Path) -> None:
     out = run("check", "island.toml").out
     assert "island: a graph model" in out
