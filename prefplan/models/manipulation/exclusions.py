@@ -6,8 +6,8 @@ in the hand, or has a mark. In `prefplan.models.system.Barred` they are texts; h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,19 +43,14 @@ class Exclusion:
         return frozenset(what for _, what in self.conditions) | {self.action.location}
 
     @property
+    def objects(self) -> frozenset[str]:
+        """The objects that it names."""
+        return self.blockers | {self.action.obj}
+
+    @property
     def blockers(self) -> frozenset[str]:
         """The objects on which its conditions depend, without that of its action."""
         return frozenset(obj for obj, _ in self.conditions) - {self.action.obj}
-
-    def with_objects(self, names: Mapping[str, str]) -> Exclusion:
-        """Return the same with other names for some objects."""
-        action = replace(self.action, obj=names.get(self.action.obj, self.action.obj))
-        return Exclusion(action, frozenset((names.get(obj, obj), what) for obj, what in self.conditions))
-
-    def with_locations(self, names: Mapping[str, str]) -> Exclusion:
-        """Return the same with other names for some locations."""
-        action = replace(self.action, location=names.get(self.action.location, self.action.location))
-        return Exclusion(action, frozenset((obj, names.get(what, what)) for obj, what in self.conditions))
 
 
 def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclusion]:
@@ -77,31 +72,12 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     )
 
 
-def classes(
-    names: Sequence[str],
-    exclusions: Collection[Exclusion],
-    renamed: Callable[[Exclusion, Mapping[str, str]], Exclusion],
-) -> tuple[tuple[str, ...], ...]:
-    """Return names of objects or locations in classes: to exchange two of one leaves a set of exclusions as it is."""
-    found: list[list[str]] = []
-    for name in names:
-        for each in found:
-            swap = {name: each[0], each[0]: name}
-            if all(renamed(one, swap) in exclusions for one in exclusions):
-                each.append(name)
-                break
-        else:
-            found.append([name])
-    return tuple(map(tuple, found))
-
-
 def exclusion_arrays(
     space: StateCodes, actions: Sequence[str], exclusions: Collection[Exclusion]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return exclusions as in `Moves`, given the encoding of the states and the texts of the actions."""
-    first_slot = np.searchsorted(space.location, np.arange(len(space.locations) + 1)).tolist()
-    slots = {name: first_slot[x : x + 2] for x, name in enumerate(space.locations)}
-    slots[IN_HAND] = [space.held, space.held + 1]
+    slots = {name: space.first_slot[x : x + 2] for x, name in enumerate(space.locations)}
+    slots[IN_HAND] = np.array([space.held, space.held + 1])
 
     def condition(obj: str, what: str) -> list[int]:
         is_mark = what not in slots
