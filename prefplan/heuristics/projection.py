@@ -70,13 +70,13 @@ class Projection:
         Its `view` is the model without supports and slots, and says which locations are merged; `names` are the
         propositions of the tasks.
         """
-        small, begin = _without(view, kept, start)
+        small = _without(view, kept, start)
         symmetry = Symmetry(small, names, places_alike=bool(view.neutral))
-        space = StateCodes(small, begin, names)
+        space = StateCodes(small, names)
         moves = moves_of(space, symmetry.neutral, symmetry.alike)
         poses = len(space.hands)
         prices = CostTable("price", np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses), Fraction(1))
-        first = int(canonical(moves, space.encode(begin, where="start")))
+        first = int(canonical(moves, space.encode(small.initial_state, where="start")))
         system, codes = listed(space, moves, [prices], first, names)
         merged = view.neutral
         places = [-1 if name in merged else space.locations.index(name) for name in whole.locations]
@@ -87,9 +87,7 @@ class Projection:
         return cls(number, tasks, space, symmetry.neutral, codes, system, places, hands)
 
 
-def _without(
-    view: Symmetry, kept: Sequence[str], start: ManipulationState
-) -> tuple[ManipulationModel, ManipulationState]:
+def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> ManipulationModel:
     """Return a model with only some objects, and only as many merged locations as these need."""
     merged = view.neutral
     needed = merged[: len(kept) + 1]
@@ -109,8 +107,7 @@ def _without(
     begin = ManipulationState(hand, start.held if start.held in kept else None, tuple(places.items()))
     small = replace(view.model, locations=locations, objects=objects, begin=begin)
     marks = frozenset((obj, mark) for obj, mark in start.marks if obj in kept and mark in small.marks)
-    begin = replace(begin, marks=marks)
-    return replace(small, begin=begin), begin
+    return replace(small, begin=replace(begin, marks=marks))
 
 
 class ProjectionArrays(NamedTuple):

@@ -58,14 +58,9 @@ class CostTable:
         return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.entries.ravel().tolist()])
 
 
-def amount(cost: Cost, name: str) -> Number:
-    """Return one of the costs of an action."""
-    return cost[name] if isinstance(cost, Mapping) else cost
-
-
-def names_of(cost: Cost) -> tuple[str, ...]:
-    """Return the names of an action's costs, which are those of every action."""
-    return tuple(cost) if isinstance(cost, Mapping) else (DEFAULT_COST,)
+def by_name(cost: Cost) -> Mapping[str, Number]:
+    """Return the costs of an action by name; the names are those of every action."""
+    return cost if isinstance(cost, Mapping) else {DEFAULT_COST: cost}
 
 
 def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
@@ -74,26 +69,24 @@ def check_costs_agree(costs: Iterable[tuple[str, Cost]]) -> None:
     Raises:
         ModelError: a cost is negative, has no names, or other names than the first; the message begins with the key.
     """
-    names: tuple[str, ...] | None = None
-    first = first_text = ""
+    first: tuple[str, Cost] | None = None
     checked = set[Number]()
     for where, cost in costs:
         if isinstance(cost, int | float) and cost in checked:
             continue
-        here = names_of(cost)
-        if names is None:
-            if not here:
+        named = by_name(cost)
+        if first is None:
+            if not named:
                 raise ModelError(f"{where}: names no cost")
-            check_names(here, where=where)
-            names, first, first_text = here, where, _text_of(cost)
-        if set(here) != set(names):
-            raise ModelError(
-                f"{where}: gives {_text_of(cost)}, but {first} gives {first_text}; every cost has the same names"
-            )
-        for name in here:
+            check_names(named, where=where)
+            first = where, cost
+        if named.keys() != by_name(first[1]).keys():
+            gives = f"{where}: gives {_text_of(cost)}, but {first[0]} gives {_text_of(first[1])}"
+            raise ModelError(f"{gives}; every cost has the same names")
+        for name, value in named.items():
             at = f"{where}.{name}" if isinstance(cost, Mapping) else where
-            if exact(amount(cost, name), at) < 0:
-                raise ModelError(f"{at}: negative cost {amount(cost, name)}")
+            if exact(value, at) < 0:
+                raise ModelError(f"{at}: negative cost {value}")
         if isinstance(cost, int | float):
             checked.add(cost)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 from prefplan.errors import ModelError, check_known
-from prefplan.models.costs import DEFAULT_COST, Cost, check_costs_agree, names_of
+from prefplan.models.costs import DEFAULT_COST, Cost, by_name, check_costs_agree
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names
@@ -77,7 +77,7 @@ class GraphModel:
     @property
     def cost_names(self) -> tuple[str, ...]:
         """The names of the costs."""
-        return names_of(self.transitions[0].cost) if self.transitions else (DEFAULT_COST,)
+        return tuple(by_name(self.transitions[0].cost)) if self.transitions else (DEFAULT_COST,)
 
     @property
     def valid_propositions(self) -> frozenset[str]:

@@ -12,7 +12,7 @@ from prefplan.drawing import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory, check_limits
-from prefplan.models.costs import Cost, CostTable, amount, check_costs_agree, names_of
+from prefplan.models.costs import Cost, CostTable, by_name, check_costs_agree
 from prefplan.models.transition_system import OnDemand, TransitionSystem
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names, check_names
@@ -105,7 +105,7 @@ class GridModel:
     @property
     def cost_names(self) -> tuple[str, ...]:
         """The names of the costs."""
-        return names_of(self.cost)
+        return tuple(by_name(self.cost))
 
     def transition_system(self) -> TransitionSystem:
         """Return the cells without obstacles, row by row, as a weighted transition system.
@@ -134,7 +134,7 @@ class GridModel:
             _fill(ground, terrain.boxes, k)
         entered = ground[free][targets]
         every = [self.cost, *(terrain.cost for terrain in self.terrain.values())]
-        costs = {name: in_common_unit([exact(amount(cost, name)) for cost in every]) for name in self.cost_names}
+        costs = {name: in_common_unit([exact(by_name(cost)[name]) for cost in every]) for name in self.cost_names}
         labels, label_sets = self._labels(free)
         return TransitionSystem(
             states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),

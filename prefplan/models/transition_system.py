@@ -11,7 +11,7 @@ import numpy as np
 
 from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, in_units, to_number
-from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, amount, check_costs_agree, names_of
+from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, by_name, check_costs_agree
 from prefplan.models.system import Barred, System
 from prefplan.text.names import check_names
 
@@ -161,7 +161,7 @@ class TransitionSystem(System):
             edges[edge] = t
             costs.append((f"action {action!r} from state {source!r}", cost))
         check_costs_agree(costs)
-        names = names_of(costs[0][1]) if costs else (DEFAULT_COST,)
+        names = tuple(by_name(costs[0][1])) if costs else (DEFAULT_COST,)
         sources, actions = np.array(list(edges), dtype=np.int64).reshape(-1, 2).T
         return cls.from_arrays(
             states=tuple(index),
@@ -169,7 +169,7 @@ class TransitionSystem(System):
             sources=sources,
             targets=np.array(list(edges.values()), dtype=np.int64),
             actions=actions,
-            costs={name: [amount(cost, name) for _, cost in costs] for name in names},
+            costs={name: [by_name(cost)[name] for _, cost in costs] for name in names},
             action_names=tuple(action_index),
             label_of={index[state]: label for state, label in _labels(labels or {}, index).items()},
             propositions=propositions,

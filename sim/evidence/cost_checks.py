@@ -9,8 +9,8 @@ from fractions import Fraction
 from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
-from prefplan.models.costs import amount
-from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_names
+from prefplan.models.costs import by_name
+from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import location_of, pose
 from prefplan.models.manipulation.symbolic import holding
@@ -52,7 +52,7 @@ def _costs(
 ) -> set[Fraction]:
     """Return the costs that an action of a kind may have between any slots of two locations."""
     if not isinstance(model.costs, MeasuredCosts):
-        return {exact(amount(model.costs[kind], cost_names(model.costs)[0]))}
+        return {exact(by_name(model.costs[kind])[model.cost_names[0]])}
     between = {
         cost for (other, *ends), cost in table.items() if other == kind and [*map(location_of, ends)] == [hand, goal]
     }

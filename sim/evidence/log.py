@@ -20,7 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from prefplan.claims import Claims
 from prefplan.exact_costs import exact, to_number
-from prefplan.models.costs import amount
+from prefplan.models.costs import by_name
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from sim.errors import LogError
 from sim.evidence.archive import read_arrays
@@ -163,7 +163,7 @@ def measured_costs(costs: ActionCosts | None) -> tuple[tuple[str, str, str, int 
     if not isinstance(costs, MeasuredCosts):
         return ()
     name = cost_names(costs)[0]
-    return tuple((*pair, to_number(exact(amount(cost, name)))) for pair, cost in costs.entries.items())
+    return tuple((*pair, to_number(exact(by_name(cost)[name]))) for pair, cost in costs.entries.items())
 
 
 def encode(log: Log) -> bytes:

@@ -266,7 +266,7 @@ def test_a_large_model_is_not_listed_to_plan_on_in_it() -> None:
     large = replace(scenario, model=replace(scenario.model, listed_states=0))
     problem, plan = large.problem(), Planner(large.problem()).cheapest()
     past = Past(plan.actions[:2], (4, 1), plan.states[:2], tuple(state.label for state in plan.states[:2]))
-    ahead = continued(problem, past, large.model.transition_system(start=plan.states[2]))
+    ahead = continued(problem, past, replace(large.model, begin=plan.states[2]).transition_system())
     assert isinstance(Reduction(ahead).product, GeneratedProduct)
     again = Planner(ahead).cheapest()
     assert (again.actions, again.states) == (plan.actions, plan.states)

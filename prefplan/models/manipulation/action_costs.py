@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
 from prefplan.exact_costs import exact, in_common_unit
-from prefplan.models.costs import DEFAULT_COST, UNMEASURED, Cost, CostTable, amount, check_costs_agree, names_of
+from prefplan.models.costs import DEFAULT_COST, UNMEASURED, Cost, CostTable, by_name, check_costs_agree
 from prefplan.models.manipulation.slots import location_of
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def cost_names(costs: ActionCosts) -> tuple[str, ...]:
     """Return the names of costs that `check_costs` accepts, in order."""
     if isinstance(costs, MeasuredCosts):
         return (DEFAULT_COST,) if isinstance(costs.measured, str) else costs.measured
-    return names_of(next(iter(costs.values()))) if costs else (DEFAULT_COST,)
+    return tuple(by_name(next(iter(costs.values())))) if costs else (DEFAULT_COST,)
 
 
 def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
@@ -89,34 +89,40 @@ def _described(pair: Pair) -> str:
     return f"{kind} at {after!r}" if before == after else f"{kind} from {before!r} to {after!r}"
 
 
-def cost_tables(model: ManipulationModel, kinds: Sequence[str], hands: Sequence[str]) -> tuple[CostTable, ...]:
+def cost_tables(model: ManipulationModel, hands: Sequence[str]) -> tuple[CostTable, ...]:
     """Return every cost of the K kinds of actions between every two of the H poses of the hand, the first cost first.
 
     A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
     over no location takes those of the start pose.
     """
-    return tuple(_cost_table(model, kinds, hands, name) for name in cost_names(model.costs))
+    if isinstance(model.costs, MeasuredCosts):
+        given, chosen = list(model.costs.entries.values()), _nearest_entries(model, model.costs.entries, hands)
+    else:
+        given = [model.costs[kind] for kind in model.kinds]
+        chosen = np.broadcast_to(np.arange(len(given))[:, None, None], (len(given), len(hands), len(hands)))
+    tables = []
+    for name in model.cost_names:
+        values, unit = in_common_unit([exact(by_name(cost)[name]) for cost in given])
+        # Where no entry is chosen, -1, the last one is taken.
+        tables.append(CostTable(name, np.append(values, UNMEASURED)[chosen], unit))
+    return tuple(tables)
 
 
-def _cost_table(model: ManipulationModel, kinds: Sequence[str], hands: Sequence[str], name: str) -> CostTable:
-    costs = model.costs
-    if not isinstance(costs, MeasuredCosts):
-        values, unit = in_common_unit([exact(amount(costs[kind], name)) for kind in kinds])
-        return CostTable(name, np.broadcast_to(values[:, None, None], (len(kinds), len(hands), len(hands))), unit)
-    values, unit = in_common_unit([exact(amount(cost, name)) for cost in costs.entries.values()])
-    entries = dict(zip(costs.entries, values.tolist(), strict=True))
+def _nearest_entries(model: ManipulationModel, entries: Collection[Pair], hands: Sequence[str]) -> np.ndarray:
+    """Return (K, H, H) the number of the measured entry for each kind and two poses, or -1."""
+    number = {pair: n for n, pair in enumerate(entries)}
     measured = sorted({hand for pair in entries for hand in pair[1:]})
     nearest = {hand: _nearest(model, hand, measured) for hand in hands}
-    matrix = np.full((len(kinds), len(hands), len(hands)), UNMEASURED, dtype=values.dtype)
-    for (k, kind), (i, before), (j, after) in product(enumerate(kinds), enumerate(hands), enumerate(hands)):
+    chosen = np.full((len(model.kinds), len(hands), len(hands)), -1)
+    for (k, kind), (i, before), (j, after) in product(enumerate(model.kinds), enumerate(hands), enumerate(hands)):
         options = [
-            (far + near, entries[kind, a, b])
+            (far + near, number[kind, a, b])
             for (a, far), (b, near) in product(nearest[before].items(), nearest[after].items())
-            if (kind, a, b) in entries
+            if (kind, a, b) in number
         ]
         if options:
-            matrix[k, i, j] = min(options)[1]
-    return CostTable(name, matrix, unit)
+            chosen[k, i, j] = min(options)[1]
+    return chosen
 
 
 def unmeasured(action: str, before: str) -> ModelError:

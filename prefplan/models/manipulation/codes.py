@@ -38,17 +38,12 @@ class StateCodes:
         mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
     """
 
-    def __init__(
-        self,
-        model: ManipulationModel,
-        start: ManipulationState,
-        visible: Collection[str] | None = None,
-    ) -> None:
+    def __init__(self, model: ManipulationModel, visible: Collection[str] | None = None) -> None:
         """Lay out the digits; the hand may be over no location at the start.
 
         States tell only of `visible` propositions whether an object has a mark; None for all.
         """
-        self.model = model
+        self.model, start = model, model.initial_state
         self.locations = [place.name for place in model.locations]
         self.objects = [obj.name for obj in model.objects]
         self._counts = model.slot_counts
@@ -90,6 +85,15 @@ class StateCodes:
         """Raise ModelError if there are too many objects and slots for all states to be listed."""
         if self.bound >= MAX_CODES:
             raise ModelError(f"{len(self.objects)} objects and {self.held} slots make more states than can be numbered")
+
+    @property
+    def start(self) -> ManipulationState:
+        """The model's initial state, with the slots of its objects.
+
+        Raises:
+            ModelError: as in `encode`.
+        """
+        return self.decode(self.encode(self.model.initial_state, where="start"))
 
     def decode(self, code: int) -> ManipulationState:
         """Return the state with a code."""

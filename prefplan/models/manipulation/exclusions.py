@@ -7,7 +7,6 @@ in the hand, or has a mark. In `prefplan.models.system.Barred` they are texts; h
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,33 +23,9 @@ IN_HAND = ""
 """Stands for the hand, where a condition names the location or the mark of an object."""
 
 
-@dataclass(frozen=True)
-class Exclusion:
-    """An action that does not exist where all the conditions hold.
-
-    Attributes:
-        action: the action.
-        conditions: (object, location) for an object that rests there, (object, mark), and (object, `IN_HAND`); no
-            location has the name of a mark, as their propositions would be the same.
-    """
-
-    action: Action
-    conditions: frozenset[tuple[str, str]]
-
-    @property
-    def locations(self) -> frozenset[str]:
-        """The locations that it names, and marks."""
-        return frozenset(what for _, what in self.conditions) | {self.action.location}
-
-    @property
-    def objects(self) -> frozenset[str]:
-        """The objects that it names."""
-        return self.blockers | {self.action.obj}
-
-    @property
-    def blockers(self) -> frozenset[str]:
-        """The objects on which its conditions depend, without that of its action."""
-        return frozenset(obj for obj, _ in self.conditions) - {self.action.obj}
+Exclusion = tuple[Action, frozenset[tuple[str, str]]]
+"""An action that does not exist where all the conditions hold: (object, location) for an object that rests there,
+(object, mark), and (object, `IN_HAND`); no location has the name of a mark, as their propositions would be the same."""
 
 
 def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclusion]:
@@ -66,7 +41,7 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     objects, locations = {"", *(obj.name for obj in model.objects)}, {"", *places}
     actions = [(read_action(text, model.operators), names) for names, text in barred]
     return frozenset(
-        Exclusion(action, frozenset(read[name] for name in names))
+        (action, frozenset(read[name] for name in names))
         for action, names in actions
         if action.obj in objects and action.location in locations and names <= read.keys()
     )
@@ -84,8 +59,8 @@ def exclusion_arrays(
         return [space.mark_digits[obj, what], 1, 2] if is_mark else [1 + space.objects.index(obj), *slots[what]]
 
     number = {text: a for a, text in enumerate(actions)}
-    ordered = sorted(exclusions, key=lambda each: number[str(each.action)])
-    rows = [[condition(*pair) for pair in sorted(each.conditions)] for each in ordered]
-    of_action = np.searchsorted([number[str(each.action)] for each in ordered], np.arange(len(actions) + 1))
+    ordered = sorted((number[str(action)], sorted(conditions)) for action, conditions in exclusions)
+    rows = [[condition(*pair) for pair in conditions] for _, conditions in ordered]
+    of_action = np.searchsorted([a for a, _ in ordered], np.arange(len(actions) + 1))
     conditions = np.array([row for each in rows for row in each], dtype=np.int64).reshape(-1, 3)
     return of_action.astype(np.int32), np.cumsum([0, *map(len, rows)]).astype(np.int32), conditions

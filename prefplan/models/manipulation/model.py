@@ -166,12 +166,12 @@ class ManipulationModel:
         """Return the propositions that an action makes true whenever it succeeds."""
         return self.operator(action.kind).effect(action)
 
-    def transition_system(self, *, start: ManipulationState | None = None) -> System:
-        """Return what is reachable from a state, or `initial_state`, as a system, see `listed_states`.
+    def transition_system(self) -> System:
+        """Return what is reachable from `initial_state` as a system, see `listed_states`.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
 
         Raises:
-            ModelError: the state has names that are not of the model, or leaves an object without a place.
+            ModelError: `begin` has names that are not of the model, or leaves an object without a place.
         """
-        return transition_system(self, start or self.initial_state)
+        return transition_system(self)

@@ -24,40 +24,26 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from math import comb, perm
+from math import perm
 from typing import TYPE_CHECKING
 
-from prefplan.models.costs import amount
-from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
+from prefplan.models.costs import by_name
+from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.exclusions import read_exclusions
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.symbolic import ManipulationState, at, marked
+from prefplan.models.manipulation.symbolic import at, marked
 from prefplan.models.system import Barred
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
 
 
-def most_states(model: ManipulationModel, start: ManipulationState) -> int:
-    """Return an upper bound of the number of states of a model, not counting marks."""
-    slots = model.slot_counts
-    capacities = [(place.capacity, slots[place.name]) for place in model.locations]
-    movable = sum(not obj.fixed for obj in model.objects)
-
-    def placements(count: int) -> int:
-        """Return the number of ways to spread a number of objects over the locations, or their slots."""
-        number = [1] + [0] * count
-        for capacity, apart in capacities:
-            orders = [perm(apart, k) if apart > 1 else 1 for k in range(capacity + 1)]
-            number = [
-                sum(number[n - k] * comb(n, k) * orders[k] for k in range(min(capacity, n) + 1))
-                for n in range(count + 1)
-            ]
-        return number[count]
-
-    held = movable * placements(movable - 1) if movable else 0
-    return len(hand_poses(slots, start.hand)) * (placements(movable) + held)
+def most_states(model: ManipulationModel) -> int:
+    """Return an upper bound of the number of states of a model, not counting marks: each object has its own slot."""
+    slots, movable = sum(place.capacity for place in model.locations), sum(not obj.fixed for obj in model.objects)
+    held = movable * perm(slots, movable - 1) if movable else 0
+    return len(hand_poses(model.slot_counts, model.initial_state.hand)) * (perm(slots, movable) + held)
 
 
 class Symmetry:
@@ -80,7 +66,9 @@ class Symmetry:
         The propositions `names` are visible, and the marks on which barred actions depend.
         """
         self.model, self._barred, self._exclusions = model, barred, read_exclusions(model, barred)
-        conditions = {pair for each in self._exclusions for pair in each.conditions}
+        actions = [action for action, _ in self._exclusions]
+        conditions = {pair for _, pairs in self._exclusions for pair in pairs}
+        self._excluded = {action.location for action in actions}.union(what for _, what in conditions)
         self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
@@ -95,37 +83,36 @@ class Symmetry:
             for obj in model.objects
             if not obj.fixed and not self.visible & {name for name, _ in model.propositions_of(obj.name)}
         )
-        places = frozenset[str]().union(*(each.locations for each in self._exclusions))
-        objects = frozenset[str]().union(*(each.objects for each in self._exclusions))
-        self.exchangeable = tuple(name for name in self.neutral if name not in places)
-        self.alike = tuple(name for name in self.unseen if name not in objects)
+        named = {action.obj for action in actions}.union(obj for obj, _ in conditions)
+        self.exchangeable = tuple(name for name in self.neutral if name not in self._excluded)
+        self.alike = tuple(name for name in self.unseen if name not in named)
 
     def _is_visible(self, place: Location) -> bool:
         names = {at(obj, place.name) for obj in self._objects}
         names |= {marked(obj, place.marks) for obj in self._objects if place.marks}
         return not self.visible.isdisjoint(names)
 
-    def relevant(self, start: ManipulationState) -> tuple[Symmetry, ManipulationState]:
-        """Return the same, and the initial state, without objects that need never be moved and surplus locations."""
-        model, places, neutral = self.model, start.place, self.neutral
+    def relevant(self) -> Symmetry:
+        """Return the same without objects that need never be moved and surplus locations."""
+        model, start, neutral = self.model, self.model.initial_state, self.neutral
+        places = start.place
         if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
-            return self, start
-        blockers = {obj for each in self._exclusions for obj in each.blockers}
+            return self
+        blockers = {obj for action, pairs in self._exclusions for obj, _ in pairs if obj != action.obj}
         fixed = {obj.name for obj in model.objects if obj.fixed}
         idle = {obj for obj in fixed.union(self.unseen) - blockers if places.get(obj) in neutral}
         taken = [place for obj, place in places.items() if obj not in idle and place in neutral]
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
-        closed = {place for each in self._exclusions for place in each.locations}
-        closed |= {place for obj, place in places.items() if obj in idle | fixed}
+        closed = self._excluded | {place for obj, place in places.items() if obj in idle | fixed}
         free = [place for place in neutral if place not in closed]
         if len(free) < len(movable):
-            return self, start
+            return self
         spare = [place for place in free if place not in taken]
         needed = max(0, len(movable) - len(free) + len(spare))
         wanted = {*taken, *spare[:needed]}
         kept = tuple(p for p in model.locations if p.name not in neutral or p.name in wanted)
         if not kept:
-            return self, start
+            return self
         objects = tuple(
             replace(obj, start=places.get(obj.name, kept[0].name)) for obj in model.objects if obj.name not in idle
         )
@@ -137,11 +124,12 @@ class Symmetry:
         )
         assert {place for _, place in begin.places} <= {place.name for place in kept}
         smaller = replace(model, locations=kept, objects=objects, begin=begin)
-        return Symmetry(smaller, self.visible, self._barred), begin
+        return Symmetry(smaller, self.visible, self._barred)
 
 
 def _loads_cost(costs: ActionCosts) -> bool:
     """Return whether costs do not depend on locations, and a transport costs at least as much as a transit."""
     if isinstance(costs, MeasuredCosts):
         return False
-    return all(amount(costs["transit"], name) <= amount(costs["transport"], name) for name in cost_names(costs))
+    loaded = by_name(costs["transport"])
+    return all(cost <= loaded[name] for name, cost in by_name(costs["transit"]).items())

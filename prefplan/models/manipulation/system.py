@@ -29,24 +29,24 @@ Transition = tuple[ManipulationState, str, ManipulationState, Mapping[str, Fract
 """An action of a state, with its successor and its costs by name."""
 
 
-def transition_system(model: ManipulationModel, start: ManipulationState) -> System:
-    """Return the states that can be reached from one; all are listed unless they may be more than `listed_states`.
+def transition_system(model: ManipulationModel) -> System:
+    """Return a model's states that can be reached; all are listed unless they may be more than `listed_states`.
 
     A model with others than the standard operators is always listed.
 
     Raises:
         ModelError: the start is not a state of the model, or a state does not fit an integer.
     """
-    space = StateCodes(model, start)
+    space = StateCodes(model)
     system = ManipulationSystem(
-        start=space.decode(space.encode(start, where="start")),
-        costs=cost_tables(model, model.kinds, space.hands),
+        start=space.start,
+        costs=cost_tables(model, space.hands),
         propositions=model.valid_propositions,
         display=model.display,
         space=space,
         operators=tuple(model.operators),
     )
-    if system.operators == STANDARD_OPERATORS and most_states(model, start) > model.listed_states:
+    if system.operators == STANDARD_OPERATORS and most_states(model) > model.listed_states:
         return system
     return system.listed
 
@@ -194,15 +194,15 @@ class ManipulationSystem(System):
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """See `System.reduced`; the smaller model may be listed."""
-        model, start = self.space.model, self.start
+        model = self.space.model
         symmetry = Symmetry(model, names, self.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
         if stutter_invariant:
-            symmetry, start = symmetry.relevant(start)
-        space = StateCodes(symmetry.model, start, symmetry.visible)
+            symmetry = symmetry.relevant()
+        space = StateCodes(symmetry.model, symmetry.visible)
         hands = [self.space.hands.index(hand) for hand in space.hands]
         return replace(
             self,
-            start=start,
+            start=space.start,
             costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
             space=space,
             neutral=symmetry.exchangeable,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from small_models import after, enabled, label, model, spot
 
@@ -50,7 +52,7 @@ def test_any_state_may_be_the_start(arch: list[Location]) -> None:
     what = model(*objects, locations=arch)
     whole = what.transition_system()
     reached = after(whole, "transit top", "grasp beam", "transport beam spare")
-    system = what.transition_system(start=whole.states[reached])  # type: ignore[arg-type]
+    system = replace(what, begin=whole.states[reached]).transition_system()  # type: ignore[arg-type]
     assert system.states[system.start] == whole.states[reached]
     assert enabled(system) == enabled(whole, "transit top", "grasp beam", "transport beam spare")
     assert label(system) == whole.label(reached)
@@ -59,7 +61,7 @@ def test_any_state_may_be_the_start(arch: list[Location]) -> None:
 def test_a_start_with_a_full_hand_keeps_marks_and_an_unknown_pose_is_left_for_good() -> None:
     what = model(Object("cup", "sink"), locations=[spot("sink", marks="clean"), spot("rack")])
     begun = ManipulationState("no location", "cup", (), frozenset({("cup", "clean")}))
-    system = what.transition_system(start=begun)
+    system = replace(what, begin=begun).transition_system()
     assert label(system) == {"holding_cup", "cup_clean"}
     assert enabled(system) == ["transport cup sink", "transport cup rack"]
     assert label(system, "transport cup rack", "release cup rack") == {"cup_rack", "cup_clean"}

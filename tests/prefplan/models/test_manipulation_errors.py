@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from small_models import model, spot
 
@@ -19,7 +21,7 @@ from prefplan import Location, ManipulationState, ModelError, Object
 )
 def test_a_start_that_does_not_fit_the_model_is_refused(state: ManipulationState, message: str) -> None:
     with pytest.raises(ModelError) as caught:
-        model(Object("cup", "a")).transition_system(start=state)
+        replace(model(Object("cup", "a")), begin=state).transition_system()
     assert str(caught.value) == message
 
 

@@ -82,9 +82,9 @@ def exact_costs(cost: Any) -> tuple[Fraction, ...]:
 
 def assert_judged(what: ManipulationModel, begin: ManipulationState, barred: tuple[frozenset[str], str]) -> None:
     """Fail if a model's transition system, listed or not, is not that of the judge."""
-    system = what.transition_system(start=begin).without([barred])
+    system = replace(what, begin=begin).transition_system().without([barred])
     table, cell = system.listed, judge.Cell(what)
-    large = replace(what, listed_states=0).transition_system(start=begin).without([barred])
+    large = replace(what, listed_states=0, begin=begin).transition_system().without([barred])
     number = {as_arm(what, state): k for k, state in enumerate(table.states)}  # type: ignore[arg-type]
     first = cell.start(begin)
     assert table.size >= len(number) and number[first] == table.start and as_arm(what, large.start) == first

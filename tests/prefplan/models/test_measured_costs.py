@@ -64,7 +64,7 @@ def model(costs: Any, *objects: Object, extra: tuple[Location, ...] = ()) -> Man
 
 def spent(what: ManipulationModel, *actions: str, start: ManipulationState | None = None) -> list[int | float]:
     """Return the cost of each action."""
-    system = what.transition_system(start=start)
+    system = replace(what, begin=start).transition_system()
     state, costs = system.start, []
     for action in actions:
         state, cost = system.step(state, action)

@@ -76,7 +76,7 @@ def test_states_tell_slots_where_costs_are_measured(shelf: ManipulationModel) ->
 def test_slots_that_are_known_at_the_start_are_begun_with(shelf: ManipulationModel) -> None:
     places = (("cup", "shelf"), ("jug", "desk"))
     start = ManipulationState("home", None, places, slots=(("cup", 1),))
-    system = measured(shelf).transition_system(start=start)
+    system = replace(measured(shelf), begin=start).transition_system()
     assert system.states[system.start] == start
 
 
