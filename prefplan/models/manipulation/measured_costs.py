@@ -110,21 +110,17 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
         data = json.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+        # Format 1 had no key for it.
+        if "actions" in data and data.get("format", 1) in range(1, FORMAT):
+            raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
+        if data["format"] != FORMAT:
+            raise ValueError(data["format"])
+        digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
+        actions = tuple(map(_measurement, data["actions"]))
     except FileNotFoundError:
         raise ModelError(f"nothing was measured yet; {remedy}") from None
-    except (OSError, ValueError):
-        raise ModelError(f"the file of measurements cannot be read; {remedy} (delete it first)") from None
-    try:
-        # Format 1 had no key for it.
-        version = data.get("format", 1) if "actions" in data else None
-        if version in range(1, FORMAT):
-            raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
-        if version != FORMAT:
-            raise ValueError(version)
-        digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
-        actions = tuple(_measurement(entry) for entry in data["actions"])
-    except (AttributeError, KeyError, TypeError, ValueError):
-        raise ModelError(f"the file of measurements is damaged; {remedy} (delete it first)") from None
+    except (AttributeError, KeyError, OSError, TypeError, ValueError):
+        raise ModelError(f"the file of measurements cannot be read or is damaged; {remedy} (delete it first)") from None
     if digest != geometry(model, robot):
         raise ModelError(f"the measurements were made with other locations, objects or surroundings; {remedy}")
     return Measurements(actions, robot, sources)
