@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,14 +112,11 @@ def check_locations(locations: tuple[Location, ...]) -> None:
             check_point(place.at, f"{where}.at")
         if place.height < 0:
             raise ModelError(f"{where}.at: {-place.height:g} m below the table top; the height is at least 0")
-    supports = {place.name: place.on for place in locations}
-    for name in names:
-        below, passed = set(supports[name]), set()
-        while below:
-            if name in below:
-                raise ModelError(f"locations.{name}.on: it would rest on itself")
-            passed |= below
-            below = {deeper for support in below for deeper in supports[support]} - passed
+    try:
+        TopologicalSorter({place.name: place.on for place in locations}).prepare()
+    except CycleError as error:
+        name = next(name for name in names if name in error.args[1])
+        raise ModelError(f"locations.{name}.on: it would rest on itself") from None
 
 
 def check_objects(model: ManipulationModel) -> None:
