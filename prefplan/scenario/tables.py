@@ -48,22 +48,23 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
         ScenarioError: a key is unknown or missing, or a value has the wrong type; the message begins with the key.
     """
     keys = _keys(kind)
+    valid, path = (*keys, *also), f"{where}." if where else ""
     if not isinstance(table, Mapping):
-        raise ScenarioError(f"{where}: must be a table {choices('', (*keys, *also))}, not {_shown(table)}")
+        raise ScenarioError(f"{where}: must be a table {choices('', valid)}, not {_shown(table)}")
     for key in table:
-        if key not in (*keys, *also) and where and key in HEADINGS:
+        if key not in valid and where and key in HEADINGS:
             meant = f"write the heading {HEADINGS[key]}, and below it the keys of its own table"
-            raise ScenarioError(f"{key_path(where, key)}: is no key of {where}; {meant}")
-        if key not in (*keys, *also):
-            raise ScenarioError(f"{key_path(where, key)}: unknown key {choices(key, (*keys, *also))}")
+            raise ScenarioError(f"{path}{key}: is no key of {where}; {meant}")
+        if key not in valid:
+            raise ScenarioError(f"{path}{key}: unknown key {choices(key, valid)}")
     kinds = types_of(cast(Hashable, kind))
     for key, field in keys.items():
         if key in table:
-            given[field.name] = decode(kinds[field.name], table[key], key_path(where, key))
+            given[field.name] = decode(kinds[field.name], table[key], f"{path}{key}")
         elif field.default is field.default_factory is MISSING:
             form = getattr(kinds[field.name], "__metadata__", ())
             wanted = f"; expected {form[0].file}" if form else ""
-            raise ScenarioError(f"{key_path(where, key)}: missing{wanted}")
+            raise ScenarioError(f"{path}{key}: missing{wanted}")
     return kind(**given)
 
 
@@ -96,15 +97,6 @@ def decode(kind: Any, value: Any, where: str) -> Any:
     if origin is not None:
         return (frozenset if origin is frozenset else tuple)(_decode_several(parts[0], value, where))
     return float(_number(value, where)) if kind is float else _typed(kind, value, where)
-
-
-def key_path(where: str, key: str) -> str:
-    """Return the path of a key in a table."""
-    return f"{where}.{key}" if where else key
-
-
-def _is_named(kind: Any) -> bool:
-    return is_dataclass(kind) and any(field.name == "name" and field.metadata for field in fields(kind))
 
 
 def _decode_form(kind: Any, value: Any, where: str, form: Form) -> Any:
@@ -143,7 +135,7 @@ def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def _decode_several(kind: Any, value: Any, where: str) -> tuple[Any, ...]:
     """Return the entries of a list; a single number, or a single list in a list of lists, may be without brackets."""
-    if _is_named(kind):
+    if is_dataclass(kind) and isinstance(kind, type) and any(f.name == "name" and f.metadata for f in fields(kind)):
         tables = _typed(Mapping, value, where).items()
         return tuple(decode_table(kind, table, f"{where}.{name}", name=name) for name, table in tables)
     alone = kind is float and not isinstance(value, list)
