@@ -34,13 +34,13 @@ from typing import Any
 
 import lazy_loader
 
-# The public names are in `__init__.pyi`. Each is loaded when it is asked for: pytest loads this package wherever it is
-# installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
+# The public names are in `__init__.pyi`. They are loaded when one is asked for: pytest loads this package wherever it
+# is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
 _load, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name, or the version."""
+    """Return a public name, loading all of them at the first use, or the version."""
     if name == "__version__":
         from importlib import metadata
 
@@ -49,7 +49,8 @@ def __getattr__(name: str) -> Any:
         except metadata.PackageNotFoundError:
             return "unknown"
     if name in __all__:
-        return _load(name)
+        globals().update({each: _load(each) for each in __all__})
+        return globals()[name]
     from difflib import get_close_matches
 
     near = get_close_matches(name, __all__, n=1)

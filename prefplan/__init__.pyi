@@ -1,4 +1,4 @@
-"""What `import prefplan` offers; loaded on demand, see `__init__.py`."""
+"""What `import prefplan` offers; loaded at the first use, see `__init__.py`."""
 
 from .errors import FormulaError as FormulaError
 from .errors import ModelError as ModelError
