@@ -22,10 +22,9 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
-from prefplan.heuristics.landmarks import Landmarks
-from prefplan.heuristics.pattern_database import BOUND, LIKELY, LOOKED, Tables, bound_of, raise_bound
+from prefplan.heuristics.pattern_database import BOUND, LIKELY, LOOKED, bound_of, raise_bound
 from prefplan.heuristics.prepare import Bounds
-from prefplan.heuristics.projection import ProjectionArrays, observe
+from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel, inner_kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.space import Automata, Space, decode
@@ -54,7 +53,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
     ranks = labels.key[:, : keys.ranked]
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(space.automata, keys, bounds.tables, bounds.projections, bounds.landmarks, memory)
+            end = _enter(space.automata, keys, bounds, memory)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -80,7 +79,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
                 # Goals are found in order of the first objective: better ones have less of the other.
                 limits[1 - keys.first] = labels.key[label, 1 - keys.first] - 1
             else:
-                _add_goal(keys, labels.key, memory.goals, counters, label)
+                _add_goal(keys, memory, label)
             if counters[AT.FOUND] == memory.found.shape[0]:
                 return END.GOALS
             continue
@@ -101,7 +100,7 @@ def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, la
     row, first = memory.states.table[labels.row[label]], keys.first
     if (keys.lazy and is_dominated(keys, labels, row[HEAD], label)) or labels.sibling[label] == DOMINATED:
         return np.int64(UNBOUNDED)
-    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label):
+    if _is_beaten(keys, memory, row, label):
         return np.int64(UNBOUNDED)
     estimate = labels.key[label, first] + row[BOUND + first]
     if first == 0:
@@ -115,14 +114,7 @@ def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, la
 
 
 @inner_kernel
-def _enter(
-    automata: Automata,
-    keys: Keys,
-    tables: Tables,
-    projections: ProjectionArrays | None,
-    landmarks: Landmarks | None,
-    memory: Memory,
-) -> Integer:
+def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     states, labels, counters, buffer = memory.states, memory.labels, memory.counters, memory.buffer
     # Of equal labels the last made is expanded first; so the model's first action is entered last, to be preferred.
@@ -130,8 +122,12 @@ def _enter(
     if label == labels.row.shape[0]:
         return END.MORE_LABELS
     key = labels.key[label]
-    if not _write_key(keys, memory, parent, k, key):
-        return END.TOO_LARGE
+    for e in range(key.shape[0]):
+        key[e] = memory.begin[k, e] if parent == NONE else labels.key[parent, e]
+    if parent != NONE:
+        satisfied = states.table[labels.row[parent], SATISFIED]
+        if not grow(keys, satisfied, buffer.step[k], buffer.violation[k], key):
+            return END.TOO_LARGE
     for e in range(keys.objectives):
         if key[e] > memory.limits[e]:
             return END.ENTERED
@@ -143,10 +139,9 @@ def _enter(
             return END.MORE_ROWS
         states.table[number, LIKELY] = 0 if parent == NONE else states.table[labels.row[parent], LIKELY]
         most = counters[AT.LOWEST] - key[0] if keys.first == 0 else np.int64(INFINITE)
-        code, row = buffer.code[k], states.table[number]
-        _bound_state(automata, tables, projections, landmarks, code, most, keys.objectives, row, buffer.automata)
+        _bound_state(automata, keys, bounds, buffer.code[k], most, states.table[number], buffer.automata)
     row = states.table[number]
-    if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label):
+    if _is_beaten(keys, memory, row, label):
         return END.ENTERED
     if states.slots[slot] == NONE:
         states.slots[slot] = number
@@ -157,9 +152,7 @@ def _enter(
         end = keys.evaluate(label)
         if end != END.ENTERED:
             return end
-        if _is_beaten(keys, labels.key, memory.goals, memory.counters, memory.limits, row, label) or is_dominated(
-            keys, labels, row[HEAD], label
-        ):
+        if _is_beaten(keys, memory, row, label) or is_dominated(keys, labels, row[HEAD], label):
             return END.ENTERED
     for e in range(keys.objectives):
         if key[e] + row[BOUND + e] >= INFINITE:
@@ -177,30 +170,11 @@ def _enter(
 
 
 @inner_kernel
-def _write_key(keys: Keys, memory: Memory, parent: Integer, k: Integer, key: np.ndarray) -> bool:
-    """Write the key of the label of successor k; return whether it fits 64 bits for sure."""
-    labels, buffer = memory.labels, memory.buffer
-    for e in range(key.shape[0]):
-        key[e] = memory.begin[k, e] if parent == NONE else labels.key[parent, e]
-    if parent == NONE:
-        return True
-    satisfied = memory.states.table[labels.row[parent], SATISFIED]
-    return bool(grow(keys, satisfied, buffer.step[k], buffer.violation[k], key))
-
-
-@inner_kernel
 def _bound_state(
-    automata: Automata,
-    tables: Tables,
-    projections: ProjectionArrays | None,
-    landmarks: Landmarks | None,
-    code: Integer,
-    most: Integer,
-    objectives: Integer,
-    row: np.ndarray,
-    states: np.ndarray,
+    automata: Automata, keys: Keys, bounds: Bounds, code: Integer, most: Integer, row: np.ndarray, states: np.ndarray
 ) -> None:
     """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
+    tables, projections = bounds.tables, bounds.projections
     node = decode(automata.nodes, automata.sizes, code, states)
     satisfied, is_goal = 0, True
     for i in range(automata.ends.shape[0]):
@@ -210,30 +184,23 @@ def _bound_state(
             is_goal = False
     row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
     observe(projections, node)
-    for e in range(1, objectives):
+    for e in range(1, keys.objectives):
         row[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))
     row[LOOKED], row[BOUND] = 0, 0
     if tables.add_up:
         row[BOUND], row[LOOKED] = bound_of(tables, projections, node, states, np.int64(0)), tables.first + 1
     else:
-        raise_bound(tables, landmarks, node, states, row, most)
+        raise_bound(tables, bounds.landmarks, node, states, row, most)
 
 
 @inner_kernel
-def _is_beaten(
-    keys: Keys,
-    key: np.ndarray,
-    goals: np.ndarray,
-    counters: np.ndarray,
-    limits: np.ndarray,
-    row: np.ndarray,
-    label: Integer,
-) -> bool:
+def _is_beaten(keys: Keys, memory: Memory, row: np.ndarray, label: Integer) -> bool:
     """Return whether a label's lower bounds exceed a limit, or are no better than some goal."""
+    key, goals = memory.labels.key, memory.goals
     for e in range(keys.objectives):
-        if row[BOUND + e] >= INFINITE or key[label, e] + row[BOUND + e] > limits[e]:
+        if row[BOUND + e] >= INFINITE or key[label, e] + row[BOUND + e] > memory.limits[e]:
             return True
-    for g in range(counters[AT.GOALS]):
+    for g in range(memory.counters[AT.GOALS]):
         better = False
         for e in range(keys.objectives):
             if e != keys.first and key[label, e] + row[BOUND + e] < key[goals[g], e]:
@@ -246,11 +213,12 @@ def _is_beaten(
 
 
 @inner_kernel
-def _add_goal(keys: Keys, key: np.ndarray, goals: np.ndarray, counters: np.ndarray, label: Integer) -> None:
+def _add_goal(keys: Keys, memory: Memory, label: Integer) -> None:
     """Add a goal, in place of those that prune no more than it does.
 
     Goals are found in order of the first objective, so that only the others need be compared.
     """
+    key, goals, counters = memory.labels.key, memory.goals, memory.counters
     kept = 0
     for g in range(counters[AT.GOALS]):
         for e in range(keys.objectives):
