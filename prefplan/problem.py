@@ -60,6 +60,10 @@ class Problem:
         objectives: the preferences, each with the cost in which it measures the tasks' costs.
         measure: terms of the first preference for these tasks.
         units: units in which all costs and values of the search for one cost and one preference are whole.
+        is_bi_objective: whether there is one cost and one preference.
+        is_general: whether some preference has a general contract: a detour may then be worth its cost.
+        weighted_automata: the automata of the tasks, with relaxations.
+        rule_automata: the automata of the rules, first of those that may be broken.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -111,7 +115,9 @@ class Problem:
         self.cost_names = system.cost_names
         check_objective_names(named, self.cost_names)
         self.objective_names = (*self.cost_names, *(one.name for one in named))
+        self.is_bi_objective = len(self.cost_names) == len(named) == 1
         self._bind_preferences()
+        self._weigh_automata()
         self._check_claims()
         self._check_weighed()
 
@@ -135,6 +141,21 @@ class Problem:
         self.cost_units, self.objectives = tuple(units), tuple(objectives)
         self.measure = objectives[0].measure if objectives else Measure.of((), count, len(rules))
         self.units = Units(units[0], price, self.measure.unit(units[0], price))
+        self.is_general = any(objective.measure.contract == "general" for objective in objectives)
+
+    def _weigh_automata(self) -> None:
+        """Set the automata of the tasks with relaxations, and of the rules, first of those that may be broken."""
+        price, automata, priced, kept = self.units.price, [], [], []
+        for task, dfa in zip(self.tasks, self.automata, strict=True):
+            relaxations = tuple((r.assume, r.condition, int(exact(r.cost) / price)) for r in task.relax)
+            skip = None if task.skip is None else int(exact(task.skip) / price)
+            automata.append(WeightedAutomaton(dfa, relaxations, skip))
+        for rule, dfa in zip(self.rules, self.monitors, strict=True):
+            if rule.skip is None:
+                kept.append(RuleAutomaton(dfa))
+            else:
+                priced.append(RuleAutomaton(dfa, int(exact(rule.skip) / price)))
+        self.weighted_automata, self.rule_automata = tuple(automata), (*priced, *kept)
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
@@ -212,31 +233,3 @@ class Problem:
     def resolution(self) -> Number | None:
         """The model's costs were rounded to multiples of this, in the user's units; None if they were not rounded."""
         return None if self.system.resolution is None else to_number(self.system.resolution)
-
-    @property
-    def is_general(self) -> bool:
-        """Whether some preference has a general contract: a detour that changes nothing may then be worth its cost."""
-        return any(objective.measure.contract == "general" for objective in self.objectives)
-
-    @property
-    def is_bi_objective(self) -> bool:
-        """Whether there is one cost and one preference."""
-        return len(self.cost_names) == len(self.preferences) == 1
-
-    @cached_property
-    def weighted_automata(self) -> tuple[WeightedAutomaton, ...]:
-        """The automata of the tasks, with relaxations."""
-        automata, unit = [], self.units.price
-        for task, dfa in zip(self.tasks, self.automata, strict=True):
-            relaxations = tuple((r.assume, r.condition, int(exact(r.cost) / unit)) for r in task.relax)
-            skip = None if task.skip is None else int(exact(task.skip) / unit)
-            automata.append(WeightedAutomaton(dfa, relaxations, skip))
-        return tuple(automata)
-
-    @cached_property
-    def rule_automata(self) -> tuple[RuleAutomaton, ...]:
-        """The automata of the rules, first of those that may be broken."""
-        pairs = list(zip(self.rules, self.monitors, strict=True))
-        priced = [(int(exact(rule.skip) / self.units.price), m) for rule, m in pairs if rule.skip is not None]
-        kept = [RuleAutomaton(monitor) for rule, monitor in pairs if rule.skip is None]
-        return (*(RuleAutomaton(monitor, price) for price, monitor in priced), *kept)
