@@ -8,20 +8,21 @@ from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import Unpack
 
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, to_number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
 from prefplan.plan import Plan, Plans
+from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
-from prefplan.search.choice import choose_search
+from prefplan.search.incumbent import run_search
 from prefplan.search.infeasibility import infeasible
 from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result, ended_by
@@ -105,39 +106,8 @@ class Planner:
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
-        search = partial(self._front, over, keep_on_interrupt=keep_on_interrupt, **wanted)
-        front = search()
-        try:
-            with limits_of(self.problem, **wanted)[0]:
-                while front.ended is None and self._leave_out(front):
-                    front = replace(again := search(), stats=front.stats + again.stats)
-        except (LimitError, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) and not keep_on_interrupt:
-                raise
-            front = replace(front, ended=ended_by(error), complete_below=None)
-        self.stats = front.stats
-        if self.geometry is None:
-            return front
-        if front.ended is not None:
-            front = replace(front, plans=tuple(filter(self.geometry.holds, front)))
-        note = self.geometry.note
-        return replace(front, assumptions=(*front.assumptions, note)) if note else front
-
-    def _front(self, over: Collection[str], *, keep_on_interrupt: bool, **wanted: Unpack[FrontLimits]) -> Front:
-        """Return the front of the problem without what the arm is known to be unable to do."""
-        one = next(iter(over)) if len(set(over)) == 1 else None
-        result, reason = self._solve(one, keep_on_interrupt=keep_on_interrupt, **wanted)
-        result.check()
-        goals = result.goals or result.incumbents
-        front = Front(
-            Plans([goal.point for goal in goals], [goal.plan for goal in goals]) if goals else (),
-            reason=reason,
-            ended=result.ended,
-            complete_below=None if result.ended is None or one else self._below(result),
-            assumptions=self.problem.assumptions,
-            stats=self.stats,
-        )
-        return front.over(over) if over else front
+        front = self._front(over, keep_on_interrupt=keep_on_interrupt, **wanted)
+        return replace(front, complete_below=None) if len(set(over)) == 1 else front
 
     def cheapest(self, *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Plan:
         """Return the plan of least total cost within a bound on mu; see `cheapest_plan` and `best`."""
@@ -154,22 +124,44 @@ class Planner:
 
         With `keep_on_interrupt`, Ctrl-C raises UnfinishedError in place of KeyboardInterrupt.
         """
-        search = partial(self._best, objective, keep_on_interrupt=keep_on_interrupt, **wanted)
+        front = self._front([objective], keep_on_interrupt=keep_on_interrupt, **wanted)
+        if front.reason is not None:
+            raise NoPlanError(front.reason)
+        plan, below, within = next(iter(front), None), front.complete_below, None
+        if plan is not None and front.ended is None:
+            return plan
+        if plan is not None and below and objective == self.problem.objective_names[0]:
+            gap = exact(plan.cost) / exact(below) - 1
+            within = max(0.0, math.ceil(1000 * gap) / 10)
+        raise UnfinishedError(front.ended or "", complete_below=below, best=plan, within=within)
+
+    def _front(self, over: Collection[str], *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Front:
+        """Return the front over some objectives, of which one alone has one plan; see `front`.
+
+        It is searched for until the arm can carry out its plans, each time without what it is known to be unable to do.
+        """
+        names, objective = self.problem.objective_names, next(iter(over)) if len(set(over)) == 1 else None
+        if objective is not None and objective not in names:
+            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
+        limits, bounds = limits_of(self.problem, **wanted)
+        front, self.stats = Front((), complete_below=0), Stats()
         try:
-            plan, work = search(), self.stats
-            with limits_of(self.problem, **wanted)[0]:
-                while self._leave_out([plan]):
-                    plan, work = search(), work + self.stats
-        except UnfinishedError as error:
-            if error.best is None or self.geometry is None or self.geometry.holds(error.best):
-                raise
-            raise UnfinishedError(error.ended, complete_below=error.complete_below) from None
+            with limits:
+                while True:
+                    front = self._solve(objective, limits, bounds)
+                    front = front.over(over) if over else front
+                    if front.ended is not None or not self._leave_out(front):
+                        break
         except (LimitError, KeyboardInterrupt) as error:
-            if isinstance(error, KeyboardInterrupt) and not keep_on_interrupt:
-                raise
-            raise UnfinishedError(ended_by(error)) from None
-        self.stats = work
-        return plan
+            front = replace(front, ended=ended_by(error))
+        if front.ended == "interrupt" and not keep_on_interrupt:
+            raise KeyboardInterrupt
+        assumptions = self.problem.assumptions
+        if self.geometry is not None and front.ended is not None:
+            front = replace(front, plans=tuple(filter(self.geometry.holds, front)))
+        if self.geometry is not None and self.geometry.note:
+            assumptions += (self.geometry.note,)
+        return replace(front, assumptions=assumptions, stats=self.stats)
 
     def _leave_out(self, plans: Sequence[Plan]) -> bool:
         """Leave out what plans need and the arm cannot do; return whether there is anything of the kind.
@@ -184,64 +176,44 @@ class Planner:
         self._reduction = Reduction(problem.over(problem.system.without(barred)))
         return True
 
-    def _best(self, objective: str, *, keep_on_interrupt: bool, **wanted: Unpack[PlanLimits]) -> Plan:
-        """Return the plan of least value of an objective without what the arm is known to be unable to do."""
-        result, reason = self._solve(objective, keep_on_interrupt=keep_on_interrupt, **wanted)
-        if reason is not None:
-            raise NoPlanError(reason)
-        goal = next(iter(result.goals or result.incumbents), None)
-        plan = None if goal is None else goal.plan()
-        if plan is not None and result.ended is None:
-            return plan
-        below, within = self._below(result), None
-        if goal is not None and objective == self.problem.objective_names[0] and 0 < result.complete_below < math.inf:
-            gap = 100 * max(goal.cost - result.complete_below, 0) / result.complete_below
-            within = math.ceil(10 * gap) / 10
-        raise UnfinishedError(result.ended or "", complete_below=below, best=plan, within=within)
-
-    def _solve(
-        self, objective: str | None, *, keep_on_interrupt: bool, **wanted: Unpack[PlanLimits]
-    ) -> tuple[Result, Reason | None]:
-        """Return what a search finds, and why there is no plan if there is none.
-
-        Args:
-            objective: the one whose least value is wanted, the only goal then; None for the front.
-            keep_on_interrupt: whether Ctrl-C counts as a limit.
-            **wanted: see `PlanLimits`.
-        """
-        names = self.problem.objective_names
-        if objective is not None and objective not in names:
-            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
-        limits, bounds = limits_of(self.problem, **wanted)
+    def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
+        """Return the front, or the plan of least value of an objective, without what the arm is known not to do."""
+        names, began = self.problem.objective_names, time.perf_counter()
         is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
         if not is_cheapest:
             require_bounds(self.problem, bounds)
-        result, reason, began = Result(), None, time.perf_counter()
-        try:
-            with limits:
-                if is_cheapest and self.problem.is_general:
-                    # Without a bound, the search for a plan that does not exist need not end.
-                    reason = infeasible(self._reduction, limits)
-                if reason is None:
-                    result = self._search(limits, bounds, objective)
-                    seconds = time.perf_counter() - began
-                    self.stats = replace(result.work, build_seconds=self._reduction.build_seconds, seconds=seconds)
-                    if not result.goals and result.ended is None:
-                        reason = self._why_not(limits, bounds)
-        except (LimitError, KeyboardInterrupt) as error:
-            result = replace(result, ended=ended_by(error))
-        if result.ended == "interrupt" and not keep_on_interrupt:
-            raise KeyboardInterrupt
-        return result if objective is None else result.with_best(names.index(objective)), reason
+        elif self.problem.is_general and (reason := infeasible(self._reduction, limits)):
+            # Without a bound, the search for a plan that does not exist need not end.
+            return Front((), reason=reason)
+        product = self._reduction.product
+        built = time.perf_counter()
+        result = self._search(product, limits, bounds, objective)
+        result.check()
+        self.stats += replace(result.work, build_seconds=built - began, seconds=time.perf_counter() - began)
+        goals = result.goals or result.incumbents
+        if goals and objective is not None:
+            place = names.index(objective)
+            goals = (min(goals, key=lambda goal: (goal.objectives[place], *goal.objectives)),)
+        return Front(
+            Plans([goal.point for goal in goals], [goal.plan for goal in goals]) if goals else (),
+            reason=None if goals or result.ended else self._why_not(limits, bounds),
+            ended=result.ended,
+            complete_below=self._below(result),
+        )
 
-    def _search(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
+    def _search(
+        self, product: Product, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
+    ) -> Result:
         """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
         with suppress(OverflowError):
-            return choose_search(self._reduction.product, self._options, limits, bounds, objective)(limits)
-        return self._search_in_python(limits, bounds, objective)
+            return run_search(product, self._options, limits, bounds, objective)
+        return self._search_in_python(product, limits, bounds, objective)
 
-    def _search_in_python(self, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
-        product = self._reduction.listed_product(self._reduction.problem)
+    def _search_in_python(
+        self, product: Product, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
+    ) -> Result:
+        if isinstance(product, GeneratedProduct):
+            product = self._reduction.product_of(self._reduction.problem, listed=True)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
 
@@ -253,17 +225,11 @@ class Planner:
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
-        reason = infeasible(self._reduction, limits)
-        if reason is not None:
+        if reason := infeasible(self._reduction, limits):
             return reason
-        smallest: Number | None = None
         *others, bounded = sorted(bounds, key=self.problem.objective_names.index)
         if self.problem.is_bi_objective or not others:
-            left = PlanLimits(
-                at_most={name: bounds[name] for name in others},
-                max_seconds=limits.seconds_left,
-                max_memory=limits.bytes,
-            )
             with suppress(NoPlanError, UnfinishedError, PreferenceError):
-                smallest = self.best(bounded, **left).objectives[bounded]
-        return Reason("bound", smallest=smallest)
+                smallest = self.best(bounded, at_most={name: bounds[name] for name in others}).objectives[bounded]
+                return Reason("bound", smallest=smallest)
+        return Reason("bound")

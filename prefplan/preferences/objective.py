@@ -232,3 +232,12 @@ class PreferenceObjective:
     cost: int
     measure: Measure
     units: Units
+
+    def amounts(self, costs: Sequence[int], violations: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
+        """Return costs and violation costs, (P,) each, in the user's units, given those of tasks and (P,) in units."""
+        rules = [Fraction(0)] * (len(violations) - len(costs))
+        return [*(count * self.units.cost for count in costs), *rules], [v * self.units.price for v in violations]
+
+    def value(self, costs: Sequence[int], violations: Sequence[int]) -> Any:
+        """Return mu in the user's units; arguments as for `amounts`."""
+        return self.measure.value(*self.amounts(costs, violations))

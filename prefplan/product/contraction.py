@@ -8,6 +8,7 @@ inert states between each two; so costs are kept, and sequences of labels that a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -152,6 +153,83 @@ def _cheapest_paths(
             for edge in range(offsets[s], offsets[s + 1]):
                 if distance[targets[edge]] < 0:
                     count = heap_push(keys, items, count, cost + costs[edge], targets[edge], None)
+
+
+def edges_between(
+    product: Product, graph: Graph, before: int, after: int, automata: Sequence[int], cost: int
+) -> list[int]:
+    """Return the edges of a path of one cost between two nodes on which no automaton moves before the last edge.
+
+    There are none if there is no such path. Ties go to fewer actions, then to the model's order of actions. The
+    `automata` are the states before, and the cost is as in `Product.costs`.
+    """
+    rests = (product.transitions(automata) == np.array(automata)[:, None]).all(axis=0)
+    arrays = product.offsets, product.targets, product.costs, product.classes
+    ends = int(graph.states[before]), int(graph.states[after])
+    edges: list[int] = _cheapest_path(*arrays, rests, *ends, cost).tolist()
+    return edges
+
+
+@kernel
+def _cheapest_path(
+    offsets: np.ndarray,
+    targets: np.ndarray,
+    costs: np.ndarray,
+    classes: np.ndarray,
+    passable: np.ndarray,
+    source: Integer,
+    target: Integer,
+    limit: Integer,
+) -> np.ndarray:
+    """Return the edges of a path of exactly one cost from one state to another; none if there is no such path.
+
+    Args:
+        offsets: (S + 1,) int64, where each state's edges begin.
+        targets: (E,) int32, where edges lead.
+        costs: (E,) int64.
+        classes: (S,) int32, of labels.
+        passable: (C,) bool, classes of states that the path may pass.
+        source: where it begins.
+        target: where it ends, with at least one edge.
+        limit: cost of the path.
+    """
+    # A link of a path has a number, an edge and the link before it. Of equal costs the heap has the largest item first,
+    # so that ties go to the link made first. A state is left at most once, the source perhaps twice.
+    most = 2 * targets.shape[0]
+    edges, before = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    costs_so_far, links = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    passed = np.zeros(classes.shape[0], dtype=np.bool_)
+    waiting: Integer = np.int64(0)
+    state, link, cost, made = np.int64(source), np.int64(-1), np.int64(0), np.int64(0)
+    while True:
+        for edge in range(offsets[state], offsets[state + 1]):
+            if cost + costs[edge] <= limit and not passed[targets[edge]]:
+                edges[made], before[made] = edge, link
+                waiting = heap_push(costs_so_far, links, waiting, cost + costs[edge], -made, None)
+                made += 1
+        while waiting > 0:
+            cost, link = costs_so_far[0], -links[0]
+            waiting = heap_pop(costs_so_far, links, waiting, None)
+            state = np.int64(targets[edges[link]])
+            if state == target and cost == limit:
+                return _edges_to(link, edges, before)
+            if passable[classes[state]] and not passed[state]:
+                break
+        else:
+            return np.empty(0, dtype=np.int64)
+        passed[state] = True
+
+
+@kernel
+def _edges_to(link: Integer, edges: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return the edges of the path that ends with a link."""
+    length, at = 0, link
+    while at >= 0:
+        length, at = length + 1, before[at]
+    path = np.empty(length, dtype=np.int64)
+    for k in range(length - 1, -1, -1):
+        path[k], link = edges[link], before[link]
+    return path
 
 
 @kernel

@@ -7,6 +7,7 @@ contributes to the task's propositions.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from prefplan.exact_costs import INT64_LIMIT
 from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.system import Trajectory
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import CODE_LIMIT, Product
 from prefplan.product.space import Generated
@@ -35,7 +35,7 @@ class GeneratedProduct(Product):
 
     def __init__(self, problem: Problem, model: ManipulationSystem) -> None:
         """Tabulate every automaton over its letters; call `suits` before."""
-        self.problem, self.model = problem, model
+        self.problem, self.system, self.model = problem, problem.system, model
         self.units, self.shift = problem.units, 0
         self._follow(problem)
         self.nodes = model.space.bound
@@ -61,9 +61,9 @@ class GeneratedProduct(Product):
         dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
         return max(counts) <= LETTERS_LIMIT and not dear
 
-    def trajectory(self, steps: np.ndarray) -> Trajectory:
-        """Return what happens in the problem's own system along (K,) states of the model after the start."""
-        return self.problem.system.trajectory(self.model.actions_through([self.start_node, *steps.tolist()]))
+    def actions(self, steps: np.ndarray) -> Sequence[str]:
+        """Return actions that lead through (K,) states of the model after the start."""
+        return self.model.actions_through([self.start_node, *steps.tolist()])
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""

@@ -19,7 +19,7 @@ from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
-from prefplan.models.system import Trajectory
+from prefplan.models.system import System
 from prefplan.problem import Problem
 from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
 
@@ -41,6 +41,7 @@ class Product:
 
     Attributes:
         problem: what it is made from.
+        system: the one in which plans are: that of `problem`, unless that is a smaller one.
         automata: (N,) the weighted automata of the tasks.
         rules: (R,) the automata of the rules, first of the P - N rules that may be broken.
         units: the units in which costs, prices and mu are whole.
@@ -63,6 +64,7 @@ class Product:
         extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the relaxed readings.
     """
 
+    system: System
     generated: Generated | None = None
 
     def __init__(self, problem: Problem, *, counts_actions: bool = True) -> None:
@@ -75,7 +77,7 @@ class Product:
         Raises:
             ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
         """
-        self.problem = problem
+        self.problem, self.system = problem, problem.system
         system = problem.system.listed
         self._follow(problem)
         self._tabulate()
@@ -192,16 +194,10 @@ class Product:
         after: np.ndarray = self.delta[np.arange(len(automata)), np.array(automata)]
         return after
 
-    def trajectory(self, steps: np.ndarray) -> Trajectory:
-        """Return what happens along (K,) edges from the start on."""
-        system = self.problem.system.listed
-        visited = [system.start, *system.targets[steps].tolist()]
-        return (
-            tuple(system.action_names[action] for action in system.actions[steps].tolist()),
-            tuple(system.states[state] for state in visited),
-            [system.label(state) for state in visited],
-            [tuple(count * each.unit for count in each.entries[steps].tolist()) for each in system.costs],
-        )
+    def actions(self, steps: np.ndarray) -> Sequence[str]:
+        """Return the actions in `system` of a path of (K,) edges from the start on."""
+        listed = self.problem.system.listed
+        return [listed.action_names[action] for action in listed.actions[steps].tolist()]
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.system import System, Trajectory
+from prefplan.models.system import System
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 
 
+@dataclass
 class Reduction:
-    """A smaller system on which a problem's tasks read the same label sequences.
+    """A smaller system on which a problem's tasks read the same label sequences, and products of it."""
 
-    Attributes:
-        problem: the problem.
-        build_seconds: time to build its product, s.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        """Take a problem."""
-        self.problem, self.build_seconds = problem, 0.0
+    problem: Problem
 
     @cached_property
     def system(self) -> System:
@@ -36,20 +31,15 @@ class Reduction:
     @cached_property
     def product(self) -> Product:
         """The product of the smaller system and the problem's tasks."""
-        began = time.perf_counter()
-        product = self.product_of(self.problem)
-        self.build_seconds = time.perf_counter() - began
-        return product
+        return self.product_of(self.problem)
 
-    def product_of(self, problem: Problem) -> Product:
-        """Return the product of the smaller system and the tasks of a problem over the same system."""
-        if isinstance(self.system, ManipulationSystem) and GeneratedProduct.suits(problem, self.system):
+    def product_of(self, problem: Problem, *, listed: bool = False) -> Product:
+        """Return the product for another problem over the same system; its states are listed if need be, or at will."""
+        if not isinstance(self.system, ManipulationSystem):
+            return Product(problem)
+        if not listed and GeneratedProduct.suits(problem, self.system):
             return GeneratedProduct(problem, self.system)
-        return self.listed_product(problem)
-
-    def listed_product(self, problem: Problem) -> Product:
-        """Return the same, its states listed."""
-        return ReducedProduct(problem, self.system) if isinstance(self.system, ManipulationSystem) else Product(problem)
+        return ReducedProduct(problem, self.system)
 
 
 class ReducedProduct(Product):
@@ -58,13 +48,10 @@ class ReducedProduct(Product):
     def __init__(self, problem: Problem, smaller: ManipulationSystem) -> None:
         """Take a problem, and its smaller system."""
         super().__init__(problem.over(smaller.listed))
-        self._whole, self._smaller = problem.system, smaller
+        self.system, self._smaller = problem.system, smaller
 
-    def trajectory(self, steps: np.ndarray) -> Trajectory:
-        """Return what happens in the problem's own system along (K,) edges of the smaller one from the start on."""
-        listed = self._smaller.listed
-        codes = [
-            self._smaller.space.encode(listed.states[state], where="state")
-            for state in [listed.start, *listed.targets[steps].tolist()]
-        ]
-        return self._whole.trajectory(self._smaller.actions_through(codes))
+    def actions(self, steps: np.ndarray) -> Sequence[str]:
+        """Return the actions in the problem's own system of a path of (K,) edges of the smaller one from the start."""
+        listed, space = self._smaller.listed, self._smaller.space
+        states = [listed.start, *listed.targets[steps].tolist()]
+        return self._smaller.actions_through([space.encode(listed.states[state], where="state") for state in states])

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import accumulate, product
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact
 from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
-from prefplan.preferences.objective import PreferenceObjective
 from prefplan.problem import Problem
 
 READINGS_LIMIT = 2**20
@@ -36,15 +34,9 @@ class Start:
     violations: tuple[int, ...]
     relaxed: tuple[tuple[tuple[int, int], ...] | None, ...]
 
-    def amounts(self, objective: PreferenceObjective) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the costs, in a preference's cost, and the violation costs, (P,) each, in the user's units."""
-        units = objective.units
-        costs = [(self.spent if c is None else c) * units.cost for c in self.finished]
-        if objective.cost:
-            # The past has the first cost only.
-            costs = [Fraction(0)] * len(costs)
-        rules = [Fraction(0)] * (len(self.violations) - len(costs))
-        return [*costs, *rules], [count * units.price for count in self.violations]
+    def task_costs(self, cost: int) -> list[int]:
+        """Return (N,) the tasks' costs so far, in units of that cost: the past has the first cost only."""
+        return [0 if cost else self.spent if c is None else c for c in self.finished]
 
 
 @dataclass(frozen=True)

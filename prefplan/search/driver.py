@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from operator import attrgetter, le, mul
 from typing import TYPE_CHECKING, Any
@@ -36,15 +35,6 @@ GOALS_AT_ONCE = 2**8
 
 INTERPRETED_POPS = 100
 """Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""
-
-
-@dataclass(frozen=True)
-class _Found:
-    """A goal: its label, exact objectives, and the first of these in units."""
-
-    label: int
-    objectives: tuple[Any, ...]
-    rank: int
 
 
 class LabelSearch:
@@ -103,7 +93,8 @@ class LabelSearch:
     def reset(self) -> None:
         """Start the search again: the start states are entered as successors of no label."""
         prepared, starts, width = self.prepared, self.product.starts, len(self._layout.entries)
-        self._lowest, self._found = 0.0, list[_Found]()
+        # The labels of goals, with their exact objectives.
+        self._lowest, self._found = 0.0, dict[int, tuple[Any, ...]]()
         keys = [self._layout.begin(start, self.product.shift) for start in starts]
         order = sorted(range(len(starts)), key=keys.__getitem__)
         self._starts = [starts[k] for k in order]
@@ -167,10 +158,10 @@ class LabelSearch:
                     raise LimitError("time")
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        settled = [goal for goal in self._found if goal.rank < self._lowest]
-        kept = [*settled, *self._found[-1:]]
-        paths = self._paths([goal.label for goal in kept])
-        goals = [Goal(self._cost(goal.label), goal.objectives, paths, k) for k, goal in enumerate(kept)]
+        settled = [label for label in self._found if self._rank(label) < self._lowest]
+        kept = [*settled, *list(self._found)[-1:]]
+        paths = self._paths(kept)
+        goals = [Goal(self._found[label], paths, k) for k, label in enumerate(kept)]
         below = self._lowest if not self._first or self._lowest == math.inf else 0
         incumbents = tuple(goals) if self.single and not settled else ()
         return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, incumbents)
@@ -203,7 +194,7 @@ class LabelSearch:
         if end == END.EXHAUSTED:
             self._lowest = math.inf
             return
-        self._lowest = self._rank(int(self.memory.counters[AT.LOWEST]))
+        self._lowest = self._in_units(int(self.memory.counters[AT.LOWEST]))
         if end in (END.FALLS, END.TOO_LARGE):
             if self._values is not None and end == END.FALLS:
                 self._values.require_rise(self._objectives(int(self.memory.counters[AT.PARENT])))
@@ -219,13 +210,16 @@ class LabelSearch:
         values = dict(zip(self.problem.objective_names, objectives, strict=True))
         if any(values[name] > bound for name, bound in self.bounds.items()):
             return
-        rank = self._rank(int(self.memory.labels.key[label, self._first]))
-        self._found.append(_Found(label, objectives, rank))
+        self._found[label] = objectives
         if self.single:
-            limits[self._first] = rank if self._first else self._up_to(rank)
+            limits[self._first] = self._rank(label) if self._first else self._up_to(self._rank(label))
 
-    def _rank(self, first: int) -> int:
-        """Return the first objective in units, without the low bits of a cost."""
+    def _rank(self, label: int) -> int:
+        """Return a label's first objective, in units."""
+        return self._in_units(int(self.memory.labels.key[label, self._first]))
+
+    def _in_units(self, first: int) -> int:
+        """Return the first objective without the low bits of a cost."""
         return first if self._first else first >> self.product.shift
 
     @property
@@ -236,13 +230,13 @@ class LabelSearch:
     @property
     def _is_pending(self) -> bool:
         """Whether the last goal may still prove to be dominated by another one of the same first objective."""
-        return bool(self._found) and self._found[-1].rank >= self._lowest and not self._hasty
+        return bool(self._found) and self._rank(next(reversed(self._found))) >= self._lowest and not self._hasty
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
         """Return the points of the front among goals: one may dominate others of its first cost, or any if rounded."""
         whole, points, begin = all(o.measure.is_whole for o in self.problem.objectives), list[Goal](), 0
         for goal in sorted(goals, key=attrgetter("objectives")):
-            if whole and points and points[-1].cost < goal.cost:
+            if whole and points and points[-1].objectives[0] < goal.objectives[0]:
                 begin = len(points)
             if not any(all(map(le, other.objectives, goal.objectives)) for other in points[begin:]):
                 points.append(goal)
@@ -258,12 +252,8 @@ class LabelSearch:
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal's label, in the user's units."""
-        key = self.memory.labels.key[label].tolist()
-        return self._layout.objectives([self._cost(label), *key[1:]])
-
-    def _cost(self, label: int) -> int:
-        """Return a label's first cost, units."""
-        return int(self.memory.labels.key[label, 0]) >> self.product.shift
+        cost, *rest = self.memory.labels.key[label].tolist()
+        return self._layout.objectives([cost >> self.product.shift, *rest])
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""
@@ -284,8 +274,8 @@ class LabelSearch:
             return GeneratedPaths(self.product, before, nodes, automata, starts, ends)
         if not self.prepared.graph.contracted:
             return Paths(self.product, before, steps, automata, starts, ends)
-        through = before, nodes, self.memory.labels.key[kept, 0], automata
-        return Paths.through(self.product, self.prepared.graph, through, starts, ends)
+        paths = Paths(self.product, before, nodes, automata, starts, ends)
+        return paths.through(self.prepared.graph, self.memory.labels.key[kept, 0])
 
     @property
     def work(self) -> Stats:

@@ -1,4 +1,4 @@
-"""Some plan for a search that may be stopped before it has found one: weighted A* beside the exact search.
+"""The compiled search that suits a problem, with weighted A* beside it for some plan when it may be stopped.
 
 The exact search and weighted A* take turns until the exact search has a plan; each turn may expand twice as many labels
 as the one before. A search that finds its first goal early, as most do, never looks for another plan.
@@ -6,12 +6,15 @@ as the one before. A search that finds its first goal early, as most do, never l
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
-from prefplan.heuristics.prepare import Prepared
+from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
+from prefplan.product.product_automaton import Product
 from prefplan.search.driver import LabelSearch
 from prefplan.search.result import Goal, Result, ended_by
 
@@ -23,7 +26,27 @@ WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 finds better plans, since tasks share paths."""
 
 
-def run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
+def run_search(
+    product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
+) -> Result:
+    """Search a product in compiled code, within limits and inclusive bounds; for the front without an `objective`.
+
+    Raises:
+        LimitError: a limit was reached.
+        OverflowError: a number might not fit 64 bits.
+    """
+    problem = product.problem
+    cost = problem.cost_names[0]
+    # The front of one cost and one preference is found sooner than the least value of a preference.
+    first = None if problem.is_bi_objective and objective != cost else objective
+    # Some plan is looked for where any will do until there is a better one.
+    is_free = problem.is_bi_objective and problem.measure.bi_objective and not bounds.keys() - {cost}
+    prepared = Prepared(product, options, single=is_free and first == cost, max_bytes=limits.bytes)
+    search = LabelSearch(prepared, bounds=bounds, first=first)
+    return _run_with_incumbent(search, limits) if is_free else search.run(limits)
+
+
+def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
     """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
     expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search)
     result = search.run(limits, most_expanded=expanded)
@@ -69,5 +92,5 @@ class Drafts:
         goals = (*result.goals, *result.incumbents)
         if goals:
             self.best = goals[-1:]
-            self._bounds = {self._cost: (goals[-1].cost - 1) * self._search.problem.cost_units[0]}
+            self._bounds = {self._cost: goals[-1].objectives[0] - self._search.problem.cost_units[0]}
         return bool(goals) or not result.is_paused

@@ -125,18 +125,17 @@ class KeyMap:
         return [self._begin(each, start) << (shift if e == 0 else 0) for e, each in enumerate(self.entries)]
 
     def _begin(self, each: KeyEntry, start: Start) -> int:
-        # The past has the first cost only.
-        spent = 0 if each.cost else start.spent
         if each.how == COST:
-            return spent
+            # The past has the first cost only.
+            return 0 if each.cost else start.spent
         if each.how == TASK:
-            finished = start.finished[each.number]
-            return spent if each.cost or finished is None else finished
+            return start.task_costs(each.cost)[each.number]
         if each.how == VIOLATION:
             return start.violations[each.number]
         if each.how == VALUE or each.objective is None:
             return 0
-        measure, amounts = each.objective.measure, start.amounts(each.objective)
+        measure = each.objective.measure
+        amounts = each.objective.amounts(start.task_costs(each.cost), start.violations)
         value = measure.summed(*amounts) if each.how == SUM else measure.maxima[each.number].value(*amounts)
         return int(value / each.objective.units.mu)
 
@@ -145,15 +144,13 @@ class KeyMap:
 
         The `key` is a label's, with the first cost in units.
         """
-        tasks, rules = len(self.problem.tasks), len(self.problem.priced) - len(self.problem.tasks)
-        costs = [key[objective.cost] * objective.units.cost] * tasks + [Fraction(0)] * rules
-        violations = [Fraction(0)] * len(costs)
-        for each, amount in zip(self.entries, key, strict=True):
+        costs, violations = [key[objective.cost]] * len(self.problem.tasks), [0] * len(self.problem.priced)
+        for each, count in zip(self.entries, key, strict=True):
             if each.how == TASK and each.cost == objective.cost:
-                costs[each.number] = amount * objective.units.cost
+                costs[each.number] = count
             elif each.how == VIOLATION:
-                violations[each.number] = amount * objective.units.price
-        return costs, violations
+                violations[each.number] = count
+        return objective.amounts(costs, violations)
 
     def objectives(self, key: Sequence[int]) -> tuple[Any, ...]:
         """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import chain
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from prefplan.exact_costs import INT64_LIMIT, exact, to_number
 from prefplan.ledger import Ledger
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Follower
-from prefplan.plan import Plan
-from prefplan.product.contraction import Graph
+from prefplan.plan import Plan, Purchase
+from prefplan.product.contraction import Graph, edges_between
 from prefplan.product.product_automaton import Product
 from prefplan.product.starts import Start
-from prefplan.search.plan_extraction import edges_between, plan_of
 
 NO_STEP = "the search made a step that the model does not have"
 
@@ -42,70 +40,81 @@ class Paths:
     starts: Mapping[int, Start]
     ends: np.ndarray
 
-    @classmethod
-    def through(
-        cls,
-        product: Product,
-        graph: Graph,
-        nodes: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
-        starts: Mapping[int, Start],
-        ends: np.ndarray,
-    ) -> Paths:
-        """Return the paths that pass some nodes of a graph; see `edges_between`.
+    def through(self, graph: Graph, costs: np.ndarray) -> Paths:
+        """Return the paths with the edges between the nodes of a contracted graph, which are here in place of edges.
 
-        Args:
-            product: what was searched.
-            graph: the graph that it was searched over.
-            nodes: (U,) each: the number before, the node, the cost up to it as in `Product.costs`, and (U, N + R) the
-                states of the automata.
-            starts: by number.
-            ends: (n,) numbers.
+        The (T,) costs are those up to each node, as in `Product.costs`; see `edges_between`.
         """
         before, edges, automata, last = list[int](), list[int](), list[int](), list[int]()
-        numbers, places, costs, states = (column.tolist() for column in nodes)
-        for k, (at, node, cost) in enumerate(zip(numbers, places, costs, strict=True)):
+        states, nodes, spent = self.automata.tolist(), self.edges.tolist(), costs.tolist()
+        for k, at in enumerate(self.before.tolist()):
             passed = [-1]
             if at != k:
-                rest = tuple(states[at])
-                passed = edges_between(product, graph, places[at], node, rest, cost - costs[at])
+                passed = edges_between(self.product, graph, nodes[at], nodes[k], states[at], spent[k] - spent[at])
+                assert passed, NO_STEP
             first = len(edges)
             before += [first if at == k else last[at], *range(first, first + len(passed) - 1)]
             edges += passed
             automata += [*[at] * (len(passed) - 1), k]
             last.append(len(edges) - 1)
-        return cls(
-            product,
+        return Paths(
+            self.product,
             np.array(before, dtype=np.int64),
             np.array(edges, dtype=np.int64),
-            nodes[3][np.array(automata, dtype=np.int64)],
-            {last[k]: start for k, start in starts.items()},
-            np.array([last[end] for end in ends.tolist()], dtype=np.int64),
-        )
-
-    @classmethod
-    def apart(cls, product: Product, each: Sequence[tuple[Sequence[int], Sequence[tuple[int, ...]], Start]]) -> Paths:
-        """Return paths that share no steps; each is given by (K,) edges, (K + 1,) states of automata, and its start."""
-        ends = np.cumsum([len(automata) for _, automata, _ in each], dtype=np.int64) - 1
-        first = [int(end) + 1 - len(automata) for end, (_, automata, _) in zip(ends, each, strict=True)]
-        before = np.arange(len(each) and ends[-1] + 1) - 1
-        before[first] = first
-        return cls(
-            product,
-            before,
-            np.array(list(chain.from_iterable((-1, *edges) for edges, _, _ in each)), dtype=np.int64),
-            np.array([q for _, automata, _ in each for q in automata], dtype=np.int64),
-            {k: start for k, (_, _, start) in zip(first, each, strict=True)},
-            ends,
+            self.automata[np.array(automata, dtype=np.int64)],
+            {last[k]: start for k, start in self.starts.items()},
+            np.array(last, dtype=np.int64)[self.ends],
         )
 
     def plan(self, number: int) -> Plan:
-        """Return the plan of a path."""
+        """Return the plan of a path, all its values computed again from the model."""
         steps = [int(self.ends[number])]
         while steps[-1] not in self.starts:
             steps.append(int(self.before[steps[-1]]))
         steps.reverse()
-        automata = list(map(tuple, self.automata[steps].tolist()))
-        return plan_of(self.product, self.edges[steps[1:]], automata, self.starts[steps[0]])
+        problem, past = self.product.problem, self.product.problem.past
+        taken = self.product.actions(self.edges[steps[1:]])
+        actions, states, labels, (first, *more) = self.product.system.trajectory(taken)
+        labels = [*past.labels, *labels]
+        purchases = self._purchases(steps, labels)
+        actions, first = (*past.actions, *actions), (*map(exact, past.costs), *first)
+        further = dict(zip(problem.cost_names[1:], more, strict=True))
+        ledger = Ledger.of(problem, actions, first, labels, purchases, further)
+        final, values = ledger.final, dict(zip(problem.objective_names, ledger.exact_objectives(), strict=True))
+        return Plan(
+            cost=final.cost,
+            preference=final.preference,
+            task_costs=final.task_costs,
+            violation_costs=final.violation_costs,
+            actions=ledger.actions,
+            states=(*past.states, *states),
+            relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
+            costs={name: to_number(values[name]) for name in problem.cost_names},
+            preferences={named.name: to_number(values[named.name]) for named in problem.preferences},
+            action_costs=tuple(map(to_number, first)),
+            map=problem.system.map,
+            display=problem.display,
+        )
+
+    def _purchases(self, steps: Sequence[int], labels: Sequence[frozenset[str]]) -> list[Purchase]:
+        """Return the relaxations used along some steps and the rules broken, in order; labels are the past's, too."""
+        product, problem, start = self.product, self.product.problem, self.starts[steps[0]]
+        first, price, purchases = len(labels) - len(steps), problem.units.price, list[Purchase]()
+        for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
+            if start.relaxed[i] is None:
+                purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * price))
+            relaxed, states = [*(start.relaxed[i] or ())], self.automata[steps, i].tolist()
+            for k in range(1, len(steps) if dfa.relaxations else 0):
+                readings = dfa.readings(states[k - 1], labels[first + k])
+                reading = next(reading for reading in readings if reading.state == states[k])
+                relaxed += [(first + k, relaxation) for relaxation in reading.relaxations]
+            for k, relaxation in relaxed:
+                assumed, _, count = dfa.relaxations[relaxation]
+                purchases.append(Purchase(name, k, assumed, count * price))
+        prices = {rule.name: rule.skip for rule in problem.rules}
+        broken = problem.broken(labels).items()
+        purchases += [Purchase(name, step, None, exact(prices[name] or 0), rule=True) for name, step in broken]
+        return sorted(purchases, key=lambda purchase: purchase.step)
 
     def objectives(self) -> list[tuple[Any, ...]]:
         """Return the exact objectives of every path, in the user's units.
@@ -116,105 +125,52 @@ class Paths:
         Raises:
             AssertionError: a step is one that the model or an automaton does not have, or a task is not satisfied.
         """
-        problem = self.product.problem
-        violations = self._violations()
-        costs = [
-            [unit * count for count in self._spent[d][self.ends].tolist()] for d, unit in enumerate(problem.cost_units)
-        ]
-        counted = {0, *(o.cost for o in problem.objectives)}
-        task_costs = {d: list(zip(*self._task_costs(d), strict=True)) for d in counted}
-        values = [
-            [o.measure.value(*amounts) for amounts in zip(task_costs[o.cost], violations, strict=True)]
-            for o in problem.objectives
-        ]
-        return list(zip(*costs, *values, strict=True))
+        problem, ends = self.product.problem, self.product.ends
+        tasks, costs = self.automata[:, : len(ends)], len(problem.cost_names)
+        done = tasks == ends[:, 0]
+        assert (done | (tasks == ends[:, 1]))[self.ends].all(), "a task is not satisfied"
+        totals = self._added()
+        task_costs = np.zeros((len(done), costs, len(ends)), totals.dtype)
+        for k, start in self.starts.items():
+            task_costs[k] = [start.task_costs(d) for d in range(costs)]
+        for level in self._levels():
+            before = self.before[level]
+            totals[level] += totals[before]
+            # Equation (3).
+            task_costs[level] = np.where(done[before, None], task_costs[before], totals[level, :costs, None])
+        found = []
+        for total, each in zip(totals[self.ends].tolist(), task_costs[self.ends].tolist(), strict=True):
+            spent = (unit * count for unit, count in zip(problem.cost_units, total, strict=False))
+            found.append((*spent, *(o.value(each[o.cost], total[costs:]) for o in problem.objectives)))
+        return found
 
-    @cached_property
-    def _begins(self) -> np.ndarray:
-        """(T,) bool, which steps are starts."""
-        begins: np.ndarray = self.before == np.arange(len(self.before))
-        return begins
-
-    @cached_property
-    def _states(self) -> np.ndarray:
-        """(T,) the system's state after each step."""
-        system, edges, later = self.product.problem.system.listed, self.edges[~self._begins], ~self._begins
+    def _added(self) -> np.ndarray:
+        """Return (T, D + P) what each step adds to all costs, then violation costs, in units; a start its past's."""
+        problem, system = self.product.problem, self.product.problem.system.listed
+        later = np.flatnonzero(self.before != np.arange(len(self.before)))
+        before, edges = self.before[later], self.edges[later]
         states = np.full(len(self.before), system.start, dtype=np.int64)
         states[later] = system.targets[edges]
-        sources = states[self.before[later]]
-        assert (system.offsets[sources] <= edges).all() and (edges < system.offsets[sources + 1]).all(), NO_STEP
-        return states
-
-    @cached_property
-    def _spent(self) -> list[np.ndarray]:
-        """For each cost, (T,) its total up to each step, in units."""
-        problem, totals = self.product.problem, []
-        for d, (column, unit) in enumerate(zip(problem.system.listed.costs, problem.cost_units, strict=True)):
-            counts = column.counts(unit)
-            steps = np.zeros(len(self.before), dtype=counts.dtype)
-            steps[~self._begins] = counts[self.edges[~self._begins]]
-            for k, start in self.starts.items():
-                steps[k] = 0 if d else start.spent
-            totals.append(self._sums(steps))
-        return totals
-
-    def _sums(self, values: np.ndarray) -> np.ndarray:
-        """Return (T,) the sums of (T,) values from the start up to each step: twice as many steps in each round."""
-        none = len(values)
-        at, total = np.append(np.where(self._begins, none, self.before), none), np.append(values, values[:1] * 0)
-        while (at < none).any():
-            total, at = total + total[at], at[at]
-        return total[:none]
-
-    def _task_costs(self, cost: int) -> list[list[Any]]:
-        """Return for all `priced` the cost (n,) of each path, in the user's units; 0 for rules."""
-        problem, spent, columns = self.product.problem, self._spent[cost], []
-        for i, dfa in enumerate(self.product.automata):
-            done = self.automata[:, i] == dfa.automaton.accepting
-            assert (done | (self.automata[:, i] == dfa.skipped))[self.ends].all(), (
-                f"{problem.names[i]} is not satisfied"
-            )
-            # The step that satisfies the task, or else the start.
-            at = np.where(done & (self._begins | ~done[self.before]), np.arange(len(done)), self.before)
-            while ((further := at[at]) != at).any():
-                at = further
-            until = spent.copy()
-            for k, start in self.starts.items():
-                # The past has the first cost only.
-                until[k] = 0 if cost else start.finished[i] or 0
-            counts = np.where(done[self.ends], until[at[self.ends]], spent[self.ends])
-            columns.append([problem.cost_units[cost] * count for count in counts.tolist()])
-        return columns + [[0 * problem.cost_units[cost]] * len(self.ends)] * (len(problem.priced) - len(problem.tasks))
-
-    def _violations(self) -> list[tuple[Any, ...]]:
-        """Return the violation costs of all `priced` of each path, in the user's units."""
-        problem, columns = self.product.problem, []
+        first = system.offsets[states[before]], system.offsets[states[before] + 1]
+        assert (first[0] <= edges).all() and (edges < first[1]).all(), NO_STEP
+        columns = [each.counts(unit)[edges] for each, unit in zip(system.costs, problem.cost_units, strict=True)]
         followers: tuple[Follower, ...] = (*self.product.automata, *self.product.rules)
-        for k, dfa in enumerate(followers):
-            prices = self._prices(dfa, self.automata[:, k])
-            for at, start in self.starts.items():
-                assert start.automata[k] == self.automata[at, k], NO_STEP
-                prices[at] = start.violations[k] if k < len(problem.priced) else 0
-            if k < len(problem.priced):
-                totals = self._sums(prices)[self.ends].tolist() if prices.any() else [0] * len(self.ends)
-                columns.append([problem.units.price * count for count in totals])
-        return list(zip(*columns, strict=True))
+        labels = system.labels[states[later]]
+        for dfa, after in zip(followers, self.automata.T, strict=True):
+            columns.append(_prices(dfa, system.label_sets, labels, after[before], after[later]))
+        added = np.zeros((len(self.before), len(system.costs) + len(problem.priced)), dtype=object)
+        added[later] = np.stack(columns[: added.shape[1]], axis=1)
+        for k, start in self.starts.items():
+            assert start.automata == tuple(self.automata[k].tolist()), NO_STEP
+            added[k] = [start.spent, *[0] * (len(system.costs) - 1), *start.violations]
+        return added.astype(np.int64) if added.size * added.max() < INT64_LIMIT else added
 
-    def _prices(self, dfa: Follower, states: np.ndarray) -> np.ndarray:
-        """Return (T,) what an automaton pays at each step, in units, given its state (T,) after each."""
-        system, later = self.product.problem.system.listed, ~self._begins
-        labels, size = system.labels[self._states[later]].astype(np.int64), dfa.size
-        triples = (labels * size + states[self.before[later]]) * size + states[later]
-        distinct, inverse = np.unique(triples, return_inverse=True)
-        table = []
-        for triple in distinct.tolist():
-            (label, q), after = divmod(triple // size, size), triple % size
-            price = next((r.price for r in dfa.readings(q, system.label_sets[label]) if r.state == after), None)
-            assert price is not None, NO_STEP
-            table.append(price)
-        prices = np.zeros(len(states), dtype=object)
-        prices[later] = np.array(table, dtype=object)[inverse]
-        return prices
+    def _levels(self) -> list[np.ndarray]:
+        """Return the steps by how many come before them in their path, without the starts."""
+        depths = list[int]()
+        for k, before in enumerate(self.before.tolist()):
+            depths.append(0 if before == k else depths[before] + 1)
+        return np.split(np.argsort(depths, kind="stable"), np.cumsum(np.bincount(depths)))[1:-1]
 
 
 class GeneratedPaths(Paths):
@@ -222,8 +178,23 @@ class GeneratedPaths(Paths):
 
     def objectives(self) -> list[tuple[Any, ...]]:
         """Return the exact objectives of every path, from its plan in the model."""
-        values = []
+        found = []
         for number in range(len(self.ends)):
-            values.append(Ledger.of_plan(self.product.problem, self.plan(number)).exact_objectives())
+            found.append(Ledger.of_plan(self.product.problem, self.plan(number)).exact_objectives())
             check_limits()
-        return values
+        return found
+
+
+def _prices(
+    dfa: Follower, label_sets: Sequence[frozenset[str]], labels: np.ndarray, before: np.ndarray, after: np.ndarray
+) -> np.ndarray:
+    """Return the prices, in units, of steps of an automaton, given the label read and the states before and after."""
+    size = dfa.size
+    triples, prices = (labels.astype(np.int64) * size + before) * size + after, list[int]()
+    distinct, inverse = np.unique(triples, return_inverse=True)
+    for triple in distinct.tolist():
+        label, q = divmod(triple // size, size)
+        price = next((r.price for r in dfa.readings(q, label_sets[label]) if r.state == triple % size), None)
+        assert price is not None, NO_STEP
+        prices.append(price)
+    return np.array(prices, dtype=object)[inverse]

@@ -26,6 +26,8 @@ from functools import cache
 from itertools import chain, product
 from typing import Any
 
+import numpy as np
+
 from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
@@ -123,10 +125,10 @@ class ReferenceSearch:
 
     def _begin(self, start: Start) -> None:
         """Add x_0 to O. Of a past, only the first cost counts."""
-        rest = (0,) * (len(self._problem.cost_units) - 1)
-        pcs = tuple((start.spent if c is None else c, *rest) for c in start.finished)
+        costs = len(self._problem.cost_units)
+        pcs = tuple(zip(*(start.task_costs(d) for d in range(costs)), strict=True))
         state = (self.product.start_node, *start.automata)
-        self._add(state, (start.spent, *rest), pcs, start.violations, start, -1)
+        self._add(state, (start.spent, *[0] * (costs - 1)), pcs, start.violations, start, -1)
 
     def _constrained_a_star(self, limits: Limits) -> Label | None:
         """Return the label of a goal within mu_max, of least f (Algorithm 1); None for failure.
@@ -182,7 +184,7 @@ class ReferenceSearch:
         h = [max_min(distances, state) for distances in self._distances]
         if math.inf in h:
             return (math.inf,)
-        values = (o.measure.value(*self._amounts(o, pcs, violations)) for o in self._problem.objectives)
+        values = (o.value([c[o.cost] for c in pcs], violations) for o in self._problem.objectives)
         return (*_plus(g, map(int, h)), *values)
 
     def _admits(self, f: Vector) -> bool:
@@ -219,14 +221,6 @@ class ReferenceSearch:
         automata: Sequence[Follower] = (*self.product.automata, *self.product.rules)
         return automata[k].readings(q, self.product.class_sets[label])
 
-    def _amounts(
-        self, o: PreferenceObjective, pcs: tuple[Counts, ...], violations: Counts
-    ) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the (P,) costs of tasks, in a preference's cost, and violation costs, in the user's units."""
-        costs = [c[o.cost] * o.units.cost for c in pcs]
-        rules = [Fraction(0)] * (len(violations) - len(costs))
-        return [*costs, *rules], [v * o.units.price for v in violations]
-
     def _key(self, x: Label) -> Vector:
         """Return the label key; `prefplan.preferences.objective` says why these entries suffice."""
         entries = [self._entries(x, objective) for objective in self._problem.objectives]
@@ -237,7 +231,7 @@ class ReferenceSearch:
         measure = o.measure
         if measure.contract == "general":
             return x.violations
-        costs, violations = self._amounts(o, x.pcs, x.violations)
+        costs, violations = o.amounts([c[o.cost] for c in x.pcs], x.violations)
         if measure.bi_objective:
             return (measure.value(costs, violations),)
         single: list[Term] = [*measure.maxima, *(f for f in measure.formulas if f.contract != "componentwise")]
@@ -256,18 +250,24 @@ class ReferenceSearch:
 
     def _goals(self, labels: Sequence[Label]) -> tuple[Goal, ...]:
         """Return goals with their exact objectives, in the user's units, and their paths (extractPlan)."""
-        units, each = self._problem.cost_units, []
-        for at in labels:
-            edges, automata = [], [at.state[1:]]
-            while isinstance(at.parent, Label):
-                edges.append(at.edge)
-                at = at.parent
-                automata.append(at.state[1:])
-            each.append((edges[::-1], automata[::-1], at.parent))
-        paths = Paths.apart(self.product, each)
+        units, steps = self._problem.cost_units, dict[Label, int]()
+        for goal in labels:
+            path = [goal]
+            while isinstance(parent := path[-1].parent, Label):
+                path.append(parent)
+            for x in reversed(path):
+                steps.setdefault(x, len(steps))
+        paths = Paths(
+            self.product,
+            np.array([k if isinstance(x.parent, Start) else steps[x.parent] for x, k in steps.items()]),
+            np.array([x.edge for x in steps]),
+            np.array([x.state[1:] for x in steps]),
+            {k: x.parent for x, k in steps.items() if isinstance(x.parent, Start)},
+            np.array([steps[goal] for goal in labels]),
+        )
         costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in labels]
         values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(labels)]
-        return tuple(Goal(goal.g[0], values[k], paths, k) for k, goal in enumerate(labels))
+        return tuple(Goal(values[k], paths, k) for k in range(len(labels)))
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:

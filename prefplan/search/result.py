@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -21,13 +21,11 @@ class Goal:
     """A goal that a search found.
 
     Attributes:
-        cost: first total cost, units.
         objectives: exact values of all costs and preferences, in the user's units.
         paths: the paths to all goals of the search.
         number: which of them leads to this one.
     """
 
-    cost: int
     objectives: tuple[Any, ...]
     paths: Paths = field(repr=False)
     number: int
@@ -69,11 +67,6 @@ class Result:
             for goal in self.goals:
                 values = derived[goal.number]
                 assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, OTHER_VALUES
-
-    def with_best(self, objective: int) -> Result:
-        """Return the same with the goal of least value of one objective only, of least values of the others then."""
-        goals = sorted(self.goals, key=lambda goal: (goal.objectives[objective], *goal.objectives))
-        return replace(self, goals=tuple(goals[:1]))
 
     @property
     def is_paused(self) -> bool:

@@ -23,7 +23,8 @@ class ListedPlanner(Planner):
     def __init__(self, problem: Problem) -> None:
         """Take the problem."""
         super().__init__(problem)
-        self._reduction.product_of = self._reduction.listed_product  # type: ignore[method-assign]
+        listed = partial(self._reduction.product_of, listed=True)
+        self._reduction.product_of = listed  # type: ignore[method-assign]
 
 
 PLANNERS: tuple[PlannerOf, ...] = (

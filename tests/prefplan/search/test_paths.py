@@ -12,7 +12,7 @@ from prefplan import Options, Order, Planner, Problem, Relaxation, Rule, Sum, Ta
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search import paths
-from prefplan.search.choice import choose_search
+from prefplan.search.incumbent import run_search
 from prefplan.search.reference import ReferenceSearch
 from prefplan.search.result import Result
 
@@ -48,7 +48,7 @@ def searched(kind: str) -> Result:
     if kind == "reference":
         return ReferenceSearch(product, bounds={}).run(Limits())
     options = Options(contraction=kind == "contracted")
-    return choose_search(product, options, Limits(), {}, None)(Limits())
+    return run_search(product, options, Limits(), {}, None)
 
 
 KINDS = ("contracted", "whole", "reference")
@@ -94,13 +94,13 @@ def test_a_path_that_is_wrong_is_noticed(kind: str, spoil: Callable[[paths.Paths
 
 
 def test_plans_are_made_when_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    made, plan_of = list[int](), paths.plan_of
+    made, plan = list[int](), paths.Paths.plan
 
-    def counted(*arguments: object) -> object:
+    def counted(tree: paths.Paths, number: int) -> object:
         made.append(1)
-        return plan_of(*arguments)  # type: ignore[arg-type]
+        return plan(tree, number)
 
-    monkeypatch.setattr(paths, "plan_of", counted)
+    monkeypatch.setattr(paths.Paths, "plan", counted)
     front = Planner(problem()).front()
     few = front.over(["preference"])
     assert len(front) > 2 and len(front.points) == len(front) and len(few) == 1 and not made[1:]
