@@ -26,7 +26,7 @@ from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, inner_kernel
 from prefplan.preferences.objective import PreferenceObjective
-from prefplan.preferences.terms import OrderRate
+from prefplan.preferences.terms import OrderRate, WeightedRate
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
 """Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a
@@ -146,8 +146,8 @@ def growth_tables(
         return
     alone = {each.tasks: each.entries for each in costs if each.objective == preference.cost and len(each.tasks) == 1}
     for tasks in _neighbours(backward):
-        done = np.array([sum(1 << i for j, i in enumerate(tasks) if s >> j & 1) for s in range(2 ** len(tasks))])
-        factors = sum((rate.rates(done, frozenset(tasks), preference.units.factor) for rate in rates), 0 * done)
+        due = [rate for rate in rates if isinstance(rate, WeightedRate) or rate.members.issubset(tasks)]
+        factors = preference.measure.rates(due, preference.units.factor, tasks)
         if not factors.any():
             continue
         if tasks in alone and isinstance(backward, Backward):

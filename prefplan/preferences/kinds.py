@@ -7,9 +7,10 @@ has label keys; `prefplan.preferences.objective` binds these to a problem.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import reduce
+from functools import partial, reduce
+from operator import mul
 from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
@@ -17,7 +18,7 @@ from prefplan.exact_costs import Number, exact
 from prefplan.preferences.analysis import check_divisors, decompose, shape
 from prefplan.preferences.contracts import CONTRACTS, Span, check_contract, check_never_falls, value_at
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, parse
-from prefplan.preferences.terms import Maximum, OpaqueTerm, OrderRate, Term, Violation, WeightedRate
+from prefplan.preferences.terms import OpaqueTerm, OrderRate, Term, with_weights
 from prefplan.text.forms import Form
 
 OVER = ("cost", "violation")
@@ -221,16 +222,10 @@ class Sum:
         for k, (part, number) in enumerate(self.parts):
             with prefixed(f"terms[{k}].", PreferenceError):
                 weight = _weight("weight", number)
-                terms += [_scaled(term, weight) for term in part.terms(tasks, *([rules] if rules else []))]
+                for term in part.terms(tasks, *([rules] if rules else [])):
+                    scaled = partial(mul, weight)
+                    terms.append(scaled(term) if isinstance(term, Fraction) else with_weights(term, scaled))
         return terms
-
-
-def _scaled(term: Term | Fraction, weight: Fraction) -> Term | Fraction:
-    if isinstance(term, Fraction):
-        return weight * term
-    if isinstance(term, (WeightedRate, Violation, Maximum)):
-        return replace(term, weights=tuple(weight * own for own in term.weights))
-    return replace(term, weight=weight * term.weight)
 
 
 def _amounts(tasks: Sequence[str], rules: Sequence[str], over: str) -> dict[str, Variable]:

@@ -28,7 +28,16 @@ from prefplan.errors import PreferenceError, PrefplanError, check_known, describ
 from prefplan.exact_costs import Units, common_unit
 from prefplan.preferences.expression import divides, scaled
 from prefplan.preferences.kinds import Preference
-from prefplan.preferences.terms import Maximum, OpaqueTerm, Rate, Tardiness, Term, Violation
+from prefplan.preferences.terms import (
+    Maximum,
+    OpaqueTerm,
+    Rate,
+    Tardiness,
+    Term,
+    Violation,
+    weights_of,
+    with_weights,
+)
 from prefplan.text.forms import check_fields
 from prefplan.text.names import check_names
 
@@ -180,10 +189,9 @@ class Measure:
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
         """Return a unit of mu, given those of costs, in which all terms without functions or divisions are whole."""
-        amounts = [weight * cost for rate in self.rate_terms for weight in rate.steps]
-        amounts += [weight * cost for term in self.maxima for weight in term.weights]
-        for late in self.tardiness:
-            amounts += [late.weight * cost, late.weight * late.by]
+        over_cost = (*self.rate_terms, *self.maxima, *self.tardiness)
+        amounts = [weight * cost for term in over_cost for weight in weights_of(term)]
+        amounts += [late.weight * late.by for late in self.tardiness]
         amounts += [weight * price for weight in self.violation_weights]
         amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas if formula.tree]
         return common_unit(amounts)
@@ -195,22 +203,24 @@ class Measure:
 
     def largest_rate(self) -> Fraction:
         """Return an upper bound of the growth of rates and tardiness per unit of cost."""
-        steps = [step for rate in self.rate_terms for step in rate.steps]
-        return sum([*steps, *(late.weight for late in self.tardiness)], Fraction(0))
+        weights = (weight for term in (*self.rate_terms, *self.tardiness) for weight in weights_of(term))
+        return self.tasks * sum(weights, Fraction(0))
 
-    def rate_table(self, factor: Fraction) -> np.ndarray:
-        """Return the (2^N,) int64 rate of mu's growth for each satisfied set, times a factor that makes it whole."""
-        sets, everyone = np.arange(2**self.tasks), frozenset(range(self.tasks))
-        return sum((rate.rates(sets, everyone, factor) for rate in self.rate_terms), start=0 * sets)
+    def rates(
+        self, terms: Sequence[Rate | Maximum], factor: Fraction, tasks: Sequence[int] | None = None
+    ) -> np.ndarray:
+        """Return the (2^k,) int64 sum of some terms for each satisfied set of k tasks, times a factor.
 
-    def maximum_table(self, factor: Fraction) -> np.ndarray:
-        """Return the (M, 2^N) int64 largest weight of an unsatisfied task, times a factor that makes it whole."""
-        sets = np.arange(2**self.tasks)
-        table = np.zeros((len(self.maxima), len(sets)), dtype=np.int64)
-        for k, term in enumerate(self.maxima):
-            for i, weight in enumerate(term.weights):
-                table[k] = np.maximum(table[k], (1 - (sets >> i & 1)) * int(weight * factor))
-        return table
+        Each of the tasks, all if none are given, costs one unit until it is satisfied, and others cost nothing. The
+        factor makes the values whole: it is a unit of cost in units of mu.
+        """
+        tasks = range(self.tasks) if tasks is None else tasks
+        sets = np.arange(2 ** len(tasks))
+        costs = np.zeros((len(self.violation_weights), len(sets)), dtype=np.int8)
+        for j, i in enumerate(tasks):
+            costs[i] = 1 - (sets >> j & 1)
+        whole = [with_weights(term, lambda weight: np.int64(weight * factor)) for term in terms]
+        return sum((term.value(costs, ()) for term in whole), start=0 * sets)
 
 
 def _of_kind(terms: Sequence[Term | Fraction], kind: Any) -> tuple[Any, ...]:

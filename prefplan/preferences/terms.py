@@ -1,21 +1,24 @@
 """The terms whose sum is a preference function; `prefplan.preferences.objective` makes label keys of them.
 
-There are N tasks; S is the satisfied set as bits, and g the cost so far, which is the cost of every task not in S.
+There are N tasks; S is the satisfied set, and g the cost so far, which is the cost of every task not in S. While S is
+satisfied, additive terms over cost grow at a fixed rate. It is their value where every task not in S costs one unit,
+and those in S cost nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from typing import Any
+from functools import cached_property, reduce
+from typing import Any, TypeVar
 
 import numpy as np
 
 from prefplan.preferences.expression import Tree, evaluate, variables
 
-Costs = Sequence[Fraction]
+Costs = Any
+"""(P,) fractions, or (P, K) int8, of which terms over cost give (K,) values."""
 
 
 @dataclass(frozen=True)
@@ -34,33 +37,14 @@ class OrderRate:
     groups: tuple[tuple[int, ...], ...]
     weight: Fraction = Fraction(1)
 
-    @property
-    def steps(self) -> tuple[Fraction, ...]:
-        """Numbers, each >= 0, of some of which every rate is the sum."""
-        return (self.weight,) * sum(map(len, self.groups))
-
-    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
-        """Return the (K,) int64 part of the rate that is due to groups of some tasks alone, times a factor.
-
-        The (K,) int64 sets are satisfied; the factor, which makes rates whole, is a unit of cost in units of mu.
-        """
-        named = sum(1 << i for group in self.groups for i in group)
-        count, place = np.bitwise_count(sets & named).astype(np.int64), 0
-        total = np.zeros(len(sets), dtype=np.int64)
-        for group in self.groups:
-            if members.issuperset(group):
-                due = np.clip(count - place, 0, len(group))
-                total += np.maximum(0, due - sum(sets >> i & 1 for i in group))
-            place += len(group)
-        return total * int(self.weight * factor)
-
-    def value(self, costs: Costs, violations: Costs) -> Fraction:
+    def value(self, costs: Costs, violations: Costs) -> Any:
         """Return sum_k max(0, c_{o_k} - c*_k) with each group sorted by cost.
 
         Sorting attains the smallest sum over a group's orders, as max(0, c - c*) is convex in the difference.
         """
-        desired = [c for group in self.groups for c in sorted(costs[i] for i in group)]
-        return self.weight * sum(max(Fraction(0), c - ideal) for c, ideal in zip(desired, sorted(desired), strict=True))
+        costs = np.asarray(costs)
+        desired = np.concatenate([np.sort(costs[list(group)], axis=0) for group in self.groups])
+        return self.weight * np.maximum(0, desired - np.sort(desired, axis=0)).sum(axis=0)
 
 
 @dataclass(frozen=True)
@@ -69,18 +53,9 @@ class WeightedRate:
 
     weights: tuple[Fraction, ...]
 
-    @property
-    def steps(self) -> tuple[Fraction, ...]:
-        """Numbers, each >= 0, of some of which every rate is the sum."""
-        return self.weights
-
-    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
-        """Return the part of the rate that is due to some tasks; see `OrderRate.rates`."""
-        return sum(((1 - (sets >> i & 1)) * int(self.weights[i] * factor) for i in members), start=0 * sets)
-
-    def value(self, costs: Costs, violations: Costs) -> Fraction:
+    def value(self, costs: Costs, violations: Costs) -> Any:
         """Return the weighted sum."""
-        return sum((w * c for w, c in zip(self.weights, costs, strict=True)), Fraction(0))
+        return sum(w * c for w, c in zip(self.weights, costs, strict=True))
 
 
 @dataclass(frozen=True)
@@ -90,21 +65,10 @@ class SpreadRate:
     weight: Fraction
     members: frozenset[int]
 
-    @property
-    def steps(self) -> tuple[Fraction, ...]:
-        """Numbers, each >= 0, of some of which every rate is the sum."""
-        return (self.weight,)
-
-    def rates(self, sets: np.ndarray, members: frozenset[int], factor: Fraction) -> np.ndarray:
-        """Return the whole rate if `members` has all its tasks, else 0; see `OrderRate.rates`."""
-        done = np.bitwise_count(sets & sum(1 << i for i in self.members))
-        grows = (done > 0) & (done < len(self.members)) & (self.members <= members)
-        return np.where(grows, int(self.weight * factor), 0)
-
-    def value(self, costs: Costs, violations: Costs) -> Fraction:
+    def value(self, costs: Costs, violations: Costs) -> Any:
         """Return the weighted spread."""
-        spread = [costs[i] for i in self.members]
-        return self.weight * (max(spread) - min(spread))
+        spread = np.asarray(costs)[list(self.members)]
+        return self.weight * (spread.max(axis=0) - spread.min(axis=0))
 
 
 Rate = OrderRate | WeightedRate | SpreadRate
@@ -140,9 +104,9 @@ class Maximum:
 
     weights: tuple[Fraction, ...]
 
-    def value(self, costs: Costs, violations: Costs) -> Fraction:
+    def value(self, costs: Costs, violations: Costs) -> Any:
         """Return the weighted maximum."""
-        return max(w * c for w, c in zip(self.weights, costs, strict=True))
+        return reduce(np.maximum, (w * c for w, c in zip(self.weights, costs, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -191,3 +155,17 @@ class OpaqueTerm:
 
 
 Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | OpaqueTerm
+
+T = TypeVar("T", bound=Term)
+
+
+def weights_of(term: Term) -> tuple[Fraction, ...]:
+    """Return the weights of a term."""
+    return term.weights if isinstance(term, WeightedRate | Violation | Maximum) else (term.weight,)
+
+
+def with_weights(term: T, change: Callable[[Fraction], Any]) -> T:
+    """Return a term with other weights."""
+    if isinstance(term, WeightedRate | Violation | Maximum):
+        return replace(term, weights=tuple(map(change, term.weights)))
+    return replace(term, weight=change(term.weight))

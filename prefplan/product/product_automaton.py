@@ -182,7 +182,7 @@ class Product:
     @cached_property
     def rates(self) -> np.ndarray:
         """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
-        return self.problem.measure.rate_table(self.units.factor)
+        return self.problem.measure.rates(self.problem.measure.rate_terms, self.units.factor)
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:

@@ -188,13 +188,13 @@ class KeyMap:
                 continue
             measure, units = each.objective.measure, each.objective.units
             if each.how == SUM:
-                rates.append(measure.rate_table(units.factor))
+                rates.append(measure.rates(measure.rate_terms, units.factor))
                 late += [
                     (e, t.task, int(t.weight * units.factor), min(int(t.weight * t.by / units.mu), PRODUCT_LIMIT))
                     for t in measure.tardiness
                 ]
             else:
-                rates.append(measure.maximum_table(units.factor)[each.number])
+                rates.append(measure.rates([measure.maxima[each.number]], units.factor))
                 largest = max(largest, int(rates[-1].max()))
         return Keys(
             entries=entries,
