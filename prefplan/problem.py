@@ -11,7 +11,7 @@ from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
 from prefplan.logic.formula import propositions_of
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
-from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
+from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
 from prefplan.models.system import Past, System
 from prefplan.models.system_of import SystemLike, system_of
@@ -152,9 +152,9 @@ class Problem:
             automata.append(WeightedAutomaton(dfa, relaxations, skip))
         for rule, dfa in zip(self.rules, self.monitors, strict=True):
             if rule.skip is None:
-                kept.append(RuleAutomaton(dfa))
+                kept.append(WeightedAutomaton(dfa, price=None))
             else:
-                priced.append(RuleAutomaton(dfa, int(exact(rule.skip) / price)))
+                priced.append(WeightedAutomaton(dfa, price=int(exact(rule.skip) / price)))
         self.weighted_automata, self.rule_automata = tuple(automata), (*priced, *kept)
 
     def _check_weighed(self) -> None:

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
-from prefplan.logic.weighted_dfa import Follower
 from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.problem import Problem
@@ -49,7 +48,7 @@ class GeneratedProduct(Product):
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
         """Return whether a product can be generated: no task can be relaxed, and all tables and numbers are small."""
-        automata: tuple[Follower, ...] = (*problem.weighted_automata, *problem.rule_automata)
+        automata = (*problem.weighted_automata, *problem.rule_automata)
         states = model.space.bound * math.prod(dfa.size for dfa in automata)
         if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
@@ -68,7 +67,7 @@ class GeneratedProduct(Product):
     def _tabulate_letters(self) -> np.ndarray:
         """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
         space = self.model.space
-        automata: tuple[Follower, ...] = (*self.automata, *self.rules)
+        automata = (*self.automata, *self.rules)
         letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
         for i, dfa in enumerate(automata):

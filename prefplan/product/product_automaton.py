@@ -17,7 +17,7 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
-from prefplan.logic.weighted_dfa import Follower, Reading, RuleAutomaton, WeightedAutomaton
+from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import System
 from prefplan.problem import Problem
@@ -113,7 +113,7 @@ class Product:
     def _follow(self, problem: Problem) -> None:
         """Set the automata, their sizes, and their accepting and skipped states."""
         self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
-        self.rules: tuple[RuleAutomaton, ...] = problem.rule_automata
+        self.rules: tuple[WeightedAutomaton, ...] = problem.rule_automata
         self.sizes, self.rule_sizes = (
             np.array([dfa.size for dfa in automata], dtype=np.int64) for automata in (self.automata, self.rules)
         )
@@ -122,7 +122,7 @@ class Product:
 
     def _tabulate(self) -> None:
         system = self.problem.system.listed
-        automata: tuple[Follower, ...] = (*self.automata, *self.rules)
+        automata = (*self.automata, *self.rules)
         relevant = [dfa.propositions for dfa in automata]
         mentioned = frozenset().union(*relevant)
         letters: dict[frozenset[str], int] = {}

@@ -9,7 +9,7 @@ from itertools import accumulate, product
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact
-from prefplan.logic.weighted_dfa import RuleAutomaton, WeightedAutomaton
+from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.problem import Problem
 
 READINGS_LIMIT = 2**20
@@ -100,12 +100,9 @@ def _histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_
     return histories
 
 
-def _rule_after(dfa: RuleAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
+def _rule_after(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
     """Return the state of a rule's automaton after some labels, and its price; None if no plan may break it so."""
-    state, price = None, 0
-    for label in labels:
-        readings = dfa.readings(state, label)
-        if not readings:
-            return None
-        state, price = readings[0].state, price + readings[0].price
-    return None if state is None else (state, price)
+    # Some rules are broken by whatever is read first: then this is no step to the accepting state.
+    state = dfa.automaton.run(labels)[-1]
+    price = dfa.price if state == dfa.automaton.accepting else 0
+    return None if price is None else (state, price)

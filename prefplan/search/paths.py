@@ -11,7 +11,7 @@ import numpy as np
 from prefplan.exact_costs import INT64_LIMIT, exact, to_number
 from prefplan.ledger import Ledger
 from prefplan.limits import check_limits
-from prefplan.logic.weighted_dfa import Follower
+from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph, edges_between
 from prefplan.product.product_automaton import Product
@@ -154,7 +154,7 @@ class Paths:
         first = system.offsets[states[before]], system.offsets[states[before] + 1]
         assert (first[0] <= edges).all() and (edges < first[1]).all(), NO_STEP
         columns = [each.counts(unit)[edges] for each, unit in zip(system.costs, problem.cost_units, strict=True)]
-        followers: tuple[Follower, ...] = (*self.product.automata, *self.product.rules)
+        followers = (*self.product.automata, *self.product.rules)
         labels = system.labels[states[later]]
         for dfa, after in zip(followers, self.automata.T, strict=True):
             columns.append(_prices(dfa, system.label_sets, labels, after[before], after[later]))
@@ -186,7 +186,11 @@ class GeneratedPaths(Paths):
 
 
 def _prices(
-    dfa: Follower, label_sets: Sequence[frozenset[str]], labels: np.ndarray, before: np.ndarray, after: np.ndarray
+    dfa: WeightedAutomaton,
+    label_sets: Sequence[frozenset[str]],
+    labels: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
 ) -> np.ndarray:
     """Return the prices, in units, of steps of an automaton, given the label read and the states before and after."""
     size = dfa.size

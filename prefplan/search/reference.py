@@ -32,7 +32,7 @@ from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
-from prefplan.logic.weighted_dfa import Follower, Reading
+from prefplan.logic.weighted_dfa import Reading
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product
@@ -218,7 +218,7 @@ class ReferenceSearch:
 
     def _read(self, k: int, q: int, label: int) -> list[Reading]:
         """Return the ways in which one automaton may read a class of labels; none if that breaks a rule for good."""
-        automata: Sequence[Follower] = (*self.product.automata, *self.product.rules)
+        automata = (*self.product.automata, *self.product.rules)
         return automata[k].readings(q, self.product.class_sets[label])
 
     def _key(self, x: Label) -> Vector:
