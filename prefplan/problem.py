@@ -15,7 +15,7 @@ from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
 from prefplan.models.system import Past, System
 from prefplan.models.system_of import SystemLike, system_of
-from prefplan.preferences.contracts import Span, check_contract, check_never_falls
+from prefplan.preferences.contracts import check_contract, check_never_falls
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (
     TASK_LIMIT,
@@ -176,7 +176,7 @@ class Problem:
                 if formula.claimed:
                     # A plan that meets no state twice costs no more than this.
                     largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.units.cost
-                    span = Span(unit, min(largest * len(self.tasks), unit * LARGEST_TRIED))
+                    span = unit, min(largest * len(self.tasks), unit * LARGEST_TRIED)
                     check_never_falls(formula, self.priced, named.key, span)
                     check_contract(formula, self.priced, named.key, span)
 

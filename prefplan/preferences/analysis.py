@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from prefplan.errors import PreferenceError
-from prefplan.preferences.expression import ARITHMETIC, Constant, Operation, Tree, Variable, fold, to_text
+from prefplan.preferences.expression import ARITHMETIC, Constant, Operation, Tree, Variable, to_text
 from prefplan.preferences.terms import Maximum, SpreadRate, Tardiness, Term, Violation, WeightedRate
 
 LARGEST_COST = Fraction(10) ** 500
@@ -36,14 +36,21 @@ class Shape:
         return Shape(-self.high, -self.low, self.falling, self.rising)
 
 
-def shape(tree: Tree) -> Shape:
-    """Return bounds and monotonicity of an expression, by interval arithmetic."""
-    return fold(
-        tree,
-        lambda value: Shape(value, value, True, True),
-        lambda _: Shape(Fraction(0), LARGEST_COST, True, False),
-        _combined,
-    )
+def shape(tree: Tree, tasks: Sequence[str]) -> Shape:
+    """Return bounds and monotonicity of an expression, by interval arithmetic.
+
+    Raises:
+        PreferenceError: it divides by what can be zero.
+    """
+    match tree:
+        case Constant(value):
+            return Shape(value, value, True, True)
+        case Variable():
+            return Shape(Fraction(0), LARGEST_COST, True, False)
+    parts = [shape(operand, tasks) for operand in tree.operands]
+    if tree.name == "/" and parts[1].low <= 0 <= parts[1].high:
+        raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
+    return _combined(tree.name, *parts)
 
 
 def _combined(name: str, *parts: Shape) -> Shape:
@@ -62,34 +69,17 @@ def _combined(name: str, *parts: Shape) -> Shape:
             return -one if one.high <= 0 else Shape(zero, max(-one.low, one.high), False, False)
         case "abs":
             return one
-        case "/" if other.low <= 0:
-            return _combined("/", -one, -other)
         case "/":
             return _combined("*", one, Shape(1 / other.high, 1 / other.low, other.falling, other.rising))
-    if one.high <= 0 and one.low < 0:
-        return -_combined("*", -one, other)
-    if other.high <= 0 and other.low < 0:
-        return -_combined("*", one, -other)
     corners = [x * y for x in (one.low, one.high) for y in (other.low, other.high)]
-    low, high = min(corners), max(corners)
-    if one.low >= 0 and other.low >= 0:
-        return Shape(low, high, rising, falling)
-    if one.low == one.high:
-        return Shape(low, high, other.rising, other.falling)
-    if other.low == other.high:
-        return Shape(low, high, one.rising, one.falling)
-    return Shape(low, high, False, False)
+    rising = _never_falls(one, other) and _never_falls(other, one)
+    falling = _never_falls(-one, other) and _never_falls(-other, one)
+    return Shape(min(corners), max(corners), rising, falling)
 
 
-def check_divisors(tree: Tree, tasks: Sequence[str]) -> None:
-    """Raise PreferenceError if an expression divides by what can be zero."""
-    if isinstance(tree, Operation):
-        for operand in tree.operands:
-            check_divisors(operand, tasks)
-        if tree.name == "/":
-            divisor = shape(tree.operands[1])
-            if divisor.low <= 0 <= divisor.high:
-                raise PreferenceError(f"expression: divides by '{to_text(tree.operands[1], tasks)}', which can be zero")
+def _never_falls(factor: Shape, part: Shape) -> bool:
+    """Return whether a product never falls because of one part, given the other factor."""
+    return part.low == part.high or (part.rising and factor.low >= 0) or (part.falling and factor.high <= 0)
 
 
 def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:

@@ -36,29 +36,16 @@ TOLERANCE = 1e-9
 LARGEST = 1e200
 """Sums of values beyond this might overflow."""
 
+Span = tuple[Fraction, Fraction]
+"""The smallest and the largest of the random costs, which are whole multiples of the smallest."""
+
+SPAN = (Fraction(1), Fraction(2000))
+
 CostLists = tuple[list[Any], list[Any]]
 """Costs and violation costs: fractions, or floats for a function."""
 
 
-@dataclass(frozen=True)
-class Span:
-    """Range of the random costs: whole multiples of the smallest, of every order of magnitude up to the largest."""
-
-    smallest: Fraction = Fraction(1)
-    largest: Fraction = Fraction(2000)
-
-    def draw(self, rng: random.Random) -> int:
-        """Return a random cost, as a multiple of the smallest: sometimes zero, often small."""
-        kind = rng.random()
-        if kind < 0.15:
-            return 0
-        most = max(1, int(self.largest / self.smallest))
-        if kind < 0.5:
-            return rng.randint(1, min(20, most))
-        return rng.randint(1, 2 ** rng.randint(0, most.bit_length()))
-
-
-def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = SPAN) -> None:
     """Raise PreferenceError if mu falls along some trajectory, or is negative or not a number (Definition 5)."""
     trials = _Trials(formula, tasks, where, span)
     for _ in range(TRIALS // 4):
@@ -68,7 +55,7 @@ def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, spa
                 raise PreferenceError(f"{where}: falls along a trajectory, from {before} to {after}")
 
 
-def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = Span()) -> None:
+def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = SPAN) -> None:
     """Raise PreferenceError if a pair of random cost vectors refutes a formula's contract, if it is not `general`."""
     if formula.contract == "general":
         return
@@ -103,12 +90,18 @@ class _Trials:
     """Random costs of N tasks and rules, as multiples of the smallest, at which a formula is evaluated."""
 
     def __init__(self, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-        self._formula, self._tasks, self._where, self._span = formula, tasks, where, span
-        self._rng, self._size = random.Random(SEED), len(tasks)
-        self._unit = float(span.smallest) if formula.tree is None else span.smallest
+        self._formula, self._tasks, self._where, (unit, largest) = formula, tasks, where, span
+        self._rng, self._size, self._most = random.Random(SEED), len(tasks), max(1, int(largest / unit))
+        self._unit = float(unit) if formula.tree is None else unit
 
     def draw(self) -> int:
-        return self._span.draw(self._rng)
+        """Return a random cost of any order of magnitude, sometimes zero and often small."""
+        kind = self._rng.random()
+        if kind < 0.15:
+            return 0
+        if kind < 0.5:
+            return self._rng.randint(1, min(20, self._most))
+        return self._rng.randint(1, 2 ** self._rng.randint(0, self._most.bit_length()))
 
     def below(self, most: int) -> int:
         return self.draw() % (most + 1)

@@ -15,8 +15,8 @@ from typing import Annotated, Any, Protocol
 
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
-from prefplan.preferences.analysis import check_divisors, decompose, shape
-from prefplan.preferences.contracts import CONTRACTS, Span, check_contract, check_never_falls, value_at
+from prefplan.preferences.analysis import decompose, shape
+from prefplan.preferences.contracts import CONTRACTS, SPAN, check_contract, check_never_falls, value_at
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, parse
 from prefplan.preferences.terms import OpaqueTerm, OrderRate, Term, with_weights
 from prefplan.text.forms import Form
@@ -162,15 +162,14 @@ class Expression:
         """Return the expression as additive and convex terms if it is a sum of such, else as one term."""
         amounts = _amounts(tasks, rules, self.over)
         tree = parse(self.expression, amounts)
-        check_divisors(tree, list(amounts))
         nothing = [Fraction(0)] * len(amounts)
-        outline, summands = shape(tree), decompose(tree, len(tasks) + len(rules))
+        outline, summands = shape(tree, list(amounts)), decompose(tree, len(tasks) + len(rules))
         shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, None, contract, claimed=contract not in (shown, "general"))
         if (outline.rising and outline.low >= 0) or (summands is not None and evaluate(tree, nothing, nothing) >= 0):
             # It never falls; whether it is too large is seen at large costs.
-            large = [Span().largest] * len(amounts)
+            large = [SPAN[1]] * len(amounts)
             value_at((large, large), whole, list(amounts), "expression")
         else:
             check_never_falls(whole, (*tasks, *rules), "expression")
