@@ -167,14 +167,10 @@ def paths(diagram: Diagram) -> Iterator[tuple[dict[str, bool], Any]]:
 
 def same(one: Diagram, other: Diagram) -> bool:
     """Return whether two diagrams, perhaps of different families, represent the same function."""
-    compared: set[tuple[int, int]] = set()
-    waiting = [(one, other)]
-    while waiting:
-        a, b = waiting.pop()
-        if isinstance(a, Branch) and isinstance(b, Branch) and a.name == b.name:
-            if (id(a), id(b)) not in compared:
-                compared.add((id(a), id(b)))
-                waiting += [(a.high, b.high), (a.low, b.low)]
-        elif isinstance(a, Branch) or isinstance(b, Branch) or a != b:
-            return False
-    return True
+    return _numbered(one) == _numbered(other)
+
+
+def _numbered(diagram: Diagram) -> list[Hashable]:
+    """Return the nodes of a diagram, with branches as (name, numbers of both successors)."""
+    number = {d: k for k, d in enumerate(upwards(diagram))}
+    return [(d.name, number[d.high], number[d.low]) if isinstance(d, Branch) else d for d in number]
