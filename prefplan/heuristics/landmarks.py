@@ -13,7 +13,7 @@ larger than the graph. It is admissible, but need not be consistent.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -82,51 +82,38 @@ def landmarks(product: Product, graph: Graph) -> Landmarks | None:
     between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
     member = np.stack([np.isin(np.arange(len(least)), nodes) for nodes in sets])
     between = np.where(member @ member.T, 0, np.minimum(between, between.T))
-    nowhere, scratch = np.zeros((2, len(least)), dtype=np.int64), np.zeros((2, len(sets)), dtype=np.int64)
-    plain = Landmarks(remaining, between, ahead, scratch[0] * 0, nowhere[0], *scratch)
+    price, node_price = np.zeros(len(sets), dtype=np.int64), np.zeros(len(least), dtype=np.int64)
+    plain = Landmarks(remaining, between, ahead, price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
     codes = [start.automata[: len(remaining)] for start in product.starts]
     at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
-    return _priced(plain, sets, graph.start, max(at_start, key=int.bit_count))
-
-
-def _priced(plain: Landmarks, sets: list[np.ndarray], node: int, bits: int) -> Landmarks:
-    """Return landmarks with multipliers that make the bound large at the start, where the landmarks `bits` remain."""
-    price, node_price = np.zeros_like(plain.price), np.zeros_like(plain.node_price)
-    price[:], node_price[node] = ascent(plain, node, bits)
+    *price[:], node_price[graph.start] = ascent(plain, graph.start, max(at_start, key=int.bit_count))
     for m, nodes in reversed(list(enumerate(sets))):
         node_price[nodes] = price[m]
-    between = plain.between + price[:, None] + price[None, :]
-    ahead = plain.ahead + node_price[:, None] + price[None, :]
-    return plain._replace(between=between, ahead=ahead, price=price, node_price=node_price)
+    return priced(plain, price, node_price)
 
 
 def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return (N, Q) the landmarks of each automaton's states as bits, and the nodes of each landmark."""
     tasks, (_, most, labels) = len(product.sizes), product.delta.shape
-    met = np.zeros(labels, dtype=bool)
-    met[graph.classes] = True
-    numbers: dict[bytes, int] = {}
-    sets: list[np.ndarray] = []
+    met = np.isin(np.arange(labels), graph.classes)
+    numbers: dict[frozenset[int], int] = {}
     remaining = np.zeros((tasks, most), dtype=np.int64)
     for i, size in enumerate(product.sizes.tolist()):
         if size > LARGEST_AUTOMATON:
             continue
         leads = _leads(product, i) & met
         ends = np.isin(np.arange(size), product.ends[i][product.ends[i] >= 0])
-        needed = {c.tobytes(): _without(leads, ends, c) for c in _candidates(product, i, leads) & met}
-        dead = _without(leads, ends, np.zeros(labels, dtype=bool))
-        for q in np.flatnonzero(~ends & ~dead):
+        candidates = [frozenset(np.flatnonzero(c).tolist()) for c in _candidates(product, i, leads) & met]
+        needed = {c: _without(leads, ends, c) for c in dict.fromkeys(candidates)}
+        for q in np.flatnonzero(~ends & ~_without(leads, ends, frozenset())):
             check_limits()
-            cuts = [np.frombuffer(c, dtype=bool) for c, cut in needed.items() if cut[q]]
+            cuts = [c for c, cut in needed.items() if cut[q]]
             for cut in cuts:
-                if any((other <= cut).all() and (other < cut).any() for other in cuts):
+                if any(other < cut for other in cuts):
                     continue
-                if cut.tobytes() not in numbers and len(sets) < MOST_LANDMARKS:
-                    numbers[cut.tobytes()] = len(sets)
-                    sets.append(np.flatnonzero(cut[graph.classes]))
-                if cut.tobytes() in numbers:
-                    remaining[i, q] |= 1 << numbers[cut.tobytes()]
-    return remaining, sets
+                if cut in numbers or len(numbers) < MOST_LANDMARKS:
+                    remaining[i, q] |= 1 << numbers.setdefault(cut, len(numbers))
+    return remaining, [np.flatnonzero(np.isin(graph.classes, list(cut))) for cut in numbers]
 
 
 def _leads(product: Product, i: int) -> np.ndarray:
@@ -147,10 +134,10 @@ def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
     )
 
 
-def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.ndarray:
+def _without(leads: np.ndarray, ends: np.ndarray, avoided: frozenset[int]) -> np.ndarray:
     """Return (Q,) whether no end can be reached from a state without reading one of some label classes."""
     check_limits()
-    steps = leads[:, :, ~avoided].any(axis=2)
+    steps = np.delete(leads, list(avoided), axis=2).any(axis=2)
     reached = ends
     while ((now := reached | (steps & reached).any(axis=1)) != reached).any():
         reached = now
@@ -158,41 +145,37 @@ def _without(leads: np.ndarray, ends: np.ndarray, avoided: np.ndarray) -> np.nda
 
 
 @kernel
-def ascent(plain: Landmarks, node: Integer, bits: Integer) -> tuple[np.ndarray, Any]:
-    """Return (M,) multipliers of the landmarks, and that of the start's node, by subgradient ascent of its bound."""
-    count = plain.price.shape[0]
-    ahead, here = plain.ahead[node : node + 1].copy(), np.zeros(1, dtype=np.int64)
-    priced = Landmarks(plain.remaining, plain.between.copy(), ahead, plain.price.copy(), here, plain.least, plain.order)
-    price, best_price = np.zeros(count + 1, dtype=np.int64), np.zeros(count + 1, dtype=np.int64)
-    exact, best = np.zeros(count + 1), -1.0
-    degrees, before = Degrees(np.zeros(count + 1), np.zeros(count, dtype=np.int64)), np.zeros(count + 1)
+def priced(plain: Landmarks, price: np.ndarray, node_price: np.ndarray) -> Landmarks:
+    """Return landmarks with multipliers, given those without."""
+    between = plain.between + price.reshape(-1, 1) + price
+    ahead = plain.ahead + node_price.reshape(-1, 1) + price
+    return Landmarks(plain.remaining, between, ahead, price, node_price, plain.least, plain.order)
+
+
+@kernel
+def ascent(plain: Landmarks, node: Integer, bits: Integer) -> np.ndarray:
+    """Return (M,) multipliers of the landmarks, then that of the start's node, by subgradient ascent of its bound."""
+    count, node_price = plain.price.shape[0], np.zeros_like(plain.node_price)
+    exact, before, counts = np.zeros(count + 1), np.zeros(count + 1), np.ones(count + 1)
+    for m in range(count):
+        counts[m] = bits >> m & 1
+    best_price, best = np.zeros(count + 1, dtype=np.int64), -1.0
+    degrees = Degrees(np.zeros(count + 1), np.zeros(count, dtype=np.int64))
     length = FIRST_STEP
     for _ in range(ROUNDS):
-        for m in range(count + 1):
-            price[m] = round(exact[m])
-        here[0] = price[count]
-        for m in range(count):
-            priced.price[m], ahead[0, m] = price[m], plain.ahead[node, m] + price[m] + price[count]
-            for n in range(count):  # not a slice, for which numba compiles the text of an error, too
-                priced.between[m, n] = plain.between[m, n] + price[m] + price[n]
-        bound = float(_tree_bound(priced, 0, bits, degrees))
+        price = np.rint(exact).astype(np.int64)
+        node_price[node] = price[count]
+        bound = float(_tree_bound(priced(plain, price[:count], node_price), node, bits, degrees))
         if bound > best:
-            best = bound
-            best_price = price.copy()
-        slack = degrees.of - 2.0
-        norm = 0.0
-        for m in range(count + 1):
-            if m < count and not bits >> m & 1:
-                slack[m] = 0.0
-            norm += slack[m] * slack[m]
+            best, best_price = bound, price
+        slack = counts * (degrees.of - 2.0)
+        norm = (slack * slack).sum()
         if norm == 0.0 or best >= DISCONNECTED / 2:
             break
-        step = length * max(HOPED * best - bound, 1.0) / norm
-        for m in range(count + 1):
-            exact[m] += step * (0.7 * slack[m] + 0.3 * before[m])
-            before[m] = slack[m]
+        exact += length * max(HOPED * best - bound, 1.0) / norm * (0.7 * slack + 0.3 * before)
+        before = slack
         length *= SHRINKING
-    return best_price[:count], best_price[count]
+    return best_price
 
 
 @inner_kernel
