@@ -10,7 +10,7 @@ import viser
 
 from experiments.cli.browser import template
 from experiments.viewer.live_run import LiveRun, Status
-from prefplan.plan import Plan, objectives_text
+from prefplan.plan import objectives_text
 from prefplan.problem import Task
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Panel:
 
     def __init__(self, server: viser.ViserServer, session: Session) -> None:
         """Add the controls to the page of a session."""
-        self._session, self._playback, self._plans = session, session.playback, session.show.plans
+        self._session, self._playback = session, session.playback
         gui = self._gui = server.gui
         # Sharing would publish the page through another server.
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
@@ -64,10 +64,10 @@ class Panel:
         # While a user drags the slider, its value is newer than the time shown.
         if not playback.sought:
             self._time.value = round(playback.time, 2)  # type: ignore[misc]  # mypy misses the setter
-        colours = dict(zip(reversed(shown), [*COLOURS][len(shown) - 1 :: -1], strict=True))
+        # If both are the same plan, its row has the colour of the left one.
+        colours = dict(reversed([*zip(shown, COLOURS, strict=False)]))
         for i, row in enumerate(self._rows):
             _set(row, color=colours.get(i, "gray"))
-        _set(self._figure, content=front_html(self._plans, {i: COLOURS[colour] for i, colour in colours.items()}))
         state = "playing" if playback.playing else "paused"
         parts = [
             status_html(
@@ -99,8 +99,7 @@ class Panel:
 
     def _add_front(self) -> None:
         gui, session = self._gui, self._session
-        self._figure = gui.add_html("")
-        labels = [plan_label(i, plan) for i, plan in enumerate(self._plans)]
+        labels = [f"{i}: {objectives_text(plan)}" for i, plan in enumerate(session.show.plans)]
         self._rows = [gui.add_button(text, color="gray", hint="carry out this plan from the start") for text in labels]
         for i, row in enumerate(self._rows):
             row.on_click(partial(self._choose, i))
@@ -143,26 +142,6 @@ def announced(run: LiveRun, *, playing: bool) -> list[str]:
     if run.pulled and not playing:
         lines.append(f"pull {run.pulled}: an object moves only while the plan plays")
     return lines
-
-
-def plan_label(index: int, plan: Plan) -> str:
-    """Return the label of a plan: its index, cost and penalty."""
-    return f"{index}: {objectives_text(plan)}"
-
-
-def front_html(plans: Sequence[Plan], colours: dict[int, str]) -> str:
-    """Return a drawing of the front with the given colours by plan index; a click on a point clicks the plan's row."""
-    costs, preferences = [float(plan.cost) for plan in plans], [float(plan.preference) for plan in plans]
-    points = [
-        {"x": _share(x, costs), "y": _share(y, preferences), "colour": colours.get(i), "label": plan_label(i, plans[i])}
-        for i, (x, y) in enumerate(zip(costs, preferences, strict=True))
-    ]
-    return template(__package__, "front.html").render(points=points)
-
-
-def _share(value: float, values: Sequence[float]) -> float:
-    low, high = min(values), max(values)
-    return (value - low) / (high - low) if high > low else 0.5
 
 
 def status_html(

@@ -206,12 +206,11 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
 
 
 def dress(server: viser.ViserServer, title: str) -> None:
-    """Replace viser's title and icon, and make the points of the front clickable."""
+    """Replace viser's title and icon."""
     icon = base64.b64encode(files(__package__).joinpath("icon.svg").read_bytes()).decode()
     link = json.dumps(f"data:image/svg+xml;base64,{icon}")
     source = f"document.title = {json.dumps(f'{title} - prefplan')};"
     source += f"document.querySelector('link[rel=icon]').href = {link};"
-    source += files(__package__).joinpath("page.js").read_text("utf-8")
     # viser has no call for this; this is the message by which it loads the scripts of its figures.
     server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
 

@@ -92,10 +92,6 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
         # An element that is redrawn after it was found is searched for again.
         WebDriverWait(browser, TIMEOUT_S, 0.1, [StaleElementReferenceException]).until(lambda _: happens())
 
-    def press(part: str) -> bool:
-        browser.find_element(By.CSS_SELECTOR, part).click()
-        return True
-
     def click(label: str) -> None:
         until(lambda: clicked(label))
 
@@ -130,7 +126,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     click("Play")
     until(lambda: text(".state") == "completed")
     assert "fault knock:cup@1" in text("") and " again" in text("")
-    until(lambda: press("svg [data-row='0: cost 10, penalty 0'] circle"))
+    click("0: cost 10, penalty 0")
     # The parts are read one after the other, and the count of a new run begins again.
     until(lambda: text(".state") == "completed" and "fault" not in text("") and text(".count").startswith("4 of 4"))
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")

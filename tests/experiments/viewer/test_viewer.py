@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 
 import numpy as np
@@ -12,7 +11,7 @@ from scenario_texts import cup_scenario, task_tables
 
 from experiments.runs.run_plan import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status, news_of
-from experiments.viewer.panel import front_html, status_html
+from experiments.viewer.panel import status_html
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
@@ -177,18 +176,6 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     assert "knock &lt;cup&gt;: soon" in html
     narrow = status_html(tasks, status, 1.25, state="playing", heading="Plan 1", colour="#228be6")
     assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
-
-
-def test_the_front_is_drawn_with_the_plans_that_are_carried_out() -> None:
-    plans = [Plan(cost, preference, {}, {}, (), ()) for cost, preference in ((34, 17), (41, 0), (41, 0))]
-    html = front_html(plans, {1: "#228be6"})
-    assert re.findall('fill="(#.*?|currentColor)"\n +opacity="(.*?)"', html) == [
-        ("currentColor", "0.5"),
-        ("#228be6", "1"),
-        ("currentColor", "0.5"),
-    ]
-    assert re.findall('cx="(.*?)" cy="(.*?)"', html)[:2] == [("26.0", "16.0"), ("272.0", "70.0")]
-    assert 'cx="149.0"' in front_html(plans[:1], {})
 
 
 def test_a_location_at_work_glows() -> None:
