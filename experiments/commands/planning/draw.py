@@ -1,10 +1,9 @@
-"""`prefplan draw`: pictures of a scenario's plans, automata and transition system."""
+"""`prefplan draw`: pictures of a scenario's plans and automata."""
 
 from __future__ import annotations
 
 from decimal import Decimal
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -17,36 +16,39 @@ from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError, prefixed
 
-if TYPE_CHECKING:
-    from experiments.figures.diagrams.node_link import Diagram
-
 
 @command
 @click.argument(
     "what",
     metavar="WHAT",
-    type=Choice(["plans", "automata", "system"]),
-    help="plans: each plan of the front on its map or graph; automata: one for each task; system: a small model.",
+    type=Choice(["plans", "automata"]),
+    help="plans: each plan of the front on its map or graph; automata: one for each task.",
 )
 @options.scenario
 @click.argument("file", type=click.Path(), help="The picture to write; it ends in .png, .svg or .pdf.")
 @options.max_cost
 def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
-    """Draw a scenario's plans, its tasks' automata or its transition system.
+    """Draw a scenario's plans or its tasks' automata.
 
     Examples:
       prefplan draw plans case_study_1 plans.pdf
       prefplan draw automata case_study_2 automata.svg
     """
-    from experiments.figures.diagrams import node_link
     from experiments.figures.figures import picture_file
 
     path, loaded = picture_file(file), pp.load(scenario)
-    if what != "plans":
-        node_link.draw(_diagrams(loaded, what), path)
-    elif status := _plans(loaded, path, max_cost):
-        return status
-    say(path)
+    status = _automata(loaded, path) if what == "automata" else _plans(loaded, path, max_cost)
+    if status == DONE:
+        say(path)
+    return status
+
+
+def _automata(scenario: pp.Scenario, path: Path) -> int:
+    from experiments.figures.diagrams import automaton, node_link
+
+    problem = scenario.problem()
+    titles = [f"{task.label or task.name}: {task.formula}" for task in problem.tasks]
+    node_link.draw(dict(zip(titles, map(automaton.diagram, problem.automata), strict=True)), path)
     return DONE
 
 
@@ -72,16 +74,3 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     with prefixed(f"{scenario.path}: ", route.SystemSizeError):
         route.draw(planner.problem.system, front, path)
     return DONE
-
-
-def _diagrams(scenario: pp.Scenario, what: str) -> dict[str, Diagram]:
-    """Return the automaton of each task, or the transition system, by their titles."""
-    from experiments.figures.diagrams import automaton, route
-    from prefplan.logic.dfa import automaton as minimal_automaton
-
-    problem = scenario.problem()
-    if what == "automata":
-        titles = {f"{task.label or task.name}: {task.formula}": task.formula for task in scenario.tasks}
-        return {title: automaton.diagram(minimal_automaton(formula)) for title, formula in titles.items()}
-    with prefixed(f"{scenario.path}: model: ", route.SystemSizeError):
-        return {scenario.name: route.whole(problem.system)}

@@ -1,4 +1,4 @@
-"""A transition system as a diagram: a box for each state, an arrow for each action, numbered if a plan takes it."""
+"""Plans on graphs: a box for each state, an arrow for each action, numbered if the plan takes it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from prefplan.plan import Plan, objectives_text
 from prefplan.text.layout import number
 
 MOST_STATES = 40
-"""Greatest number of states that are drawn: larger systems are illegible."""
+"""Greatest number of states that are drawn: more are illegible."""
 
 MOST_EDGES = 90
 """Greatest number of edges of a graph that is drawn whole with a plan on it."""
@@ -35,7 +35,7 @@ Labels = dict[tuple[int, int], dict[str, list[str]]]
 
 
 class SystemSizeError(PrefplanError):
-    """A transition system, or what a plan visits of it, has more states than a picture can show."""
+    """A plan visits more states than a picture can show."""
 
 
 @dataclass(frozen=True)
@@ -51,21 +51,6 @@ class Route:
     diagram: Diagram
     at: tuple[int, ...]
     note: str | None
-
-
-def whole(system: System) -> Diagram:
-    """Return a transition system as a diagram, without unreachable states; the start is node `s0`.
-
-    Raises:
-        SystemSizeError: it has too many states.
-    """
-    states = reachable(system)
-    if states is None:
-        raise SystemSizeError(
-            f"the transition system has {_size(system)} states, and only one of up to {MOST_STATES} can be drawn "
-            "so that it can be read"
-        )
-    return _diagram(system, states, _add_actions(system, states, defaultdict(lambda: defaultdict(list))))
 
 
 def route(system: System, plan: Plan) -> Route:
@@ -88,7 +73,11 @@ def route(system: System, plan: Plan) -> Route:
         step = str(m) if m == k + 1 else f"{k + 1}-{m}"
         labels[node_of[visited[k]], node_of[visited[m]]][f"{action} {number(sum(costs[k:m]))}"].append(step)
     if note is None:
-        _add_actions(system, shown, labels)
+        listed = system.listed
+        for state in shown:
+            for edge in listed.edges(state):
+                action = listed.action_names[listed.actions[edge]]
+                _ = labels[node_of[state], node_of[int(listed.targets[edge])]][f"{action} {number(listed.cost(edge))}"]
     at = [0]
     for state in visited[1:]:
         at.append(node_of.get(state, at[-1]))
@@ -109,7 +98,7 @@ def draw(system: System, front: Front, path: Path) -> None:
     node_link.draw(diagrams, path)
 
 
-def reachable(system: System) -> list[int] | None:
+def _reachable(system: System) -> list[int] | None:
     """Return the states that can be reached, the start first; None if they are too many to be drawn."""
     if not isinstance(system, TransitionSystem):
         return None
@@ -124,7 +113,7 @@ def reachable(system: System) -> list[int] | None:
 
 def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | None]:
     """Return the states to draw, the start first, and a note on what is drawn, None if the graph is drawn whole."""
-    states = reachable(system)
+    states = _reachable(system)
     if states is not None and sum(len(system.listed.edges(state)) for state in states) <= MOST_EDGES:
         return states, None
     shown, which = list(dict.fromkeys(visited)), "those that the plan visits"
@@ -134,21 +123,8 @@ def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | Non
         which = "those with propositions that the plan visits, its first and its last"
     if len(shown) > MOST_STATES:
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
-    return shown, f"Drawn of {_size(system)} states: {which}."
-
-
-def _size(system: System) -> int | str:
-    return system.size if isinstance(system, TransitionSystem) else "very many"
-
-
-def _add_actions(system: System, states: Sequence[int], labels: Labels) -> Labels:
-    """Add all actions in these states, which lead to each other, to those that a plan takes."""
-    node_of, listed = {state: i for i, state in enumerate(states)}, system.listed
-    for state in states:
-        for edge in listed.edges(state):
-            action = listed.action_names[listed.actions[edge]]
-            _ = labels[node_of[state], node_of[int(listed.targets[edge])]][f"{action} {number(listed.cost(edge))}"]
-    return labels
+    size = system.size if isinstance(system, TransitionSystem) else "very many"
+    return shown, f"Drawn of {size} states: {which}."
 
 
 def _diagram(system: System, states: Sequence[Any], labels: Labels) -> Diagram:

@@ -97,10 +97,6 @@ def test_the_same_picture_is_the_same_file(tmp_path: Path) -> None:
         (["front", "example", "--plot", "front.jpeg"], ".png, .svg, .pdf"),
         (["front", "example", "--plot", "nowhere/front.png"], "nowhere/front.png: cannot be written"),
         (["draw", "plans", "case_study_3", "plans.png"], "`prefplan report` shows those of any model"),
-        (
-            ["draw", "system", "case_study_1", "system.png"],
-            "case_study_1.toml: model: the transition system has 400 states",
-        ),
         (["automaton", " & ".join(f"F {name}" for name in "abcdef"), "--plot", "f.png"], "64 states"),
     ],
 )
@@ -186,9 +182,8 @@ def test_titles_lie_apart_and_a_name_keeps_off_an_obstacle_beside_what_it_names(
         assert rocks and not any(name.get_window_extent().overlaps(rock.get_window_extent()) for rock in rocks)
 
 
-def test_plans_automata_and_a_system_are_drawn(tmp_path: Path) -> None:
-    for what in ("plans", "automata", "system"):
+def test_plans_and_automata_are_drawn(tmp_path: Path) -> None:
+    for what in ("plans", "automata"):
         assert main(["draw", what, "example", str(tmp_path / f"{what}.svg")]) == 0
     assert {"Pareto front", "0: cost 6, μ = 4", "phi2"} <= texts(tmp_path / "plans.svg")
     assert {"phi3: !plant U dirt", "dirt & !plant"} & texts(tmp_path / "automata.svg")
-    assert {"(1, 1)", "{plant}", "N 1"} <= texts(tmp_path / "system.svg")
