@@ -27,18 +27,19 @@ def automaton(formula: str, format: str, plot: str | None) -> int:
       prefplan automaton 'F (grocer & F p2)'
       prefplan automaton '!pizza U cheese' --format dot
     """
-    from experiments.figures.diagrams.automaton_text import WRITERS, show_table
+    from experiments.figures.diagrams import automaton_text, node_link
+    from experiments.figures.diagrams.automaton import diagram
     from prefplan.logic.dfa import automaton as minimal_automaton
 
     found = minimal_automaton(formula)
     if plot is not None:
-        from experiments.figures.diagrams import node_link
-        from experiments.figures.diagrams.automaton import diagram
         from experiments.figures.figures import picture_file
 
         node_link.draw({found.text: diagram(found)}, picture_file(plot))
     if format == "table":
-        show_table(Console(), found)
+        automaton_text.show_table(Console(), found)
+    elif format == "hoa":
+        say(automaton_text.hoa(found), end="")
     else:
-        say(WRITERS[format](found), end="")
+        say(node_link.source({found.text: diagram(found)}), end="")
     return DONE

@@ -1,4 +1,4 @@
-"""An automaton as text: a table to read, HOA for other tools, DOT for Graphviz."""
+"""An automaton as text: a table to read, and HOA for other tools."""
 
 from __future__ import annotations
 
@@ -75,30 +75,6 @@ def hoa(automaton: Automaton) -> str:
     return "\n".join([*lines, "--END--", ""])
 
 
-def dot(automaton: Automaton) -> str:
-    """Return an automaton in Graphviz' language: the accepting state is a double circle, the dead state is dashed."""
-    lines = [
-        "digraph automaton {",
-        f'  label="{_one_line(automaton.text)}"',
-        "  labelloc=t",
-        "  rankdir=LR",
-        "  node [shape=circle]",
-        "  start [shape=point]",
-        "  start -> 0",
-    ]
-    for state in range(automaton.size):
-        if state == automaton.accepting:
-            lines.append(f"  {state} [shape=doublecircle]")
-        elif state == automaton.dead:
-            lines.append(f"  {state} [style=dashed]")
-        else:
-            lines.append(f"  {state}")
-        for target in targets(automaton, state):
-            label = " | ".join(map(product, cover(automaton, state, target)))
-            lines.append(f'  {state} -> {target} [label="{label}"]')
-    return "\n".join([*lines, "}", ""])
-
-
 def _roles(automaton: Automaton, state: int) -> list[str]:
     roles = {"(start)": 0, "(accepting)": automaton.accepting, "(dead)": automaton.dead}
     return [role for role, holder in roles.items() if holder == state]
@@ -107,7 +83,3 @@ def _roles(automaton: Automaton, state: int) -> list[str]:
 def _one_line(text: str) -> str:
     """Return a formula on one line; a formula has neither quotes nor backslashes to escape."""
     return " ".join(text.split())
-
-
-WRITERS = {"hoa": hoa, "dot": dot}
-"""Formats for other programs, by name."""

@@ -119,11 +119,11 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
     """
     form = path.suffix.lower()[1:]
     options = [f"-Gdpi={PNG_DPI}"] if form == "png" else []
-    write_bytes(path, _rendered(_source(diagrams, "LR"), form, *options))
+    write_bytes(path, _rendered(source(diagrams), form, *options))
 
 
 def _inline(diagram: Diagram, direction: str) -> ET.Element:
-    root = ET.fromstring(_rendered(_source({"": diagram}, direction), "svg", "-Gbgcolor=transparent"))
+    root = ET.fromstring(_rendered(source({"": diagram}, direction), "svg", "-Gbgcolor=transparent"))
     del root[0].attrib["class"]
     for part in list(root.iter()):
         part.attrib.pop("id", None)
@@ -155,8 +155,8 @@ def _rendered(source: str, form: str, *options: str) -> bytes:
     return _TIME_OF_PDF.sub(rb"\g<1>20000101000000", done.stdout)
 
 
-def _source(diagrams: Mapping[str, Diagram], direction: str) -> str:
-    """Return diagrams in Graphviz' language."""
+def source(diagrams: Mapping[str, Diagram], direction: str = "LR") -> str:
+    """Return diagrams by their titles in Graphviz' language, laid out to the right (`LR`) or downwards (`TB`)."""
     gap = GAPS_PT[direction]
     loops = [edge for diagram in diagrams.values() for edge in diagram.edges if edge.source == edge.target]
     if direction == "LR" and loops:
