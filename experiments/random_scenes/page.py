@@ -78,12 +78,11 @@ def _figures(records: Records) -> str:
         f"runs with an action over {MAX_ACTION_S:g} s (asked: 0)": str(slow),
     }
     if ran:
-        longest, deepest = (max(ran, key=itemgetter(key)) for key in ("longest_action_seconds", "penetration_mm"))
+        longest = max(ran, key=itemgetter("longest_action_seconds"))
         times = {key: f"median {median(map(itemgetter(key), ran)):.0f} s" for key in TIMES}
         rows |= {
             "longest action": f"{longest['longest_action_seconds']:.1f} s: `{longest['longest_action']}` of scene "
             f"{longest['scene']}",
-            "greatest penetration of an object": f"{deepest['penetration_mm']:.1f} mm, in scene {deepest['scene']}",
             "simulated time of a run": times["sim_seconds"],
             "processor time of finding the answer of the check, and of a plan and its run": (
                 f"{times['check_cpu_seconds']} and {times['run_cpu_seconds']}"

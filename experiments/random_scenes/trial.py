@@ -15,14 +15,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 
-import mujoco
-import numpy as np
-
 from experiments.checks.checkup import check, impossible
 from experiments.cli.files import write_bytes
 from experiments.random_scenes.generator import scene_text
 from experiments.runs.geometry import asking_in
-from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan
 from experiments.sweep.job import failure_class, judged
 from experiments.sweep.workers import Record
@@ -165,19 +161,5 @@ def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
     result = REFUTED if found["refuted"] or found["contacts"] else COMPLETED if found["completed"] else FAILED
     return found | {
         "outcome": result,
-        "penetration_mm": round(1000 * penetration(scene, outcome), 2),
         "run_cpu_seconds": round(time.process_time() - began, 1),
     }
-
-
-def penetration(scene: Scene, outcome: Outcome) -> float:
-    """Return the greatest depth, in any frame, by which an object reaches into another or into what is fixed, m."""
-    model, data, deepest = scene.mujoco, mujoco.MjData(scene.mujoco), 0.0
-    of_robot = scene.robot.bodies(model)[model.geom_bodyid]
-    for qpos in outcome.run.qpos:
-        data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        apart = data.contact.dist[~of_robot[data.contact.geom.reshape(-1, 2)].any(axis=1)]
-        deepest = max(deepest, -float(np.min(apart, initial=0.0)))
-    return deepest

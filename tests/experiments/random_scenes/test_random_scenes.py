@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +25,9 @@ from experiments.random_scenes.trial import (
     TIMED_OUT,
     Scenes,
     answer,
-    penetration,
 )
-from experiments.runs.run_plan import run_plan
 from experiments.sweep import workers
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.planner import Planner
 from prefplan.scenario.decode import loads
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
@@ -98,7 +94,6 @@ def test_an_allowed_scene_is_carried_out(tmp_path: Path, monkeypatch: pytest.Mon
     assert done["allowed"] and done["outcome"] == COMPLETED and done["completed"], done
     assert 1 < done["longest_action_seconds"] < done["sim_seconds"]
     assert done["longest_action"].split()[0] in ("transit", "grasp", "transport", "release")
-    assert 0 <= done["penetration_mm"] < 2
     assert (tmp_path / "scene_3.toml").read_text() == TWO_BEAMS.format(x=0.65)
 
 
@@ -146,19 +141,8 @@ def test_a_layout_that_is_not_judged_has_all_slots() -> None:
     assert set(build_scene(model, judged=False).slots) == {"near", "beside", "away"}
 
 
-def test_penetration_is_the_greatest_depth_of_an_object() -> None:
-    scenario = loads(TWO_BEAMS.format(x=0.65), name="beams")
-    assert isinstance(scenario.model, ManipulationModel)
-    scene = build_scene(scenario.model)
-    outcome = run_plan(scenario, scene, Planner(scenario.problem()).cheapest())
-    sunk = outcome.run.qpos.copy()
-    sunk[len(sunk) // 2, scene.mujoco.joint("elm").qposadr[0] + 2] -= 0.005
-    deeper = replace(outcome, run=replace(outcome.run, qpos=sunk))
-    assert penetration(scene, deeper) == pytest.approx(penetration(scene, outcome) + 0.005, abs=0.002)
-
-
 def record(number: int, outcome: str, *, allowed: bool | None = True, **changes: Any) -> dict[str, Any]:
-    ran = {"sim_seconds": 30.0, "longest_action": "grasp o1", "longest_action_seconds": 4.0, "penetration_mm": 0.5}
+    ran = {"sim_seconds": 30.0, "longest_action": "grasp o1", "longest_action_seconds": 4.0}
     heading = {"scene": number, "allowed": allowed, "refusals": [] if allowed else ["too near"], "outcome": outcome}
     ran |= {"check_cpu_seconds": 8.0, "run_cpu_seconds": 20.0}
     measures = ran | {"refuted": [], "wrongly_completed": False} if outcome in (COMPLETED, FAILED, REFUTED) else {}
@@ -172,7 +156,7 @@ def test_the_page_has_the_answers_beside_the_outcomes() -> None:
             record(5, FAILED, reason="it slipped", longest_action="transport can out2", longest_action_seconds=61.0),
             record(6, REFUTED, refuted=["contacts: hand touches wall"], wrongly_completed=True),
             record(7, COMPLETED, allowed=False),
-            *(record(number, FAILED, allowed=False, reason="no way", penetration_mm=3.0) for number in (8, 9, 10)),
+            *(record(number, FAILED, allowed=False, reason="no way") for number in (8, 9, 10)),
             record(11, NOT_BUILT, allowed=False),
             record(12, TIMED_OUT, allowed=None, refusals=[]),
         ],
@@ -192,7 +176,6 @@ def test_the_page_has_the_answers_beside_the_outcomes() -> None:
         "| runs with an action over 10 s (asked: 0) | 1 |",
         "| longest action | 61.0 s: `transport can out2` of scene 5 |",
         "| median 8 s and median 20 s |",
-        "| greatest penetration of an object | 3.0 mm, in scene 8 |",
         "| too near | 5 | 1 |",
         "- scene 5: failed honestly; it slipped",
         "- scene 6: refuted; contacts: hand touches wall",
