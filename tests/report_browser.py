@@ -87,9 +87,9 @@ class Page:
         self.run(f"({slider}.value = {time}, {slider}.dispatchEvent(new Event('input')))")
 
     def points(self, number: int) -> list[WebElement]:
-        """Return the points of the chart, in the order of the plans."""
-        self.wait(lambda: len(self.all("#chart .point")) == number)
-        return [self.one(f"#chart .point[data-plan='{i}']") for i in range(number)]
+        """Return the points, or lines, of the chart, in the order of the plans."""
+        self.wait(lambda: len(self.all("#chart [data-plan]")) == number)
+        return [self.one(f"#chart [data-plan='{i}']") for i in range(number)]
 
     def press(self, *keys: str) -> None:
         ActionChains(self.browser).send_keys(*keys).perform()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, cast
@@ -53,12 +54,10 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     ]
     return {
         "scenario": scenario.name,
-        "cost_unit": cost_unit(scenario),
         "objectives": None if problem.is_bi_objective else list(problem.objective_names),
         "complete": front.complete,
         "wishes": not problem.is_bi_objective and len(front) > 1,
-        **_axes(front),
-        "upwards": len(problem.cost_names) if problem.preferences else 1,
+        **_axes(scenario, front),
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
             _task(task, problem.display.task(task.name), named[task.name], automaton.dead)
@@ -104,19 +103,21 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
                     yield replace(check, name=check.name.replace("total cost", f"total {name}"))
 
 
-def _axes(front: Front) -> dict[str, Any]:
+def _axes(scenario: Scenario, front: Front) -> dict[str, Any]:
     """Return the values of each objective that occur, rising, and of each plan the ranks of its values; JSON-ready.
 
     Values are compared by their ranks, since JavaScript's floats could not tell all apart.
     """
-    values = {name: sorted({plan.objectives[name] for plan in front}) for name in front.objectives}
-    ranks = {name: {value: rank for rank, value in enumerate(found)} for name, found in values.items()}
+    names, unit = front.objectives, cost_unit(scenario)
+    if names and scenario.problem().is_bi_objective:
+        names = (f"Total cost ({unit})" if unit else "Total cost", "Penalty")
+    columns = [sorted({plan.objectives[name] for plan in front}) for name in front.objectives]
     return {
         "axes": [
-            {"name": name, "values": found, "texts": [number(value) for value in found]}
-            for name, found in values.items()
+            {"name": name, "values": values, "texts": [*map(number, values)]}
+            for name, values in zip(names, columns, strict=True)
         ],
-        "ranks": [[ranks[name][value] for name, value in plan.objectives.items()] for plan in front],
+        "ranks": [[*map(bisect_left, columns, plan.objectives.values())] for plan in front],
     }
 
 

@@ -95,16 +95,12 @@ class PlanChart {
   }
 }
 
-// Two objectives: a point for each plan, and a line through those that no other beats in these two.
+// Two objectives: a point for each plan, and a line through them.
 class FrontChart extends PlanChart {
   kind = "point";
 
-  // `titles`: of the axes if there is no choice, or null.
-  constructor(place, data, titles, choose) {
+  constructor(place, data, choose) {
     super(place, data, data.plans.length > NUMBERED ? "many" : "few", "The Pareto front", choose);
-    this.titles = titles;
-    this.selects = ["across", "up"].map((id) => document.getElementById(id)).filter(Boolean);
-    for (const select of this.selects) select.onchange = () => this.update();
   }
 
   shape(plan) {
@@ -114,43 +110,34 @@ class FrontChart extends PlanChart {
   }
 
   draw() {
-    const [across, up] = this.selects.length ? this.selects.map((select) => select.selectedIndex) : [0, 1];
-    const [a, b] = [this.axes[across], this.axes[up]], [right, above] = this.titles || [a.name, b.name];
-    const width = this.place.clientWidth, height = innerWidth <= 600 ? 240 : 320;
+    const [a, b] = this.axes, width = this.place.clientWidth, height = innerWidth <= 600 ? 240 : 320;
     const x0 = 34 + widest(b.texts), x1 = width - 12 - widest(a.texts) / 2, y0 = height - 44, y1 = 12;
     const xs = placesOf(a.values, x0, x1, 0.06), ys = placesOf(b.values, y0, y1, 0.08);
-    const points = this.ranks.map((ranks) => [xs[ranks[across]], ys[ranks[up]]]);
+    const points = this.ranks.map(([across, up]) => [xs[across], ys[up]]);
     this.clear(width, height);
     this.grid(xs, (x) => `M${x} ${y0}V${y1}`);
     this.grid(ys, (y) => `M${x0} ${y}H${x1}`);
     this.upright(b, ys, x0, y0, y1, -1);
     this.axis(a, xs, `M${x0} ${y0}H${x1}`, 8 + widest(a.texts), (x) => `M${x} ${y0 - 4}v8`, (x) => ({ x, y: y0 + 14, "text-anchor": "middle" }));
     this.scenery.append(
-      draw("text", { class: "axis-name", x: (x0 + x1) / 2, y: height - 6 }, `${right} →`),
-      draw("text", { class: "axis-name", transform: `translate(14 ${height / 2}) rotate(-90)` }, `← ${above} (lower is better)`),
-      draw("path", { d: this.border(points) }));
+      draw("text", { class: "axis-name", x: (x0 + x1) / 2, y: height - 6 }, `${a.name} →`),
+      draw("text", { class: "axis-name", transform: `translate(14 ${height / 2}) rotate(-90)` }, `← ${b.name} (lower is better)`),
+      draw("path", { d: `M${points.map(([x, y], i) => (i ? `H${x}V${y}` : `${x} ${y}`)).join("")}` }));
     this.marks.forEach((mark, i) => mark.setAttribute("transform", `translate(${points[i].join(" ")})`));
   }
 
   grid(places, line) {
     if (places.length <= NUMBERED) this.scenery.append(...places.map((at) => draw("path", { class: "grid", d: line(at) })));
   }
-
-  // Steps from left to right; pixels count downwards, so that lower is greater.
-  border(points) {
-    let lowest = -Infinity, path = "";
-    for (const [x, y] of [...points].sort((one, two) => one[0] - two[0] || two[1] - one[1])) {
-      if (y <= lowest) continue;
-      path += path ? `H${x}V${y}` : `M${x} ${y}`;
-      lowest = y;
-    }
-    return path;
-  }
 }
 
 // Parallel coordinates: an upright axis for each objective, and a line for each plan.
 class ParallelCoordinates extends PlanChart {
   kind = "line";
+
+  constructor(place, data, choose) {
+    super(place, data, "parallel", "The Pareto front", choose);
+  }
 
   shape(plan) {
     const badge = draw("g", { class: "disc" }, draw("circle", { r: 10 }), draw("text", { dy: "0.35em" }, String(plan.index)));

@@ -12,10 +12,8 @@
   let scenes = []; // for each 3-D scene, a promise whether there is something to see
   const choose = (index, compare) => (compare ? select(chosen, index) : select(index, other));
   const seek = (time) => clock.seek(time);
-  const titles = data.objectives ? null : [`Total cost${data.cost_unit ? ` (${data.cost_unit})` : ""}`, "Penalty"];
   if (!plans.some(({ run }) => run && run.video)) while (looks.length) looks.pop().remove();
-  const charts = [new FrontChart(byId("chart"), data, titles, choose)];
-  if (data.wishes) charts.push(new ParallelCoordinates(byId("parallel"), data, "parallel", "All objectives at once", choose));
+  const chart = new (data.axes.length === 2 ? FrontChart : ParallelCoordinates)(byId("chart"), data, choose);
 
   function select(plan, against) {
     chosen = plan;
@@ -40,11 +38,11 @@
       compare.setAttribute("aria-pressed", String(index === other));
       compare.disabled = index === chosen;
     });
-    for (const chart of charts) chart.update({ chosen, other });
+    chart.update({ chosen, other });
   }
 
   function wish(bounds, beyond) {
-    for (const chart of charts) chart.update({ bounds, beyond });
+    chart.update({ bounds, beyond });
     rows.forEach(([row], index) => row.classList.toggle("beyond", beyond.has(index)));
   }
 
