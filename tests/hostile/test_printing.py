@@ -110,7 +110,6 @@ def test_arguments_are_text(capsys: pytest.CaptureFixture[str]) -> None:
         ("run", "case_study_3", "--camera", EVIL),
         ("verify", f"{EVIL}.npz"),
         ("export", f"{EVIL}.npz", "--to", "glb"),
-        ("film", f"{EVIL}.mp4", "x.mp4"),
     ):
         shown(capsys, *arguments)
 
