@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from itertools import accumulate, combinations
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,6 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from experiments.figures.figures import drawing, write_figure
-from experiments.figures.objectives import draw_objectives, draw_parallel
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
@@ -19,7 +20,10 @@ from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import counted, number
 
 SIZE_IN = (6.4, 4.4)
-"""Inches."""
+"""Width and height of a figure of two objectives, inches."""
+
+PANEL_IN, COLUMNS = 3.4, 3
+"""Width and height of each panel of one of more objectives, inches, and the greatest number of them side by side."""
 
 MARGIN = 0.09
 """Empty border around the points, as a fraction of their range."""
@@ -33,62 +37,68 @@ TICK_GAP_PX = 1.5
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
-    """Write a figure of a front with at least one point.
+    """Write a figure of a front with at least one point: a panel for every pair of its objectives.
 
     Raises:
         PrefplanError: the file cannot be written.
     """
-    count = counted(len(front), "best trade-off")
-    with drawing(size=SIZE_IN) as figure:
-        if scenario.problem().is_bi_objective:
-            axes = figure.subplots()
-            draw_front(axes, scenario, front)
-            axes.set_title(f"{scenario.name}: {count}")
-            # Inside the axes the legend could cover the front, and its marker would look like a plan.
-            figure.legend(loc="outside lower center", ncols=4)
-        else:
-            draw_objectives(figure, front)
-            figure.suptitle(f"{scenario.name}: {count}; lower is better")
+    pairs = list(combinations(front.objectives, 2))
+    columns = min(len(pairs), COLUMNS)
+    rows = -(-len(pairs) // columns)
+    size = SIZE_IN if len(pairs) == 1 else (PANEL_IN * columns, PANEL_IN * rows)
+    with drawing(size=size) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes in panels[len(pairs) :]:
+            axes.set_axis_off()
+        figure.suptitle(f"{scenario.name}: {counted(len(front), 'best trade-off')}")
+        for axes, pair in zip(panels, pairs, strict=False):
+            draw_front(axes, scenario, front, pair, brief=len(pairs) > 1)
+        # Inside the axes the legend could cover the front, and its marker would look like a plan.
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         write_figure(figure, path)
 
 
-def draw_front(axes: Axes, scenario: Scenario, front: Front, *, brief: bool = False) -> None:
-    """Draw a front: its points, the region that they dominate, and the ideal point; if `brief`, label indices only.
+def draw_front(
+    axes: Axes, scenario: Scenario, front: Front, pair: tuple[str, str] | None = None, *, brief: bool = False
+) -> None:
+    """Draw the front of two objectives: its points, the region that they dominate, the ideal point, and other plans.
 
-    A front of more than two objectives is drawn in parallel coordinates.
+    The two are the first and the last unless others are given. If `brief`, points have the plans' indices only.
     """
-    if not scenario.problem().is_bi_objective:
-        draw_parallel(axes, front)
-        return
-    costs, mu = (
-        np.array(values, dtype=float) for values in zip(*((plan.cost, plan.preference) for plan in front), strict=True)
-    )
-    left, right = _limits(costs, before=MARGIN if brief else MARGIN_FOR_LABEL)
-    low, high = _limits(mu)
+    names = pair or (front.objectives[0], front.objectives[-1])
+    points = sorted((*(float(plan.objectives[name]) for name in names), i) for i, plan in enumerate(front))
+    lowest = accumulate((point[1] for point in points), min, initial=math.inf)
+    best = [point for point, low in zip(points, lowest, strict=False) if point[1] < low]
+    costs, mu, _ = np.array(best).T
+    left, right = _limits(np.array(points)[:, 0], before=MARGIN if brief else MARGIN_FOR_LABEL)
+    low, high = _limits(np.array(points)[:, 1])
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
     # Extend the border of the dominated region to the edges of the picture.
     x, y = np.array([costs[0], *costs, right]), np.array([high, *mu, mu[-1]])
     axes.fill_between(x, y, high, step="post", color="C0", alpha=0.10, linewidth=0, label="dominated")
     axes.step(x, y, where="post", color="C0", linewidth=1.2, zorder=2)
-    if len(front) > 1:
+    if len(best) > 1:
         axes.plot(costs[0], mu[-1], "*", color="C3", markersize=11, label="ideal, out of reach", zorder=3)
     axes.plot(costs, mu, "o", color="C0", markersize=6.5, markeredgecolor="white", label="plan", zorder=4)
-    if front.complete_below is not None:
+    if front.complete_below is not None and names[0] == front.objectives[0]:
         axes.axvline(
             float(front.complete_below), color="C1", linestyle="--", linewidth=1.2, label="complete up to here"
         )
-    axes.set_xticks(costs, [number(plan.cost) for plan in front])
-    axes.set_yticks(mu, [number(plan.preference) for plan in front])
-    unit = cost_unit(scenario)
-    axes.set_xlabel(f"total cost ({unit})" if unit else "total cost")
-    texts = [f"{i}: ({number(plan.cost)}, {number(plan.preference)})" for i, plan in enumerate(front)]
-    if brief:
-        axes.set_ylabel("μ", rotation=0)
-        texts = [str(i) for i in range(len(front))]
+    others = [point for point in points if point not in best]
+    if others:
+        x, y, _ = np.array(others).T
+        axes.plot(x, y, "o", color="C6", markersize=5, label="best in other objectives", zorder=3)
     else:
-        axes.set_ylabel("penalty μ (lower is better)")
-    _label(axes, texts, costs, mu)
+        axes.set_xticks(costs, [*map(number, costs.tolist())])
+        axes.set_yticks(mu, [*map(number, mu.tolist())])
+    axes.set(xlabel=names[0], ylabel=names[1])
+    if scenario.problem().is_bi_objective:
+        unit = cost_unit(scenario)
+        axes.set_xlabel(f"total cost ({unit})" if unit else "total cost")
+        axes.set_ylabel("penalty μ" if brief else "penalty μ (lower is better)")
+    shown = best + others
+    _label(axes, {f"{i}" if brief else f"{i}: ({number(a)}, {number(b)})": (a, b) for a, b, i in shown})
 
 
 def _limits(values: np.ndarray, *, before: float = MARGIN) -> tuple[float, float]:
@@ -104,8 +114,8 @@ def cost_unit(scenario: Scenario) -> str | None:
     return None
 
 
-def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
-    """Label the points, first the ends of the front; omit labels that would overlap others or leave the axes."""
+def _label(axes: Axes, points: Mapping[str, tuple[float, float]]) -> None:
+    """Label points, first the ends; omit labels that would overlap others or leave the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
@@ -113,16 +123,16 @@ def _label(axes: Axes, texts: list[str], x: np.ndarray, y: np.ndarray) -> None:
     _thin_out(axes.get_yticklabels())
     taken: list[Bbox] = []
     inside = axes.get_window_extent()
-    for i in sorted(range(len(x)), key=lambda i: (0 < i < len(x) - 1, i)):
+    for text, at in sorted(
+        points.items(), key=lambda item: item[1] not in (min(points.values()), max(points.values()))
+    ):
         for offset, side, end in (((6, 5), "left", "bottom"), ((-6, -5), "right", "top")):
-            text = axes.annotate(
-                texts[i], (x[i], y[i]), offset, textcoords="offset points", ha=side, va=end, fontsize=8.5, zorder=5
-            )
-            extent = text.get_window_extent()
+            label = axes.annotate(text, at, offset, textcoords="offset points", ha=side, va=end, fontsize=8.5, zorder=5)
+            extent = label.get_window_extent()
             if extent.x0 > inside.x0 and not any(extent.overlaps(other) for other in taken):
                 taken.append(extent)
                 break
-            text.remove()
+            label.remove()
 
 
 def _thin_out(labels: Sequence[Text]) -> None:
