@@ -7,9 +7,13 @@ rows, column by column), and everything else as JSON under `about`.
 from __future__ import annotations
 
 import functools
+import hashlib
 import io
 import json
 import platform
+import zipfile
+import zlib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -23,7 +27,6 @@ from prefplan.exact_costs import exact, to_number
 from prefplan.models.costs import by_name
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts, cost_names
 from sim.errors import LogError
-from sim.evidence.archive import read_arrays
 from sim.external.bundle import packed
 from sim.simulation.run import FRAME_RATE_HZ, Event, Frames, Run, Step
 from sim.world.scene import Scene
@@ -46,6 +49,12 @@ MORE_ARRAYS = {"controls": 2, "interventions": 2}
 
 DECIMALS = 7
 """Decimals of states that are kept: a tenth of a micrometre. Further ones are noise, and a third of the file."""
+
+MAX_BYTES = 2**29
+"""Greatest size of all arrays of a log: more than an hour of the simulated arm."""
+
+MAX_NAME = 40
+"""Most characters of a foreign name in a message."""
 
 PACKED = {"qpos": 10**DECIMALS, "qvel": 10**DECIMALS, "controls": 1}
 """Scales of the arrays that are packed."""
@@ -180,9 +189,9 @@ def read_log(path: str | Path) -> Log:
     """Read a log.
 
     Raises:
-        LogError: the file is missing, broken, no log or of another format; the message names the file.
+        LogError: the file is missing, broken, no log, too large or of another format; the message names the file.
     """
-    found, sha256 = read_arrays(path, ("about", *ARRAYS, *MORE_ARRAYS))
+    found, sha256 = _arrays(path)
     if "about" not in found:
         raise LogError(f"{path}: broken, or not a log of `prefplan run`")
     about = _about(path, found["about"])
@@ -191,7 +200,8 @@ def read_log(path: str | Path) -> Log:
         if name not in found:
             raise LogError(f"{path}: broken: {name} is missing")
         array = found[name]
-        if array.dtype.kind not in ("i" if name in PACKED else "fi") or not np.isfinite(array).all():
+        kinds = (np.int64,) if name in PACKED else (np.int64, np.float64)
+        if array.dtype not in kinds or not np.isfinite(array).all():
             raise LogError(f"{path}: broken: {name} holds what is not a number")
         frames = array.shape[-1] if array.ndim else 0  # packed arrays are transposed
         if array.ndim != dimensions or (name in ARRAYS and frames != len(found["times"])):
@@ -200,6 +210,38 @@ def read_log(path: str | Path) -> Log:
     if not len(arrays["times"]):
         raise LogError(f"{path}: broken: not a single frame")
     return Log(about=about, sha256=sha256, **arrays)
+
+
+def _arrays(path: str | Path) -> tuple[dict[str, np.ndarray], str]:
+    """Return the arrays in a log's file, by name, and its SHA-256; raise `LogError` if it has other or larger parts.
+
+    Nothing is unpacked beyond the size that the archive's directory gives, whatever an array's header says.
+    """
+    try:
+        with open(path, "rb") as file:
+            with zipfile.ZipFile(file) as archive:
+                _check_parts(path, archive.infolist())
+            file.seek(0)
+            sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+            file.seek(0)
+            with np.load(file, allow_pickle=False) as arrays:
+                return dict(arrays), sha256
+    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+        raise LogError(f"{path}: {str(error.strerror).lower()}") from None
+    except MemoryError:
+        raise LogError(f"{path}: broken: it claims to be larger than the memory") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, RuntimeError):
+        raise LogError(f"{path}: broken, or not a log of `prefplan run`") from None
+
+
+def _check_parts(path: str | Path, parts: Sequence[zipfile.ZipInfo]) -> None:
+    left = {f"{name}.npy" for name in ("about", *ARRAYS, *MORE_ARRAYS)}
+    for part in parts:
+        if part.filename not in left:
+            raise LogError(f"{path}: not a log of `prefplan run`: it holds {part.filename[:MAX_NAME]!r}")
+        left.remove(part.filename)
+    if (size := sum(part.file_size for part in parts)) > MAX_BYTES:
+        raise LogError(f"{path}: too large: its arrays have {size / 2**20:.0f} MiB, {MAX_BYTES / 2**20:.0f} at most")
 
 
 def _about(path: str | Path, data: np.ndarray) -> About:

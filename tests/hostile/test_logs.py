@@ -67,12 +67,12 @@ def test_a_member_that_no_log_has_or_that_is_there_twice_is_refused(bench_log: L
 @pytest.mark.parametrize(
     ("shape", "size", "words"),
     [
-        ("(1,)", 2**30, "times.npy is not as long as its header says"),
-        ("(200000000,)", 8, "times.npy is not as long as its header says"),
-        ("(134217728,)", 2**30, "too large: its arrays have 1024 MiB"),
+        ("(1,)", 2**30, "too large: its arrays have 102[4-9] MiB"),
+        ("(200000000,)", 8, "broken"),
+        ("(134217728,)", 2**30, "too large: its arrays have 102[4-9] MiB"),
     ],
 )
-def test_nothing_is_unpacked_beyond_what_its_header_says_and_a_log_may_have(
+def test_nothing_is_unpacked_beyond_what_the_archive_says_and_a_log_may_have(
     bench_log: Log, tmp_path: Path, shape: str, size: int, words: str
 ) -> None:
     """A file of 1 MB that unpacks to 1 GB costs next to no memory."""
