@@ -1,19 +1,27 @@
-"""Checks of the actions in a log: where the hand went, and whether recorded events agree with actions and frames."""
+"""Checks of the actions in a log: where each brought the hand, what it cost and did, and what is told of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
 from prefplan.claims import Check
+from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.symbolic import Action, at
-from sim.evidence.log import EVENTS, Log, LoggedAction
-from sim.evidence.motion_checks import ROUNDING_S
+from prefplan.models.costs import by_name
+from prefplan.models.manipulation.action_costs import MeasuredCosts
+from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
+from prefplan.models.manipulation.slots import location_of, pose
+from prefplan.models.manipulation.symbolic import Action, at, holding, marked
+from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, RecordedWorld
-from sim.simulation.run import Event
+from sim.simulation.run import FRAME_RATE_HZ
+
+ROUNDING_S = 1e-6
+"""Greatest rounding error of a time, s."""
 
 POINTED_M = np.linspace(0, 0.12, 13)
 """Distances ahead of the tool of the points that decide which location a hand is over, m."""
@@ -30,98 +38,167 @@ ELSEWHERE = ""
 ARRIVAL_S = 0.35
 """A movement may still settle for this long after its action has ended."""
 
-LAST_EVENT_S = 1.0
-"""An event is recorded at most this long after the last frame."""
-
 SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
 """Kind of the event of an action without its predicted effect, and the kinds of which one must follow."""
 
 
-def check_hand(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
-    """Check that the hand went where the actions say, and that no grasp or release lacks the move that it needs.
+def check_actions(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
+    """Return the labels at the start and after every action, and a check of each action.
 
-    Every transit and transport that succeeded must end with the hand over its location. Grasps and releases must be at
-    the location to which the hand was last moved; after a mismatch, also where the frames show the hand.
+    An object earns a location's mark by a release there: the object was held as that action began, the location was at
+    work, and the object rests there at the end. It loses its marks if it falls from the table.
     """
-    answers = [event.time for event in log.about.events if event.kind in ANSWERS]
-    over, since, checked = {world.model.start}, -math.inf, 0
+    own, marks = world.model.own_propositions, {place.name: place.marks for place in world.model.locations}
+    world.show(0)
+    said = world.label() & own
+    trace, checks, hand = [said], list[Check](), _Hand(log, world)
+    earned: set[tuple[str, str]] = set()
     for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
-        now, place, objection = action.start + ROUNDING_S, symbolic.location, None
-        for time in answers:
-            if since < time <= now:
-                far = _distances(world, [world.frame_at(time if k > 1 else 0.0)])
-                over |= {ELSEWHERE, *(near for near in far if far[near][0] < GOING_ON_M)}
-        since = now
-        if symbolic.kind in ("grasp", "release"):
-            objection = _objection_to_hand(world, symbolic, over, trace[k - 1])
-        elif world.model.operator(symbolic.kind).travels:
-            over = {place}
-            if place not in world.scene.slots:
-                # After a mismatch, an object may lie off every location, at a temporary one.
-                objection = None if min(answers, default=math.inf) <= now else "there is no such location"
-            elif not any(event.kind == SURPRISED for event in _during(log, action)):
-                checked += 1
-                objection = _objection_to_end(world, action, place)
-        if objection:
-            return Check("hand", False, f"action {k} `{action.action}`: {objection}")
-    return Check("hand", True, f"over the location of each of {checked} actions")
+        before, told, said = trace[-1], said, frozenset(action.label) & own
+        effect = world.model.effect(symbolic) & own
+        moved = hand.objection(action, symbolic, before)
+        world.show(world.frame_at(action.end))
+        label, obj, place = world.label(said) & own, symbolic.obj, symbolic.location
+        if (mark := marks.get(place)) and at(obj, place) in effect & label and holding(obj) in before:
+            earned |= {(obj, mark)} if world.worked(place, start=action.start, end=action.end) else set()
+        fallen = world.fallen()
+        earned = {(obj, mark) for obj, mark in earned if obj not in fallen}
+        label |= {marked(obj, mark) for obj, mark in earned}
+        trace.append(label)
+        last = k == len(log.about.actions) and not log.about.claims.completed
+        words = f"{', '.join(sorted(effect)) or 'nothing else changed'}" if effect <= label else "failed, as logged"
+        objection = moved
+        if last and label != said == told:
+            words = "the last action; the run ended before it was observed"
+        else:
+            objection = objection or _objection_to_label(label, said)
+        if not last:
+            objection = objection or _objection_to_events(log, action, failed=not effect <= label)
+        checks.append(Check(f"action {k}", objection is None, f"`{action.action}`: {objection or words}"))
+    return trace, checks
 
 
-def _objection_to_hand(world: RecordedWorld, action: Action, over: set[str], label: Label) -> str | None:
-    """Return which move a grasp or a release lacks, before which the frames show a label, in words, or None."""
-    obj, places = action.obj, world.scene.slots.keys()
-    needed = action.location or next((place for place in places if at(obj, place) in label), None)
-    if needed is None:  # the object is off every location, or not in the scenario
-        known = any(obj == other.name for other in world.model.objects)
-        return f"no action before it brings the hand to where {obj} is" if known and over <= places else None
-    return None if needed in over else f"no action before it brings the hand to {needed}"
-
-
-def _objection_to_end(world: RecordedWorld, action: LoggedAction, location: str) -> str | None:
-    """Return where the hand is instead at the end of an action that moves it to a location, or None."""
-    far = _distances(world, range(world.frame_at(action.end), world.frame_at(action.end + ARRIVAL_S) + 1))
-    least = np.min([*far.values()], axis=0)
-    if not np.all(far[location] > np.minimum(least + NEARER_M, AT_LOCATION_M)):
+def _objection_to_label(label: Label, said: Label) -> str | None:
+    if label == said:
         return None
-    nearest = min(far, key=lambda place: float(far[place][0]))
-    return f"the hand is {1000 * far[location][0]:.0f} mm from {location}, {1000 * far[nearest][0]:.0f} from {nearest}"
+    found, logged = (", ".join(sorted(names)) or "nothing" for names in (label - said, said - label))
+    return f"the frames show {found}, the log says {logged}"
 
 
-def _distances(world: RecordedWorld, frames: Sequence[int]) -> dict[str, np.ndarray]:
-    """Return, by location, the (frames,) distances from what the hand points at to its middle or nearest slot, m."""
-    points = np.array([world.pointed_at(frame, POINTED_M) for frame in frames])[:, :, None, :2]
-    rows = {place: np.array([slot.position[:2] for slot in slots]) for place, slots in world.scene.slots.items()}
-    return {
-        place: np.linalg.norm(points - [row.mean(axis=0), *row], axis=-1).min(axis=(1, 2))
-        for place, row in rows.items()
-    }
-
-
-def _during(log: Log, action: LoggedAction) -> list[Event]:
-    """Return the events of an action."""
-    return [event for event in log.about.events if action.start < event.time <= action.end + ROUNDING_S]
-
-
-def check_events(log: Log, world: RecordedWorld, trace: Sequence[Label]) -> Check:
-    """Check that each action has the events that its frames imply, and no others."""
-    events, count = log.about.events, len(log.about.actions)
-    for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
-        failed = not world.model.effect(symbolic) & world.model.own_propositions <= trace[k]
-        own, last = _during(log, action), k == count and not log.about.claims.completed
-        objection = None if last else _objection_to_surprise([event.kind for event in own], failed=failed)
-        if objection:
-            return Check("events", False, f"action {k} `{action.action}`: {objection}")
-    for event, before in zip(events, (0.0, *(event.time for event in events)), strict=False):
-        if not before <= event.time <= log.times[-1] + LAST_EVENT_S:
-            return Check("events", False, f"`{event.kind}` at {event.time:.2f} s is out of order, or has no frames")
-        if event.kind not in EVENTS:
-            return Check("events", False, f"`{event.kind}` at {event.time:.2f} s is nothing that a log tells")
-    return Check("events", True, f"{len(events)}, as the frames show")
-
-
-def _objection_to_surprise(kinds: Sequence[str], *, failed: bool) -> str | None:
+def _objection_to_events(log: Log, action: LoggedAction, *, failed: bool) -> str | None:
     """Return what the events of an action lack if it failed, or None."""
+    kinds = _kinds_during(log, action)
     if SURPRISED not in kinds:
         return "it failed, and no event says so" if failed else None
     answered = any(kind in ANSWERS for kind in kinds[kinds.index(SURPRISED) :])
     return None if answered else "it failed, and no event says what was done about it"
+
+
+def _kinds_during(log: Log, action: LoggedAction) -> list[str]:
+    """Return the kinds of the events of an action."""
+    return [event.kind for event in log.about.events if action.start < event.time <= action.end + ROUNDING_S]
+
+
+class _Hand:
+    """Where the hand may be, by the actions so far and by what the frames show after a mismatch."""
+
+    def __init__(self, log: Log, world: RecordedWorld) -> None:
+        self._log, self._world, self._model = log, world, world.model
+        self._answers = [event.time for event in log.about.events if event.kind in ANSWERS]
+        self._begun, self._ended = -math.inf, 0.0
+        # The poses that it may have, as costs have them, and the symbolic state as far as the actions determine it.
+        self._poses = {world.model.start}
+        self._state: ManipulationState | None = world.model.initial_state
+
+    def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:
+        """Take an action, before which the frames show a label; return what is wrong with its times, moves or cost.
+
+        Every transit and transport that succeeds must end with the hand over its location. Grasps and releases must be
+        at the location to which the hand was last moved; after a mismatch, also where the frames show the hand.
+        """
+        now, before = action.start + ROUNDING_S, self._ended
+        if any(self._begun < time <= now for time in self._answers):
+            far = self._distances([self._world.frame_at(before)])
+            self._poses |= {ELSEWHERE, *(near for near in far if far[near][0] < GOING_ON_M)}
+            self._state = None
+        self._begun, self._ended = now, action.end
+        objection = self._objection_to_times(action, before)
+        if self._model.operator(symbolic.kind).travels:
+            objection = objection or self._objection_to_end(action, symbolic.location)
+        elif symbolic.kind in ("grasp", "release"):
+            objection = objection or self._objection_to_place(symbolic, label)
+        return self._objection_to_cost(action, symbolic) or objection
+
+    def _objection_to_times(self, action: LoggedAction, before: float) -> str | None:
+        """Check that actions follow each other within the frames; that none is missing, the simulation shows."""
+        if not before - ROUNDING_S <= action.start <= action.end:
+            return "it begins before the one before it ends"
+        end = float(self._log.times[-1])
+        if action.end > end + 1.5 / FRAME_RATE_HZ:
+            return f"it ends at {action.end:.2f} s, the frames at {end:.2f} s"
+        return None
+
+    def _objection_to_place(self, action: Action, label: Label) -> str | None:
+        """Return which move a grasp or a release lacks, before which the frames show a label, in words, or None."""
+        obj, places, over = action.obj, self._world.scene.slots.keys(), {location_of(name) for name in self._poses}
+        needed = action.location or next((place for place in places if at(obj, place) in label), None)
+        if needed is None:  # the object is off every location, or not in the scenario
+            known = any(obj == other.name for other in self._model.objects)
+            return f"no action before it brings the hand to where {obj} is" if known and over <= places else None
+        return None if needed in over else f"no action before it brings the hand to {needed}"
+
+    def _objection_to_end(self, action: LoggedAction, location: str) -> str | None:
+        """Return where the hand is instead at the end of an action that moves it to a location, or None."""
+        if location not in self._world.scene.slots:
+            # After a mismatch, an object may lie off every location, at a temporary one.
+            return None if min(self._answers, default=math.inf) <= self._begun else "there is no such location"
+        if SURPRISED in _kinds_during(self._log, action):
+            return None
+        first, last = (self._world.frame_at(time) for time in (action.end, action.end + ARRIVAL_S))
+        far = self._distances(range(first, last + 1))
+        if not np.all(far[location] > np.minimum(np.min([*far.values()], axis=0) + NEARER_M, AT_LOCATION_M)):
+            return None
+        nearest = min(far, key=lambda place: float(far[place][0]))
+        distances = f"{1000 * far[location][0]:.0f} mm from {location}, {1000 * far[nearest][0]:.0f} from {nearest}"
+        return f"the hand is {distances}"
+
+    def _distances(self, frames: Sequence[int]) -> dict[str, np.ndarray]:
+        """Return, by location, the (frames,) distances from what the hand points at to its middle or a slot, m."""
+        points = np.array([self._world.pointed_at(frame, POINTED_M) for frame in frames])[:, :, None, :2]
+        rows = {place: np.array([slot.position[:2] for slot in row]) for place, row in self._world.scene.slots.items()}
+        return {
+            place: np.linalg.norm(points - [row.mean(axis=0), *row], axis=-1).min(axis=(1, 2))
+            for place, row in rows.items()
+        }
+
+    def _objection_to_cost(self, action: LoggedAction, symbolic: Action) -> str | None:
+        """Move on to the poses after an action; return that it does not cost what the scenario says, or None.
+
+        Measured costs depend on the slots between which the hand moves. Until the first mismatch, these follow from the
+        actions; then the cost between any slots is accepted, and elsewhere that of any action of its kind.
+        """
+        operator, before = self._model.operator(symbolic.kind), self._poses
+        if operator.travels:
+            self._poses = {symbolic.location}
+        if self._state is not None:
+            outcomes = operator.outcomes(self._model, self._state)
+            self._state = next((state for other, state in outcomes if other == symbolic), None)
+        if self._state is not None:
+            self._poses = {pose(self._state.hand, self._state.hand_slot)}
+        right = _costs(self._model, symbolic.kind, before, self._poses)
+        if exact(action.cost) in right:
+            return None
+        return f"it costs {to_number(right.pop()) if len(right) == 1 else 'another amount'}, not {action.cost}"
+
+
+def _costs(model: ManipulationModel, kind: str, before: set[str], after: set[str]) -> set[Fraction]:
+    """Return what an action of a kind may cost between some poses of the hand; if unknown, between any."""
+    name = model.cost_names[0]
+    if not isinstance(model.costs, MeasuredCosts):
+        return {exact(by_name(model.costs[kind])[name])}
+    table = {(a, b): exact(by_name(cost)[name]) for (other, a, b), cost in model.costs.entries.items() if other == kind}
+    for near in (str, location_of) if ELSEWHERE not in before | after else ():
+        starts, ends = {*map(near, before)}, {*map(near, after)}
+        if found := {cost for (a, b), cost in table.items() if near(a) in starts and near(b) in ends}:
+            return found
+    return {*table.values()}

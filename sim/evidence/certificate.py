@@ -18,16 +18,12 @@ from prefplan.claims import Check as Check
 from prefplan.claims import judge
 from prefplan.errors import FormulaError
 from prefplan.exact_costs import exact
-from prefplan.logic.good_prefix import Label
-from prefplan.models.manipulation.symbolic import at, holding, marked
 from prefplan.scenario.decode import Scenario
 from sim.errors import LogError
-from sim.evidence.action_checks import check_events, check_hand
-from sim.evidence.cost_checks import check_action_costs
+from sim.evidence.action_checks import check_actions
 from sim.evidence.fault_checks import check_faults
-from sim.evidence.log import Log, LoggedAction
-from sim.evidence.motion_checks import check_limits, check_recording
-from sim.evidence.object_checks import check_rest, check_start
+from sim.evidence.log import Log
+from sim.evidence.motion_checks import check_events, check_limits, check_rest, check_start
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
 from sim.evidence.scenario_checks import check_scenario
@@ -127,27 +123,19 @@ def _without_warnings() -> Iterator[None]:
 
 def _certify(log: Log, scenario: Scenario | None) -> Certificate:
     given = [check_scenario(log, scenario)] if scenario else []
-    try:
-        world = RecordedWorld(log, scenario)
-    except LogError:
-        # Frames with other objects do not fit into the given scenario: what they show is told in the log's own.
-        if all(check.holds for check in given):
-            raise
-        world = RecordedWorld(log)
+    # What a log of another scenario shows is told in its own.
+    world = RecordedWorld(log, scenario if all(check.holds for check in given) else None)
     about, own = log.about, world.scenario
     motions, equal = _physics(log, world)
-    trace, effects = _trace(log, world)
+    trace, actions = check_actions(log, world)
     costs = [exact(action.cost) for action in about.actions]
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
     claims = (
-        check_recording(log),
         *given,
-        check_start(log, world, trace[0]),
-        *effects,
-        check_hand(log, world, trace),
+        check_start(log, world),
+        *actions,
         check_rest(log, world),
-        check_events(log, world, trace),
-        check_action_costs(log, world, trace),
+        check_events(log),
         *verdict.checks,
     )
     if verdict.completed and not about.claims.completed and not _is_explained(log, (*claims, *motions)):
@@ -163,70 +151,12 @@ def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
     again = resimulate(log, world, touches)
     forces = again.arrays["pad_forces"]
     world.pad_forces[: len(forces)] = forces
+    limits = check_limits(log, world, again.arrays)
     faults, moved = check_faults(log, world, again.changes)
-    contacts = check_contacts(log, touches, moved, world.arm_shapes)
-    return (*check_limits(log, world, again.arrays), again.check, faults, contacts), again.equal
+    return (*limits, again.check, faults, check_contacts(log, touches, moved)), again.equal
 
 
 def _is_explained(log: Log, checks: Sequence[Check]) -> bool:
     """Return whether a log says why its run is not completed."""
     told = any(event.kind in EXPLAINED_BY for event in log.about.events)
     return told or bool(log.about.setting.get("interrupted")) or any(check.finding for check in checks)
-
-
-def _trace(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
-    """Return the labels at the start and after every action, and a check of the effect of each action.
-
-    An object earns a location's mark by a release there: the object was held as that action began, the location was at
-    work, and the object rests there at the end. It loses its marks if it falls from the table.
-    """
-    own = world.model.own_propositions
-    marks = {place.name: place.marks for place in world.model.locations if place.marks}
-    world.show(0)
-    label = _observed(world) & own
-    earned: set[tuple[str, str]] = set()
-    trace, checks = [label], []
-    said = label
-    for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
-        world.show(world.frame_at(action.end))
-        effect = world.model.effect(symbolic) & own
-        said, told = frozenset(action.label) & own, said
-        before, label = label, _observed(world, said) & own
-        if symbolic.location in marks:
-            obj, place = symbolic.obj, symbolic.location
-            worked = world.worked(place, start=action.start, end=action.end)
-            if at(obj, place) in effect & label and worked and holding(obj) in before:
-                earned.add((obj, marks[place]))
-        fallen = world.fallen()
-        earned = {(obj, mark) for obj, mark in earned if obj not in fallen}
-        label = label | {marked(obj, mark) for obj, mark in earned}
-        trace.append(label)
-        unseen = label != said == told and k == len(log.about.actions) and not log.about.claims.completed
-        checks.append(_check_effect(k, action, label, None if unseen else said, effect))
-    return trace, checks
-
-
-def _observed(world: RecordedWorld, said: Label | None = None) -> Label:
-    """Return the propositions, marks aside, that hold in the frame that is shown.
-
-    What an observation with noise may have shown or not is taken as it was `said`, if it was.
-    """
-    held = world.held()
-    names = set() if held is None else {holding(held)}
-    doubts = (0, -1, 1) if world.noise else (0,)
-    shown = [{at(obj, place) for obj, place in world.resting(held, doubt=doubt).items()} for doubt in doubts]
-    surely, maybe = set.intersection(*shown), set.union(*shown)
-    return frozenset(names | (shown[0] if said is None else surely | (maybe & said)))
-
-
-def _check_effect(k: int, action: LoggedAction, label: Label, said: Label | None, effect: frozenset[str]) -> Check:
-    """Check the effect of an action against the `said` label; None if the run ended before it was observed."""
-    name, what = f"action {k}", f"`{action.action}`"
-    if said is None:
-        return Check(name, True, f"{what}: the last action; the run ended before it was observed")
-    if label != said:
-        found, logged = (", ".join(sorted(names)) or "nothing" for names in (label - said, said - label))
-        return Check(name, False, f"{what}: the frames show {found}, the log says {logged}")
-    if not effect <= label:
-        return Check(name, True, f"{what} failed, as logged")
-    return Check(name, True, f"{what}: {', '.join(sorted(effect)) or 'nothing else changed'}")

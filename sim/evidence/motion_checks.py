@@ -1,4 +1,4 @@
-"""Checks of the motions in a log: the times of its actions, and joint limits."""
+"""Checks of the motions in a log: how they begin and end, and joint limits."""
 
 from __future__ import annotations
 
@@ -7,27 +7,58 @@ from collections.abc import Mapping
 import numpy as np
 
 from prefplan.claims import Check
-from sim.evidence.log import Log
+from sim.evidence.log import EVENTS, Log
 from sim.evidence.replay import RecordedWorld
+from sim.geometry.mjcf import joint_at
 from sim.robots.robot import Robot
 from sim.simulation.run import FRAME_RATE_HZ
 
-ROUNDING_S = 1e-6
-"""Greatest rounding error of a time, s."""
+START_TOLERANCE = 1e-5
+"""Greatest difference of a first position from the one that the seed gives, m or rad."""
+
+REST_SPEED_M_S = 0.01
+"""Greatest mean speed of an object at the end of a run that is claimed to be completed."""
+
+REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
+"""Number of frames over which that mean is taken."""
+
+LAST_EVENT_S = 1.0
+"""An event is recorded at most this long after the last frame."""
 
 
-def check_recording(log: Log) -> Check:
-    """Check that actions follow each other within the frames; that none of these is missing, the simulation shows."""
-    end, before = float(log.times[-1]), 0.0
-    for k, action in enumerate(log.about.actions, 1):
-        if not before - ROUNDING_S <= action.start <= action.end:
-            words = f"action {k} `{action.action}` begins before the one before it ends"
-            return Check("recording", False, words)
-        if action.end > end + 1.5 / FRAME_RATE_HZ:
-            words = f"the frames end at {end:.2f} s, but action {k} `{action.action}` at {action.end:.2f} s"
-            return Check("recording", False, words)
-        before = action.end
-    return Check("recording", True, f"{len(log.times)} frames, {end:.1f} s, {len(log.about.actions)} actions")
+def check_start(log: Log, world: RecordedWorld) -> Check:
+    """Check that the first positions are those of the seed."""
+    off = np.abs(log.qpos[0] - world.start)
+    if off.max() <= START_TOLERANCE:
+        return Check("start", True, "every object is where the scenario says")
+    joint, seed = joint_at(world.mujoco, int(off.argmax())), log.about.setting.get("seed")
+    return Check("start", False, f"{joint} is {off.max():.4f} m or rad from where seed {seed} puts it")
+
+
+def check_rest(log: Log, world: RecordedWorld) -> Check:
+    """Check that nothing on the table moves at the end, if the run is claimed to be completed."""
+    if not log.about.claims.completed:
+        return Check("rest", True, "not claimed: the run was not completed")
+    first = max(0, len(log.times) - 1 - REST_PERIOD_FRAMES)
+    seconds = max(float(log.times[-1] - log.times[first]), 1 / FRAME_RATE_HZ)
+    for obj in world.objects:
+        begin, end = world.path(obj)[[first, -1]]
+        speed = float(np.linalg.norm(end - begin)) / seconds
+        if end[2] > 0 and speed > REST_SPEED_M_S:
+            return Check("rest", False, f"{obj} still moves, at {speed:.3f} m/s, when the log ends")
+    return Check("rest", True, f"nothing moved faster than {REST_SPEED_M_S} m/s in the last {seconds:.1f} s")
+
+
+def check_events(log: Log) -> Check:
+    """Check that events are of kinds that a log tells, in order, and within the run."""
+    before = 0.0
+    for event in log.about.events:
+        if not before <= event.time <= log.times[-1] + LAST_EVENT_S:
+            return Check("events", False, f"`{event.kind}` at {event.time:.2f} s is out of order, or has no frames")
+        if event.kind not in EVENTS:
+            return Check("events", False, f"`{event.kind}` at {event.time:.2f} s is nothing that a log tells")
+        before = event.time
+    return Check("events", True, f"{len(log.about.events)}, in order")
 
 
 def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]) -> list[Check]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -17,14 +17,10 @@ from prefplan.scenario.decode import Scenario, loads
 from sim.errors import LogError, RobotError, SimulationError
 from sim.evidence.log import About, Log
 from sim.external.bundle import unpacked
-from sim.geometry.mjcf import columns
-from sim.robots.catalogue import DEFAULT, robot_for
+from sim.robots.catalogue import robot_for
 from sim.simulation.recorder import STATE
 from sim.world.randomization import Perturbation, drawn, read_perturbation
 from sim.world.scene import Scene, shared_scene
-
-MIN_QUATERNION = 1e-3
-"""Least norm of a quaternion that gives an orientation."""
 
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
@@ -90,13 +86,6 @@ def built(scenario: Scenario, about: About) -> Scene:
             return shared_scene(model, robot=other, spares=spares, judged=False)
 
 
-def words_for(scene: Scene) -> str:
-    """Return which shapes the arm has in a scene."""
-    if scene.robot.name != DEFAULT:
-        return f"the shapes of the robot `{scene.robot.name}`"
-    return "the arm's meshes" if scene.has_meshes else "plain shapes of the arm"
-
-
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
     """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, noise and bias, m."""
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
@@ -107,8 +96,8 @@ def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, fl
     return scene, start.qpos, perturbation.noise, bias
 
 
-def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:
-    """Raise LogError unless the arrays of a log are those of a scene, and every frame has an orientation of objects."""
+def require_fitting(log: Log, scene: Scene) -> None:
+    """Raise LogError unless the arrays of a log are those of a scene."""
     model = scene.mujoco
     joints = {model.joint(i).name: int(model.joint(i).qposadr[0]) for i in range(model.njnt)}
     if log.about.joints != joints:
@@ -117,6 +106,3 @@ def require_fitting(log: Log, scene: Scene, objects: Iterable[str]) -> None:
     for name, width in (widths | {"interventions": 1 + mujoco.mj_stateSize(model, STATE)}).items():
         if getattr(log, name).shape[1] != width:
             raise LogError(f"the log is broken: {name} has {getattr(log, name).shape[1]} columns, its scenario {width}")
-    for obj in objects:
-        if np.linalg.norm(log.qpos[:, columns(model, obj)[0]][:, 3:], axis=1).min() < MIN_QUATERNION:
-            raise LogError(f"the log is broken: a frame has no orientation of {obj!r}")

@@ -1,21 +1,23 @@
 """The world of a logged run, rebuilt from the log alone, and the propositions that its recorded frames show.
 
-This checks `sim.perception`, and shares nothing with it: objects rest on the shapes that they touch, and an object is
-held if both pads touch and press it.
+This checks `sim.perception`, and shares nothing with it: an object rests where its underside is level with a surface,
+and is held if both pads touch and press it.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
 
+from prefplan.logic.good_prefix import Label
+from prefplan.models.manipulation.model import Location
+from prefplan.models.manipulation.symbolic import at, holding
 from prefplan.scenario.decode import Scenario
 from sim.evidence.log import Log
-from sim.evidence.rebuilt import built, described, perturbed_as_said, refusing, require_fitting, words_for
-from sim.geometry.mjcf import columns, is_solid, solid_geoms
+from sim.evidence.rebuilt import built, described, perturbed_as_said, refusing, require_fitting
+from sim.geometry.mjcf import columns, solid_geoms
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import FRAME_RATE_HZ
 
@@ -47,20 +49,18 @@ class RecordedWorld:
     """The world of a log, at one frame at a time.
 
     Attributes:
-        scenario: read from the log.
+        scenario: read from the log, unless one is given.
         model: its manipulation model.
         actions: of the run, as the model has them.
         mujoco: the scene's MuJoCo model.
         robot: whose arm moved.
         scene: perturbed as the log's setting says.
-        other_shapes: whether the arm had other shapes in the run than it has here.
         start: (nq,) positions at which the run begins, by its seed.
         noise: standard deviation of an observed coordinate, m.
         bias: (3,) constant error of every observed position, by the seed, m.
         objects: of the scenario, and those that faults added.
         grips: (T,) commands of the gripper.
         pad_forces: (T, pads) contact force on each of the gripper's pads, N, as far as it was simulated again.
-        arm_shapes: which shapes of the arm are checked for contacts, in words.
 
     Raises:
         LogError: (on construction) the scenario in the log cannot be read or built, or its frames do not fit into it.
@@ -71,18 +71,13 @@ class RecordedWorld:
         about = log.about
         self._log = log
         self.scenario = scenario or described(about)
-        scene = built(self.scenario, about)
-        self.other_shapes, self.arm_shapes = scene.has_meshes != about.meshes, words_for(scene)
-        self.scene, self.start, self.noise, self.bias = perturbed_as_said(scene, about)
+        self.scene, self.start, self.noise, self.bias = perturbed_as_said(built(self.scenario, about), about)
         self.model, self.mujoco, self.robot = self.scene.model, self.scene.mujoco, self.scene.robot
         self.objects = (*(obj.name for obj in self.model.objects), *self.scene.spares)
-        require_fitting(log, self.scene, self.objects)
+        require_fitting(log, self.scene)
         with refusing("the log is broken"):
             self.actions = tuple(self.model.action(action.action) for action in about.actions)
         self._data, self._frame = mujoco.MjData(self.mujoco), 0
-        self._geoms = {obj: solid_geoms(self.mujoco, obj).tolist() for obj in self.objects}
-        bodies = (self.mujoco.body_weldid == 0) & ~self.robot.bodies(self.mujoco)
-        self._fixed = np.flatnonzero(is_solid(self.mujoco) & bodies[self.mujoco.geom_bodyid]).tolist()
         self._pads = [int(self.mujoco.geom(name).id) for name in self.robot.gripper.pads]
         steps = np.rint(log.times / self.mujoco.opt.timestep).astype(int) - 1
         sent = np.append(log.controls[:, self.mujoco.actuator(self.robot.gripper.actuator).id], 0)
@@ -116,6 +111,15 @@ class RecordedWorld:
         tool = self._data.site(self.robot.tool)
         return np.asarray(tool.xpos + distances[:, None] * tool.xmat.reshape(3, 3)[:, 2])
 
+    def label(self, said: Label | None = None) -> Label:
+        """Return the propositions, marks aside, that hold in the frame that is shown.
+
+        What an observation with noise may have shown or not is taken as it was `said`, if it was.
+        """
+        held = self.held()
+        resting = {at(obj, place) for obj, place in self.resting(held, said).items()}
+        return frozenset(resting | ({holding(held)} if held else set()))
+
     def held(self) -> str | None:
         """Return the object in contact with all pads that they pressed within `PRESS_MEMORY_FRAMES`, or None.
 
@@ -125,64 +129,52 @@ class RecordedWorld:
         pressed = self.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
         if not any(pressed & [self.robot.gripper.holds(command) for command in self.grips[recent]]):
             return None
-        return next(
-            (name for name, parts in self._geoms.items() if all(self._touch(parts, [pad]) for pad in self._pads)), None
-        )
+        return next((obj for obj in self.objects if all(self._touches(obj, pad) for pad in self._pads)), None)
 
     def fallen(self) -> set[str]:
         """Return the objects that are below the table top."""
-        return {obj for obj in self._geoms if self._data.body(obj).xpos[2] <= 0}
+        return {obj for obj in self.objects if self._data.body(obj).xpos[2] <= 0}
 
-    def resting(self, held: str | None, *, doubt: int = 0) -> dict[str, str]:
+    def resting(self, held: str | None, said: Label | None = None) -> dict[str, str]:
         """Return the location of every object that rests at one, as the camera shows it, except the held one.
 
-        Where more objects rest than a location has slots, only the nearest to a slot count.
-
-        Args:
-            held: the object in the hand.
-            doubt: 1 for those that an observation with noise may show there, -1 for those that any one shows there.
+        An object rests where it stands near a slot, level with its surface; at a location on others, near the middle of
+        the objects there, level with the top of one. Of more objects than a location has slots, only the nearest count.
+        What noise leaves open is as `said`.
         """
         elsewhere = {held, *self.fallen()}
-        objects = [obj for obj in self._geoms if obj not in elsewhere]
-        found = {obj: place for obj in objects if (place := self._rests(obj, doubt)) is not None}
-        for location in self.model.locations:
-            name = location.name
-            there = [obj for obj, place in found.items() if place == name]
-            there.sort(key=lambda obj: self._distances(obj)[name])
-            for obj in there[location.capacity :]:
-                del found[obj]
-        return found
+        objects = [obj for obj in self.objects if obj not in elsewhere and self._stands(obj)]
+        found: dict[str, tuple[float, str]] = {}
+        for place in sorted(self.model.locations, key=lambda place: self._slots(place)[0][2]):
+            carriers = {where: obj for obj, (_, where) in found.items() if where in place.on}
+            for obj in objects:
+                doubt = 0 if said is None else 1 if at(obj, place.name) in said else -1
+                if self._rests(obj, place, carriers, slack=doubt * NOISE_FACTOR * self.noise):
+                    off = min(np.hypot(*(slot - self._observed(obj))[:2]) for slot in self._slots(place))
+                    found[obj] = min(found.get(obj, (np.inf, "")), (float(off), place.name))
+        room, kept = {place.name: place.capacity for place in self.model.locations}, dict[str, str]()
+        for obj, (_, name) in sorted(found.items(), key=lambda item: item[1]):
+            if room[name]:
+                room[name] -= 1
+                kept[obj] = name
+        return kept
 
-    def _rests(self, obj: str, doubt: int) -> str | None:
-        """Return the location at which an object rests, whatever its capacity, or None.
+    def _rests(self, obj: str, place: Location, carriers: Mapping[str, str], *, slack: float) -> bool:
+        """Return whether a standing object is at a location, given the objects at those below it."""
+        position, slots = self._observed(obj), self._slots(place)
+        middles, floors = slots, [slots[0][2]]
+        if place.on:
+            tops = {where: self._observed(below) for where, below in carriers.items() if below != obj}
+            below = [tops[where] if where in tops else self.scene.slots[where][0].position for where in place.on]
+            middles = [np.mean(below, axis=0)]
+            floors = [tops[where][2] + self._half_height(carriers[where]) for where in tops]
+        near = any(np.hypot(*(middle - position)[:2]) < AT_LOCATION_M + slack for middle in middles)
+        underside = position[2] - self._half_height(obj)
+        return near and any(abs(underside - floor) < AT_HEIGHT_M + slack for floor in floors)
 
-        The object stands near a slot, on what stands there or on the bare table. It stands on an object that rests at
-        another location, for a location on others, and near the middle of the objects there.
-        """
-        if not self._stands(obj):
-            return None
-        slack = doubt * NOISE_FACTOR * self.noise
-        distances, underside = self._distances(obj), self._observed(obj)[2] - self._half_height(obj)
-        for place in sorted(distances, key=distances.__getitem__):
-            if distances[place] > 2 * AT_LOCATION_M:
-                return None
-            supports, slot = self.model.location(place).on, self.scene.slots[place][0]
-            far, floors = distances[place], [float(slot.position[2])]
-            if supports:
-                under = {self._rests(below, doubt): below for below in self._carriers(obj)}
-                where = [
-                    self._observed(under[name]) if name in under else self.scene.slots[name][0].position
-                    for name in supports
-                ]
-                far = float(np.hypot(*(np.mean(where, axis=0) - self._observed(obj))[:2]))
-                carriers = [under[name] for name in supports if name in under]
-                floors = [self._observed(below)[2] + self._half_height(below) for below in carriers]
-            elif not self._touch(self._geoms[obj], self._fixed):
-                continue
-            level = any(abs(underside - floor) < AT_HEIGHT_M + slack for floor in floors)
-            if level and far < AT_LOCATION_M + slack:
-                return place
-        return None
+    def _slots(self, place: Location) -> Sequence[np.ndarray]:
+        """Return the (3,) positions of a location's slots, m."""
+        return [slot.position for slot in self.scene.slots[place.name]]
 
     def _observed(self, obj: str) -> np.ndarray:
         """Return the (3,) position of an object with the camera's constant error, m."""
@@ -191,31 +183,13 @@ class RecordedWorld:
     def _half_height(self, obj: str) -> float:
         return float(self.scene.shapes[obj].half[2])
 
-    def _touch(self, geoms: Iterable[int], others: Iterable[int]) -> bool:
-        return any(touching(self._data, geom, other) for geom, other in itertools.product(geoms, others))
-
     def _stands(self, obj: str) -> bool:
-        """Return whether an object stands upright; a box may stand on any face on which it has its upright height."""
-        geom = self._geoms[obj][0]
-        steep = np.abs(self._data.body(obj).xmat.reshape(3, 3)[2])
-        upright = np.array([False, False, True])
-        if self.mujoco.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX and len(self._geoms[obj]) == 1:
-            upright = np.isclose(self.mujoco.geom_size[geom], self.mujoco.geom_size[geom][2])
-        return bool(steep[upright].max() > np.cos(UPRIGHT_TILT_RAD))
+        """Return whether an object stands upright, up to its shape's symmetry: a cube may stand on any face."""
+        rotation = self.scene.shapes[obj].most_upright(self._data.body(obj).xmat.reshape(3, 3))
+        return bool(rotation[2, 2] > np.cos(UPRIGHT_TILT_RAD))
 
-    def _distances(self, obj: str) -> dict[str, float]:
-        """Return the horizontal distance of an object from the nearest slot of each location, m."""
-        centre = self._observed(obj)[:2]
-        return {
-            name: min(float(np.hypot(*(slot.position[:2] - centre))) for slot in row)
-            for name, row in self.scene.slots.items()
-        }
-
-    def _carriers(self, obj: str) -> list[str]:
-        """Return the objects that an object touches and whose centres are lower than its own."""
-        heights = {name: self._data.body(name).xpos[2] for name in self._geoms}
-        lower = [name for name in self._geoms if heights[name] < heights[obj] - CONTACT_DISTANCE_M]
-        return [name for name in lower if self._touch(self._geoms[obj], self._geoms[name])]
+    def _touches(self, obj: str, other: int) -> bool:
+        return any(touching(self._data, geom, other) for geom in solid_geoms(self.mujoco, obj).tolist())
 
 
 def touching(data: mujoco.MjData, geom: int, other: int) -> bool:

@@ -31,8 +31,9 @@ FRAME_TOLERANCE, FRAME_TURN = 0.001, 0.005
 """Greatest difference of a recorded position from the one simulated from the frame before it, m or rad, and of an entry
 of a quaternion: pies and jars that stand on their rims tremble."""
 
-MAX_DRIFT, MAX_TURN = 0.005, 0.03
-"""Greatest sum of these differences over any part of a run from its start; those of honest runs reach 0.007."""
+MAX_DRIFT = 5
+"""Greatest sum of these differences over any part of a run from its start, in multiples of the greatest one: 5 mm and 3
+degrees. Those of honest runs reach 0.007."""
 
 IMPACT_M_S, LEVER_M = 0.5, 0.1
 """An object whose velocity changes by more than this in a frame was hit: its weight does not do that. What is beyond it
@@ -91,7 +92,7 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     other = [
         f"{part} {there.get(part)} then, {here[part]} now" for part in ENVIRONMENT if there.get(part) != here[part]
     ]
-    if world.other_shapes:
+    if world.scene.has_meshes != log.about.meshes:
         other.append("other shapes of the arm")
     again = _Again(log, world, touches, frame_by_frame=bool(other))
     again.run()
@@ -101,7 +102,8 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     if other and not objection:
         words = (
             f"{len(log.times)} frames, each within {FRAME_TOLERANCE * 1000:g} mm of what follows from the one before, "
-            f"and within {MAX_DRIFT * 1000:g} mm in all ({'; '.join(other)}); smaller forgeries are not excluded"
+            f"and within {MAX_DRIFT * FRAME_TOLERANCE * 1000:g} mm in all ({'; '.join(other)}); "
+            "smaller forgeries are not excluded"
         )
     equal = not other and objection is None
     return Resimulation(Check(NAME, objection is None, words), equal, tuple(again.changes), arrays)
@@ -149,7 +151,7 @@ class _Again:
         # The first frame is rounded; later states are exact, or follow from a recorded frame.
         slack: tuple[float | np.ndarray, float] = (EXACT["qpos"], EXACT["qvel"]) if first else (0.0, 0.0)
         if self._frame_by_frame and not first:
-            slack = _slack(model, FRAME_TOLERANCE, FRAME_TURN), SPEED_TOLERANCE
+            slack = _slack(model), SPEED_TOLERANCE
         places = np.flatnonzero(np.abs(data.qpos - qpos) > slack[0])
         dofs = np.flatnonzero(np.abs(data.qvel - qvel) > slack[1])
         joints = {joint_at(model, place) for place in places.tolist()}
@@ -175,11 +177,11 @@ def _objection(log: Log, model: mujoco.MjModel, found: Mapping[str, np.ndarray],
     off = {name: (getattr(log, name) - found[name]).reshape(count, -1)[1:] for name in EXACT}
     if exact:
         return _difference(log, model, off, EXACT)
-    drift = off["qpos"]
+    drift, slack = off["qpos"], _slack(model)
     drift = np.sign(drift) * (np.abs(drift) - _allowed_by_impacts(log, model)).clip(min=0.0)
-    slack = {"times": EXACT["times"], "qpos": _slack(model, FRAME_TOLERANCE, FRAME_TURN)}
-    far = _difference(log, model, {"qpos": np.cumsum(drift, axis=0)}, {"qpos": _slack(model, MAX_DRIFT, MAX_TURN)})
-    return _difference(log, model, off | {"qpos": drift}, slack) or (far and f"{far}, by many small differences")
+    far = _difference(log, model, {"qpos": np.cumsum(drift, axis=0)}, {"qpos": MAX_DRIFT * slack})
+    each = _difference(log, model, off | {"qpos": drift}, {"times": EXACT["times"], "qpos": slack})
+    return each or (far and f"{far}, by many small differences")
 
 
 def _difference(
@@ -189,21 +191,18 @@ def _difference(
     tolerances: Mapping[str, float | np.ndarray],
 ) -> str | None:
     """Return where (T - 1, ...) differences of later frames first exceed a tolerance, in words, or None."""
-    first: tuple[int, str] | None = None
+    firsts = list[tuple[int, str]]()
     for name, tolerance in tolerances.items():
         # What is not finite differs, too.
         frames = np.flatnonzero(~(np.abs(off[name]) <= tolerance).all(axis=1))
-        if len(frames) and (first is None or frames[0] < first[0]):
-            first = int(frames[0]), name
-    if first is None:
+        firsts += [(int(frame), name) for frame in frames[:1]]
+    if not firsts:
         return None
-    frame, name = first
-    differences, when = np.abs(off[name][frame]), f"first at {log.times[frame + 1]:.2f} s"
-    if name == "qpos":
-        joint = joint_at(model, int(differences.argmax()))
-        return f"{joint} is {differences.max():.2g} m or rad from where the commands lead, {when}"
-    whose = "velocities" if name == "qvel" else name
-    return f"the {whose} differ by {differences.max():.2g} from those that the commands lead to, {when}"
+    frame, name = min(firsts)
+    differences = np.abs(off[name][frame])
+    what = joint_at(model, int(differences.argmax())) if name == "qpos" else f"one of the {name}"
+    when = f"first at {log.times[frame + 1]:.2f} s"
+    return f"{what} is {differences.max():.2g} (m, rad, s) from where the commands lead, {when}"
 
 
 def _allowed_by_impacts(log: Log, model: mujoco.MjModel) -> np.ndarray:
@@ -219,9 +218,9 @@ def _allowed_by_impacts(log: Log, model: mujoco.MjModel) -> np.ndarray:
     return allowed
 
 
-def _slack(model: mujoco.MjModel, position: float, turn: float) -> np.ndarray:
-    """Return (nq,) tolerances of positions and of the entries of quaternions."""
-    slack = np.full(model.nq, position)
+def _slack(model: mujoco.MjModel) -> np.ndarray:
+    """Return (nq,) tolerances of the positions in a frame that is simulated from the one before it."""
+    slack = np.full(model.nq, FRAME_TOLERANCE)
     for first in model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]:
-        slack[first + 3 : first + 7] = turn
+        slack[first + 3 : first + 7] = FRAME_TURN
     return slack

@@ -24,13 +24,14 @@ class Touches:
     """The contacts in a simulation of one of the robot, or of the object of the current action, with another body.
 
     Attributes:
+        world: in which it is simulated.
         checked: number of states.
     """
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
         """Begin without contacts."""
         self.checked = 0
-        self._log, self._world = log, world
+        self._log, self.world = log, world
         model = self._model = copy.copy(world.mujoco)
         self._data = mujoco.MjData(model)
         self._is_robot = world.robot.bodies(model)[model.geom_bodyid]
@@ -58,7 +59,7 @@ class Touches:
         action = bisect_right(self._starts, float(self._log.times[frame])) - 1
         key = pairs.tobytes(), action
         if key not in self._known:
-            self._known[key] = self._sorted(pairs, self._world.actions[action].obj if action >= 0 else "")
+            self._known[key] = self._sorted(pairs, self.world.actions[action].obj if action >= 0 else "")
         of_robot, of_load = self._known[key]
         self._of_robot += [(time, *names) for names in of_robot]
         self._of_load += [(time, *names, action, frame) for names in of_load]
@@ -70,7 +71,7 @@ class Touches:
         touches when they first or last press it in the action: its supports and neighbours. While it is carried, it may
         touch nothing.
         """
-        pressed = self._world.pad_forces.min(axis=1) > HOLD_FORCE_N
+        pressed = self.world.pad_forces.min(axis=1) > HOLD_FORCE_N
         knocks = [knock for knock in self._of_load if pressed[knock[-1] : knock[-1] + 2].all()]
         allowed = {action: self._neighbours_in(action, pressed) for action in {action for *_, action, _ in knocks}}
         return sorted(self._of_robot + [knock[:3] for knock in knocks if knock[2] not in allowed[knock[3]]])
@@ -84,9 +85,9 @@ class Touches:
 
     def _neighbours_in(self, action: int, pressed: np.ndarray) -> set[str]:
         """Return what the object of an action may touch there; `pressed` says in which frames all pads press."""
-        symbolic, log = self._world.actions[action], self._log
+        symbolic, log = self.world.actions[action], self._log
         found = set[str]()
-        if self._world.model.operator(symbolic.kind).travels:
+        if self.world.model.operator(symbolic.kind).travels:
             return found
         own = np.flatnonzero(self._owner == symbolic.obj).tolist()
         others = np.flatnonzero(~self._is_robot & ~np.isin(np.arange(self._model.ngeom), own)).tolist()
@@ -103,11 +104,11 @@ class Touches:
         return [(str(self._owner[a]), str(self._owner[b])) for a, b in ordered]
 
 
-def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]], shapes: str) -> Check:
+def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]]) -> Check:
     """Check that nothing unwanted was touched, neither in the log's own words nor when it was simulated again.
 
     An object may touch anything for a while after a fault that the states show has moved it; `moved` has these faults'
-    times, s, and objects. The arm's shapes are given in words.
+    times, s, and objects.
     """
     events = (event for event in log.about.events if event.kind == "contact")
     told = [(event.time, str(event.detail.get("moving")), str(event.detail.get("other"))) for event in events]
@@ -115,6 +116,7 @@ def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]
         for time, moving, other in contacts:
             if not any(0 <= time - start <= REST_TIMEOUT_S and obj in (moving, other) for start, obj in moved):
                 return log.about.claims.against("contacts", f"{moving} {verb} {other} at {time:.2f} s{source}")
+    shapes = "the arm's meshes" if touches.world.scene.has_meshes else "plain shapes of the arm"
     return Check("contacts", True, f"only with the grasped object; {touches.checked} states checked, with {shapes}")
 
 

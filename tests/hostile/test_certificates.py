@@ -21,6 +21,7 @@ from prefplan.scenario.decode import Scenario
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log, encode
 from sim.evidence.replay import RecordedWorld
+from sim.external.bundle import packed
 from sim.simulation.recorder import STATE
 
 
@@ -51,7 +52,9 @@ def test_a_run_in_an_easier_scene_is_refuted_in_the_verifier_s(scenario: Scenari
     easy = BENCH.replace('mass="0.05"', 'mass="0.02"')
     log = logged_bench(tmp_path, scene=easy)
     assert certify(log).verdict == "consistent", "without the verifier's scenario it is told as not proved"
-    assert not certify(log, scenario=scenario).check("simulated again").holds
+    assert not certify(log, scenario=scenario).check("scenario").holds
+    forged = telling(log, files=packed(scenario.model))  # type: ignore[arg-type]
+    assert not certify(forged, scenario=scenario).check("simulated again").holds
 
 
 def crept(log: Log, obj: str, far: float) -> Log:

@@ -100,8 +100,8 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     slots = [cost for *pair, cost in log.about.measured if pair[:2] == ["transport", "san"] and "bin1[" in pair[2]]
     (other,) = set(slots) - {actions[k].cost}
     forged = (*actions[:k], replace(actions[k], cost=other), *actions[k + 1 :])
-    words = refutations(telling(log, actions=forged))["action costs"]
-    assert words == f"action {k + 1} `transport blue bin1` costs {actions[k].cost}, not {other}"
+    words = refutations(telling(log, actions=forged))[f"action {k + 1}"]
+    assert words == f"`transport blue bin1`: it costs {actions[k].cost}, not {other}"
     # After a mismatch the arm has observed all objects.
     surprise = Event(actions[k].start, "replan", {})
-    assert "action costs" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
+    assert f"action {k + 1}" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))

@@ -74,7 +74,7 @@ def touched_by(log: Log, frame: int, qpos: np.ndarray) -> str:
     touches, data = Touches(log, world), mujoco.MjData(world.mujoco)
     data.qpos[:], data.time = qpos, log.times[frame]
     touches.look(data, frame, recorded=True)
-    return check_contacts(log, touches, [], world.arm_shapes).words
+    return check_contacts(log, touches, []).words
 
 
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
@@ -100,7 +100,7 @@ def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_th
     log = telling(arch_log, events=(*arch_log.about.events, fault, touch))
     words = f"hand touched {other} at {time:.2f} s, according to the log"
     world = RecordedWorld(log)
-    check = check_contacts(log, Touches(log, world), [(fault.time, "green")], world.arm_shapes)
+    check = check_contacts(log, Touches(log, world), [(fault.time, "green")])
     assert check.holds != refuted and (words == check.words) == refuted
     # The states do not show this fault, so that the certificate lets it excuse nothing.
     assert refuted or refutations(log)["contacts"] == words
