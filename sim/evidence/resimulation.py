@@ -94,78 +94,80 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     ]
     if world.scene.has_meshes != log.about.meshes:
         other.append("other shapes of the arm")
-    again = _Again(log, world, touches, frame_by_frame=bool(other))
-    again.run()
-    arrays = {name: rows[: len(log.times)] for name, rows in again.recorder.arrays.items()}
-    objection = _objection(log, world.mujoco, arrays, exact=not other) or again.objection
-    words = objection or f"{len(log.times)} frames, every digit equal"
-    if other and not objection:
+    arrays, changes, forced = _simulated(log, world, touches, frame_by_frame=bool(other))
+    objection = _objection(log, world.mujoco, arrays, exact=not other) or forced
+    words = f"{len(log.times)} frames, every digit equal"
+    if other:
         words = (
             f"{len(log.times)} frames, each within {FRAME_TOLERANCE * 1000:g} mm of what follows from the one before, "
             f"and within {MAX_DRIFT * FRAME_TOLERANCE * 1000:g} mm in all ({'; '.join(other)}); "
             "smaller forgeries are not excluded"
         )
-    equal = not other and objection is None
-    return Resimulation(Check(NAME, objection is None, words), equal, tuple(again.changes), arrays)
+    check = Check("simulated again", objection is None, objection or words)
+    return Resimulation(check, check.holds and not other, tuple(changes), arrays)
 
 
-class _Again:
-    """A simulation of the commands of a log; with `frame_by_frame`, every frame begins from the recorded one."""
+def _simulated(
+    log: Log, world: RecordedWorld, touches: Touches, *, frame_by_frame: bool
+) -> tuple[dict[str, np.ndarray], list[Change], str | None]:
+    """Simulate the commands of a log; with `frame_by_frame`, every frame begins from the recorded one.
 
-    def __init__(self, log: Log, world: RecordedWorld, touches: Touches, *, frame_by_frame: bool) -> None:
-        self._log, self._model, self._touches, self._frame_by_frame = log, world.mujoco, touches, frame_by_frame
-        self._data, self.recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
-        self.changes: list[Change] = []
-        self.objection: str | None = None
+    Returns:
+        What the recorder has of the frames, the changes from outside, and an objection to one that no fault makes.
+    """
+    data, recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
+    changes, forced = list[Change](), None
+    # The first frame is rounded; later states are exact, or follow from a recorded frame.
+    first = EXACT["qpos"], EXACT["qvel"]
+    slack = (_slack(world.mujoco), SPEED_TOLERANCE) if frame_by_frame else (0.0, 0.0)
+    interventions = {int(row[0]): row[1:] for row in log.interventions}
+    controls = log.controls / COMMANDS_PER_UNIT
+    data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
+    recorder.begin_period(data, controls)
+    recorder.record(data, glow=-1)
+    touches.look(data, 0, recorded=True)
+    frames = 1
+    for step in range(len(controls)):
+        if step in interventions:
+            change = _intervene(data, interventions[step], *(slack if step else first))
+            if change is None:
+                forced = forced or f"a force or a time is set from outside at {data.time:.2f} s"
+            elif change.moved:
+                changes.append(change)
+        data.ctrl[:] = controls[step]
+        mujoco.mj_step(world.mujoco, data)
+        if due := recorder.feel(data):
+            recorder.record(data, glow=-1)
+            if frame_by_frame and frames < len(log.times):
+                data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]
+            frames += 1
+        if frames <= len(log.times) and (due or (step + 1) % STEPS == 0):
+            touches.look(data, frames - 1, recorded=due)
+    return {name: rows[: len(log.times)] for name, rows in recorder.arrays.items()}, changes, forced
 
-    def run(self) -> None:
-        """Simulate every step."""
-        log, data = self._log, self._data
-        interventions = {int(row[0]): row[1:] for row in log.interventions}
-        controls = log.controls / COMMANDS_PER_UNIT
-        data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
-        self.recorder.begin_period(data, controls)
-        self.recorder.record(data, glow=-1)
-        self._touches.look(data, 0, recorded=True)
-        frames = 1
-        for step in range(len(controls)):
-            if step in interventions:
-                self._intervene(interventions[step], first=not step)
-            data.ctrl[:] = controls[step]
-            mujoco.mj_step(self._model, data)
-            if due := self.recorder.feel(data):
-                self.recorder.record(data, glow=-1)
-                if self._frame_by_frame and frames < len(log.times):
-                    data.qpos[:], data.qvel[:] = log.qpos[frames], log.qvel[frames]
-                frames += 1
-            if frames <= len(log.times) and (due or (step + 1) % STEPS == 0):
-                self._touches.look(data, frames - 1, recorded=due)
 
-    def _intervene(self, state: np.ndarray, *, first: bool) -> None:
-        """Set a state, note what that changes, and object to changes that no fault makes."""
-        model, data = self._model, self._data
-        qpos, qvel, rest = data.qpos.copy(), data.qvel.copy(), self._rest()
-        mujoco.mj_setState(model, data, state, STATE)
-        if not np.allclose(self._rest(), rest, rtol=0, atol=1e-9):
-            self.objection = self.objection or f"a force or a time is set from outside at {data.time:.2f} s"
-        # The first frame is rounded; later states are exact, or follow from a recorded frame.
-        slack: tuple[float | np.ndarray, float] = (EXACT["qpos"], EXACT["qvel"]) if first else (0.0, 0.0)
-        if self._frame_by_frame and not first:
-            slack = _slack(model), SPEED_TOLERANCE
-        places = np.flatnonzero(np.abs(data.qpos - qpos) > slack[0])
-        dofs = np.flatnonzero(np.abs(data.qvel - qvel) > slack[1])
-        joints = {joint_at(model, place) for place in places.tolist()}
-        joints |= {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
-        if joints:
-            starts = {joint: columns(model, joint)[0].start for joint in joints}
-            moved = {joint: float(np.linalg.norm((data.qpos - qpos)[at : at + 3])) for joint, at in starts.items()}
-            self.changes.append(Change(float(data.time), moved))
+def _intervene(
+    data: mujoco.MjData, state: np.ndarray, qpos_slack: float | np.ndarray, qvel_slack: float
+) -> Change | None:
+    """Set a state, and return what that moves by more than some slack; None if it sets what no fault does."""
+    model = data.model
+    qpos, qvel, rest = data.qpos.copy(), data.qvel.copy(), _rest(data)
+    mujoco.mj_setState(model, data, state, STATE)
+    if not np.allclose(_rest(data), rest, rtol=0, atol=1e-9):
+        return None
+    off = data.qpos - qpos
+    dofs = np.flatnonzero(np.abs(data.qvel - qvel) > qvel_slack)
+    joints = {joint_at(model, place) for place in np.flatnonzero(np.abs(off) > qpos_slack).tolist()}
+    joints |= {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
+    moved = {joint: float(np.linalg.norm(off[columns(model, joint)[0]][:3])) for joint in joints}
+    return Change(float(data.time), moved)
 
-    def _rest(self) -> np.ndarray:
-        """Return what no fault may set of the state."""
-        rest = np.empty(mujoco.mj_stateSize(self._model, STATE & ~FREELY_SET))
-        mujoco.mj_getState(self._model, self._data, rest, STATE & ~FREELY_SET)
-        return rest
+
+def _rest(data: mujoco.MjData) -> np.ndarray:
+    """Return what no fault may set of the state."""
+    rest = np.empty(mujoco.mj_stateSize(data.model, STATE & ~FREELY_SET))
+    mujoco.mj_getState(data.model, data, rest, STATE & ~FREELY_SET)
+    return rest
 
 
 def _objection(log: Log, model: mujoco.MjModel, found: Mapping[str, np.ndarray], *, exact: bool) -> str | None:

@@ -30,8 +30,7 @@ class Touches:
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
         """Begin without contacts."""
-        self.checked = 0
-        self._log, self.world = log, world
+        self.world, self.checked, self._log = world, 0, log
         model = self._model = copy.copy(world.mujoco)
         self._data = mujoco.MjData(model)
         self._is_robot = world.robot.bodies(model)[model.geom_bodyid]
@@ -40,9 +39,9 @@ class Touches:
         world.robot.let_links_collide(model)
         self._owner = np.array([_name(model, int(body)) for body in model.geom_bodyid], dtype=object)
         self._starts = [action.start for action in log.about.actions]
-        self._known: dict[tuple[bytes, int], tuple[list[tuple[str, str]], list[tuple[str, str]]]] = {}
-        self._of_robot: list[tuple[float, str, str]] = []
-        self._of_load: list[tuple[float, str, str, int, int]] = []
+        self._of_robot = list[tuple[float, str, str]]()
+        # Contacts of the objects of actions, with the action and the frame.
+        self._of_load = list[tuple[tuple[float, str, str], int, int]]()
 
     def look(self, data: mujoco.MjData, frame: int, *, recorded: bool) -> None:
         """Add the contacts in a simulated state, at or after a frame, by its number.
@@ -55,14 +54,17 @@ class Touches:
             self._data.qpos[:], data = data.qpos, self._data
             mujoco.mj_kinematics(self._model, data)
             mujoco.mj_collision(self._model, data)
-        pairs = np.asarray(data.contact.geom[data.contact.dist < 0])
         action = bisect_right(self._starts, float(self._log.times[frame])) - 1
-        key = pairs.tobytes(), action
-        if key not in self._known:
-            self._known[key] = self._sorted(pairs, self.world.actions[action].obj if action >= 0 else "")
-        of_robot, of_load = self._known[key]
-        self._of_robot += [(time, *names) for names in of_robot]
-        self._of_load += [(time, *names, action, frame) for names in of_load]
+        obj = self.world.actions[action].obj if action >= 0 else ""
+        pairs = data.contact.geom[data.contact.dist < 0]
+        for pair in pairs[(self._is_robot | (self._owner == obj))[pairs].any(axis=1)]:
+            moves = self._is_robot[pair] if self._is_robot[pair].any() else self._owner[pair] == obj
+            first, other = pair if moves[0] else pair[::-1]
+            contact = time, str(self._owner[first]), str(self._owner[other])
+            if not self._is_robot[first]:
+                self._of_load.append((contact, action, frame))
+            elif not (self._is_finger[first] and (self._is_finger[other] or self._owner[other] == obj)):
+                self._of_robot.append(contact)
 
     def unwanted(self) -> list[tuple[float, str, str]]:
         """Return time, s, and the names of the bodies of each unwanted contact, the one that moves first.
@@ -72,16 +74,9 @@ class Touches:
         touch nothing.
         """
         pressed = self.world.pad_forces.min(axis=1) > HOLD_FORCE_N
-        knocks = [knock for knock in self._of_load if pressed[knock[-1] : knock[-1] + 2].all()]
-        allowed = {action: self._neighbours_in(action, pressed) for action in {action for *_, action, _ in knocks}}
-        return sorted(self._of_robot + [knock[:3] for knock in knocks if knock[2] not in allowed[knock[3]]])
-
-    def _sorted(self, pairs: np.ndarray, obj: str) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
-        """Return the names of the bodies of (K, 2) geoms: contacts of the robot that are unwanted, and of the load."""
-        is_robot, is_load = self._is_robot[pairs], (self._owner[pairs] == obj) & (obj != "")
-        wanted = (self._is_finger[pairs] | is_load).all(axis=1)
-        of_robot = self._named(pairs[is_robot.any(axis=1) & ~wanted], self._is_robot)
-        return of_robot, self._named(pairs[is_load.any(axis=1) & ~is_robot.any(axis=1)], self._owner == obj)
+        knocks = [(knock, action) for knock, action, frame in self._of_load if pressed[frame : frame + 2].all()]
+        allowed = {action: self._neighbours_in(action, pressed) for action in {action for _, action in knocks}}
+        return sorted(self._of_robot + [knock for knock, action in knocks if knock[2] not in allowed[action]])
 
     def _neighbours_in(self, action: int, pressed: np.ndarray) -> set[str]:
         """Return what the object of an action may touch there; `pressed` says in which frames all pads press."""
@@ -90,18 +85,13 @@ class Touches:
         if self.world.model.operator(symbolic.kind).travels:
             return found
         own = np.flatnonzero(self._owner == symbolic.obj).tolist()
-        others = np.flatnonzero(~self._is_robot & ~np.isin(np.arange(self._model.ngeom), own)).tolist()
+        others = np.flatnonzero(~self._is_robot & (self._owner != symbolic.obj)).tolist()
         during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
         for frame in np.flatnonzero(during & pressed)[[0, -1]] if np.any(during & pressed) else ():
             self._data.qpos[:] = log.qpos[frame]
             mujoco.mj_kinematics(self._model, self._data)
             found |= {self._owner[other] for other in others for geom in own if touching(self._data, geom, other)}
         return found
-
-    def _named(self, pairs: np.ndarray, moves: np.ndarray) -> list[tuple[str, str]]:
-        """Return the names of the bodies of (K, 2) geoms, with the one that moves in front."""
-        ordered = [(a, b) if moves[a] else (b, a) for a, b in pairs]
-        return [(str(self._owner[a]), str(self._owner[b])) for a, b in ordered]
 
 
 def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]]) -> Check:
