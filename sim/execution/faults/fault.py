@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import pkgutil
 import re
 from abc import ABC, abstractmethod
@@ -23,7 +24,7 @@ _KINDS: dict[str, type[Fault]] = {}
 """The kinds of faults that are defined, by name."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Injection:
     """What a fault acts on.
 
@@ -32,7 +33,8 @@ class Injection:
         skills: of the run, by kind of action; a fault may wrap one.
         spares: names of objects in store below the table, which no other fault has used.
         rng: random numbers of this fault alone.
-        delay: random time to wait after the first moment at which the fault can happen, s; 0 if a user injects it.
+        delay: random time for which the fault waits while it could happen, s; 0 if a user injects it.
+        since: time from which it could, s; inf while it cannot.
     """
 
     cell: Workcell
@@ -40,6 +42,7 @@ class Injection:
     spares: Iterator[str]
     rng: np.random.Generator
     delay: float
+    since: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -91,12 +94,10 @@ class Fault(ABC):
 
     @abstractmethod
     def inject(self, injection: Injection) -> dict[str, str] | None:
-        """Let the fault happen now; return details for its event, such as the `object`, or None if it cannot."""
+        """Let the fault happen now; return details for its event, such as the `object`, or None if it cannot.
 
-    def attempts(self, injection: Injection) -> Iterator[dict[str, str] | None]:
-        """Yield the result of `inject` in every control period in which the fault is due, until it happens."""
-        while True:
-            yield self.inject(injection)
+        It is called in every control period in which the fault is due, until it happens.
+        """
 
 
 def kinds() -> dict[str, type[Fault]]:

@@ -33,7 +33,7 @@ class FaultInjector(Observer):
         """Inject faults into a simulation and its skills, some of which are wrapped; without a seed it is 0."""
         self._cell, self._skills, self._seed, self._drawn = cell, skills, seed or 0, 0
         self._spares: Iterator[str] = iter(cell.scene.spares)
-        self._faults = [(i, fault, self._attempts(fault, MAX_DELAY_S)) for i, fault in enumerate(faults)]
+        self._faults = [(i, fault, self._injection(MAX_DELAY_S)) for i, fault in enumerate(faults)]
         self.happened: dict[int, float] = {}
         self._action = 0
         cell.observers.append(self)
@@ -45,8 +45,8 @@ class FaultInjector(Observer):
 
     def before_period(self, cell: Plant) -> None:
         """Let the faults that are due happen if they can."""
-        for i, fault, attempts in self._faults:
-            if i not in self.happened and fault.action <= self._action and self._happens(fault, attempts):
+        for i, fault, injection in self._faults:
+            if i not in self.happened and fault.action <= self._action and self._happens(fault, injection):
                 self.happened[i] = float(cell.data.time)
 
     def end(self) -> None:
@@ -61,18 +61,18 @@ class FaultInjector(Observer):
 
     def inject(self, fault: Fault) -> bool:
         """Let a fault happen now if it can, whatever its action; return whether it does."""
-        return self._happens(fault, self._attempts(fault, 0.0))
+        return self._happens(fault, self._injection(0.0))
 
-    def _attempts(self, fault: Fault, max_delay: float) -> Iterator[dict[str, str] | None]:
-        """Return the attempts at a fault, with random numbers of its own."""
+    def _injection(self, max_delay: float) -> Injection:
+        """Return what a fault acts on, with random numbers of its own."""
         rng = np.random.default_rng([self._seed, STREAM, self._drawn])
         self._drawn += 1
         delay = float(rng.uniform(0, max_delay)) if max_delay else 0.0
-        return fault.attempts(Injection(self._cell, self._skills, self._spares, rng, delay))
+        return Injection(self._cell, self._skills, self._spares, rng, delay)
 
-    def _happens(self, fault: Fault, attempts: Iterator[dict[str, str] | None]) -> bool:
-        """Make an attempt at a fault, and return whether it happens."""
-        detail = next(attempts)
+    def _happens(self, fault: Fault, injection: Injection) -> bool:
+        """Let a fault happen if it can, and return whether it does."""
+        detail = fault.inject(injection)
         if detail is None:
             return False
         self._cell.log_event("fault", fault=str(fault), **detail)
