@@ -35,8 +35,6 @@ class ContactMonitor:
         self.handled: str | None = None
         self.pad_forces = np.zeros(len(self._pads))
         self.pressed = -np.inf
-        self._sorted_pairs = b""
-        self._sorted: tuple[list[tuple[int, int]], list[tuple[str, str]]] = ([], [])
 
     @property
     def aloft(self) -> bool:
@@ -49,7 +47,6 @@ class ContactMonitor:
         if obj is not None:
             for geom in solid_geoms(self._model, obj).tolist():
                 self._roles[geom] = ALOFT if aloft else HANDLED
-        self._sorted_pairs, self._sorted = b"", ([], [])
         if obj != self.handled:
             self.handled, self.pressed = obj, -np.inf
 
@@ -58,11 +55,7 @@ class ContactMonitor:
 
         Each has the names of two bodies: one of the robot or the object aloft, and what it touches.
         """
-        pairs = data.contact.geom
-        # The pairs seldom change between steps.
-        if (seen := pairs.tobytes()) != self._sorted_pairs:
-            self._sorted_pairs, self._sorted = seen, self._sorted_by_role(pairs)
-        presses, touches = self._sorted
+        presses, touches = self._sorted_by_role(data.contact.geom)
         pressed = [0.0] * len(self._pads)
         if presses:
             forces, rows = data.efc_force, data.contact.efc_address
