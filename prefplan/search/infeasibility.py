@@ -69,7 +69,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         prepared = Prepared(reduction.product_of(problem), Options(heuristic=1, lagrangian=False))
         search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
     except OverflowError:  # 64 bits may not be enough
-        search = ReferenceSearch(reduction.listed_product(problem), bounds={}, single=True)
+        search = ReferenceSearch(reduction.product_of(problem, listed=True), bounds={}, single=True)
     result = search.run(limits)
     if result.ended is not None:
         raise LimitError(result.ended)
