@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Unpack, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import prefplan as pp
 from prefplan.errors import check_known, choices
@@ -12,21 +12,27 @@ if TYPE_CHECKING:
     from prefplan.exact_costs import Number
 
 
-def continuation(wanted: str | int, max_preference: Number | None) -> str | int:
-    """Return which plan a run follows after a mismatch, see `experiments.runs.run_plan.Conditions.choice`."""
-    return "bounded" if wanted == "cost" and max_preference is not None else wanted
+class Wanted(NamedTuple):
+    """The plan that `--plan` names: an objective, `cost`, `preference` or an index of the front, within bounds."""
+
+    plan: str | int = "cost"
+    max_preference: Number | None = None
+    max_cost: Number | None = None
+
+    @property
+    def continuation(self) -> str | int:
+        """Which plan a run follows after a mismatch, see `experiments.runs.run_plan.Conditions.choice`."""
+        return "bounded" if self.plan == "cost" and self.max_preference is not None else self.plan
 
 
 def choose(
-    planner: pp.Planner, wanted: str | int, *, keep_on_interrupt: bool = False, **limits: Unpack[pp.PlanLimits]
+    planner: pp.Planner,
+    wanted: Wanted,
+    *,
+    at_most: Mapping[str, Number] | None = None,
+    keep_on_interrupt: bool = False,
 ) -> pp.Plan:
-    """Return the plan that `--plan` or `--objective` names, within limits.
-
-    Args:
-        planner: of the problem.
-        wanted: `cost`, `preference`, the name of a cost or a preference, or an index of the front.
-        keep_on_interrupt: whether Ctrl-C counts as a limit.
-        **limits: those of `cheapest_plan`.
+    """Return the wanted plan; `at_most` bounds other objectives, and with `keep_on_interrupt` Ctrl-C counts as a limit.
 
     Raises:
         NoPlanError: there is none at all.
@@ -35,26 +41,27 @@ def choose(
         PreferenceError: a bound on the cost is needed.
         PrefplanError: the front has no plan of that index, or its penalty exceeds `max_preference`.
     """
-    check_bounds(planner.problem, limits.get("at_most"), limits.get("max_preference"))
-    if isinstance(wanted, str):
-        name = objective_name(planner.problem, wanted)
-        return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
-    bound = limits.pop("max_preference", None)
-    front = planner.front(keep_on_interrupt=keep_on_interrupt, **cast(pp.FrontLimits, limits))
+    index, bound, max_cost = wanted
+    check_bounds(planner.problem, at_most, bound)
+    limits: pp.FrontLimits = {"max_cost": max_cost, "at_most": at_most}
+    if isinstance(index, str):
+        name = objective_name(planner.problem, index)
+        return planner.best(name, max_preference=bound, keep_on_interrupt=keep_on_interrupt, **limits)
+    front = planner.front(keep_on_interrupt=keep_on_interrupt, **limits)
     if front.reason:
         raise pp.NoPlanError(front.reason)
     if front.ended:
-        nearest = front[min(wanted, len(front) - 1)] if front else None
+        nearest = front[min(index, len(front) - 1)] if front else None
         below = front.complete_below
-        if nearest is None or wanted >= len(front) or below is None or nearest.cost >= below:
+        if nearest is None or index >= len(front) or below is None or nearest.cost >= below:
             raise pp.UnfinishedError(front.ended, complete_below=below, best=nearest)
     from prefplan.exact_costs import admits
     from prefplan.text.layout import number
 
-    plan = plan_at(front, wanted, "--plan")
+    plan = plan_at(front, index, "--plan")
     if bound is not None and not admits(bound, plan.preference):
         found = f"its penalty is {number(plan.preference)}"
-        raise pp.PrefplanError(f"--plan {wanted}: {found}, more than --max-preference {bound}")
+        raise pp.PrefplanError(f"--plan {index}: {found}, more than --max-preference {bound}")
     return plan
 
 

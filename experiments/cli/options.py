@@ -11,6 +11,7 @@ from typing import Any, TypedDict
 import click
 
 from experiments import scenarios
+from experiments.cli.choice import Wanted
 from experiments.cli.values import (
     PATH,
     POSITIVE,
@@ -40,13 +41,18 @@ class FaultOption(click.Option):
         return super().get_help_record(ctx)
 
 
-def several(*options: Decorator) -> Decorator:
-    """Return a decorator that adds several options, in this order."""
+def gathered(name: str, make: Callable[..., Any], **options: Decorator) -> Decorator:
+    """Return a decorator that adds options, in this order; a command gets what `make` makes of them by one name."""
 
     def decorate(function: Function) -> Function:
-        for option in reversed(options):
-            function = option(function)
-        return function
+        @wraps(function)
+        def called(**values: Any) -> Any:
+            return function(**{name: make(**{key: values.pop(key) for key in options})}, **values)
+
+        added: Function = called
+        for option in reversed(options.values()):
+            added = option(added)
+        return added
 
     return decorate
 
@@ -92,8 +98,10 @@ at_most = click.option(
     metavar="NAME=VALUE",
     help="Upper bound on a cost or a preference by its name, such as energy=40; may be repeated.",
 )
-which = several(
-    click.option(
+which = gathered(
+    "wanted",
+    Wanted,
+    plan=click.option(
         "--plan",
         type=which_plan,
         default="cost",
@@ -101,10 +109,10 @@ which = several(
         help="Which plan of the front: the cheapest, the preferred (these words do as well), or by its number from 0 "
         "(default: cost).",
     ),
-    max_preference,
-    max_cost,
+    max_preference=max_preference,
+    max_cost=max_cost,
 )
-"""The choice of a plan of the front, see `experiments.cli.choice.choose`."""
+"""The choice of a plan of the front, which a command gets as `wanted`."""
 
 fault = click.option(
     "--fault",
@@ -136,22 +144,6 @@ camera = click.option(
     "of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
     "(default: fixed).",
 )
-look = several(
-    click.option(
-        "--quality",
-        metavar="NAME",
-        default="draft",
-        help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft).",
-    ),
-    camera,
-    click.option(
-        "--size", type=picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
-    ),
-)
-"""How videos are rendered, see `LookOptions`."""
-
-no_open = click.option("--no-open", is_flag=True, help="Print the address of the page, but open no browser.")
-jobs = click.option("--jobs", type=POSITIVE, metavar="N", help="Number of processes (default: one per core).")
 
 
 class LookOptions(TypedDict):
@@ -160,6 +152,26 @@ class LookOptions(TypedDict):
     quality: str
     camera: str
     size: tuple[int, int] | None
+
+
+look = gathered(
+    "look",
+    LookOptions,
+    quality=click.option(
+        "--quality",
+        metavar="NAME",
+        default="draft",
+        help="draft: 1280 x 720; final: 1920 x 1080 with soft shadows, in ten times the time (default: draft).",
+    ),
+    camera=camera,
+    size=click.option(
+        "--size", type=picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
+    ),
+)
+"""How videos are rendered, which a command gets as `look`."""
+
+no_open = click.option("--no-open", is_flag=True, help="Print the address of the page, but open no browser.")
+jobs = click.option("--jobs", type=POSITIVE, metavar="N", help="Number of processes (default: one per core).")
 
 
 def seed(starts: str = "at random by up to 5 mm and 5 degrees") -> Decorator:
@@ -178,20 +190,17 @@ def limits(found: str = "what is known by then") -> Decorator:
 
     A command gets them as `limits`, a context, from the time of its call.
     """
-    memory = f"Stop before the search uses more memory, with {found}."
-    options = several(
-        click.option("--max-seconds", type=seconds, metavar="S", help=f"Stop after this time with {found}."),
-        click.option("--max-memory", type=megabytes, metavar="MiB", help=memory),
+    time, memory = f"Stop after this time with {found}.", f"Stop before the search uses more memory, with {found}."
+    return gathered(
+        "limits",
+        _limits,
+        max_seconds=click.option("--max-seconds", type=seconds, metavar="S", help=time),
+        max_memory=click.option("--max-memory", type=megabytes, metavar="MiB", help=memory),
     )
 
-    def decorate(function: Function) -> Function:
-        @wraps(function)
-        def limited(*, max_seconds: float | None, max_memory: float | None, **values: Any) -> Any:
-            from prefplan.limits import Limits
 
-            time, memory = (math.inf if limit is None else limit for limit in (max_seconds, max_memory))
-            return function(limits=Limits(time, memory), **values)
+def _limits(*, max_seconds: float | None, max_memory: float | None) -> Any:
+    from prefplan.limits import Limits  # loads numpy, which the help can do without
 
-        return options(limited)
-
-    return decorate
+    time, memory = (math.inf if limit is None else limit for limit in (max_seconds, max_memory))
+    return Limits(time, memory)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from typing import Unpack
 
 from experiments.cli.options import LookOptions
 from prefplan.errors import PrefplanError, check_known, prefixed
@@ -35,7 +34,7 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
         return tuple(read_fault(text, scenario.model) for text in texts)
 
 
-def look_of(scene: Callable[[], Scene], **options: Unpack[LookOptions]) -> Look:
+def look_of(scene: Callable[[], Scene], options: LookOptions) -> Look:
     """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
     quality = QUALITIES[checked("--quality", options["quality"], QUALITIES)]
     size = options["size"] or quality.size

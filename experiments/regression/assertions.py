@@ -7,7 +7,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.cli.choice import choose
+from experiments.cli.choice import Wanted, choose
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number, prints_as
@@ -75,7 +75,7 @@ def assert_plan(
     if actions is None and not task_costs:
         raise PrefplanError("assert_plan: says neither which actions nor which task_costs are right")
     name, problem = _named(scenario)
-    found = choose(Planner(problem), plan, max_cost=max_cost)
+    found = choose(Planner(problem), Wanted(plan, max_cost=max_cost))
     if actions is not None and tuple(actions) != found.actions:
         raise AssertionError(f"{name}: plan {plan!r} is not the expected one\n\n{_parting(actions, found.actions)}")
     for task, cost in (task_costs or {}).items():
@@ -113,7 +113,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
 
     given = scenario if isinstance(scenario, Scenario) else load(str(scenario))
     scene = scene_of(given)
-    wanted = choose(Planner(given.problem()), plan)
+    wanted = choose(Planner(given.problem()), Wanted(plan))
     outcome = run_plan(given, scene, wanted, seed=seed, choice=plan)
     certificate = certify(evidence(outcome), scenario=given)
     if not (outcome.run.completed and certificate.confirmed):

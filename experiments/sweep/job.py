@@ -15,14 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from experiments.cli.choice import continuation
+from experiments.cli.choice import Wanted
 from experiments.runs.certificates import Proof
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan
 from experiments.sweep.faults import MAX_FAULTS, random_faults
 from experiments.sweep.workers import Record
-from prefplan.exact_costs import Number
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.plan import Plan
 from prefplan.scenario.decode import Scenario
@@ -42,25 +41,22 @@ class Sweep:
     Attributes:
         packed: the scenario, from `pack`: bytes, which are hashable, so that a worker builds each scene only once.
         given: the scenario as named on the command line.
-        which: the plan as named by `--plan`.
+        wanted: the plan as the options name it.
         seed: the seeds of the rollouts are drawn from it.
         perturbation: greatest random changes of the scene.
         faults: kind of the random faults of each rollout (`experiments.sweep.faults.random_faults`), or None.
         folder: of the results; a replay of a rollout is written to a subfolder.
-        max_cost: bound on the cost of the plans that `which` chooses from, or None; so is `max_preference`.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
     """
 
     packed: bytes
     given: str
-    which: str | int
+    wanted: Wanted
     plan: Plan
     seed: int
     perturbation: Perturbation
     faults: str | None
     folder: Path
-    max_cost: Number | None = None
-    max_preference: Number | None = None
     robot: str | None = None
 
     key = "rollout"
@@ -80,7 +76,7 @@ class Sweep:
                 seed=self.rollout_seed(number),
                 perturbation=self.perturbation,
                 faults=faults,
-                choice=continuation(self.which, self.max_preference),
+                choice=self.wanted.continuation,
             )
             times = {"wall_seconds": time.perf_counter() - began, "cpu_seconds": time.thread_time() - cpu}
             found = judged(outcome)
@@ -115,9 +111,9 @@ class Sweep:
     def replay(self, number: int, faults: tuple[Fault, ...] = ()) -> str:
         """Return the command line that carries a rollout out again, with a video."""
         options = [
-            ("--plan", self.which),
-            ("--max-cost", self.max_cost),
-            ("--max-preference", self.max_preference),
+            ("--plan", self.wanted.plan),
+            ("--max-cost", self.wanted.max_cost),
+            ("--max-preference", self.wanted.max_preference),
             ("--robot", self.robot),
             ("--seed", self.rollout_seed(number)),
             ("--perturb", self.perturbation),
@@ -135,7 +131,7 @@ def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
         "mujoco": version("mujoco"),
         "scenario": scenario.name,
         "scenario_sha256": hashlib.sha256(scenario.path.read_bytes()).hexdigest(),
-        "plan": job.which,
+        "plan": job.wanted.plan,
         "cost": job.plan.cost,
         "preference": job.plan.preference,
         "actions": list(job.plan.actions),

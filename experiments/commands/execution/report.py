@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING
 
 import click
 
@@ -50,7 +50,7 @@ def report(
     seed: int | None,
     robot: str | None,
     no_video: bool,
-    **look: Unpack[options.LookOptions],
+    look: options.LookOptions,
 ) -> int:
     """Make a page of the front, its plans and their videos.
 
@@ -61,13 +61,21 @@ def report(
     Every plan of a manipulation scenario is carried out, which takes minutes. Results of an earlier call with the same
     options in the same folder are reused, so that an interrupted report continues.
     """
-    with loading_simulation(quiet=is_quiet()):
-        from experiments.report.page import write_page
+    from experiments.report.page import write_page
 
     load_planner(quiet=is_quiet())
     with limits:
         loaded = pp.load(scenario)
-    loaded, record = _with_recorder(loaded, look, seed=seed, robot=robot, video=not no_video)
+    arm = isinstance(loaded.model, pp.ManipulationModel)
+    if arm:  # MuJoCo takes a second to load, and may not be installed
+        with loading_simulation(quiet=is_quiet()):
+            from experiments.cli.simulation_options import look_of
+            from experiments.report.recordings import record_all
+            from experiments.runs.geometry import asking_in
+            from experiments.runs.run_plan import scene_of
+
+        loaded = asking_in(loaded, None, robot=robot)
+        view = look_of(partial(scene_of, loaded, robot=robot), look)
     folder = out or Path("out", loaded.name)
     with Bars(quiet=is_quiet()) as bars:
         bars("planning", 0, 0, "")
@@ -79,8 +87,10 @@ def report(
         chosen = {i: plan_at(front, i, "--plans") for i in indices}
         recorded: Recorded = {}, (), front.ended == "interrupt"
         with only_writer(folder):
-            if record and front and front.ended != "interrupt":
-                recorded = record(chosen, folder, tell=bars)
+            if arm and front and front.ended != "interrupt":
+                recorded = record_all(
+                    loaded, chosen, folder, seed=seed, robot=robot, video=not no_video, tell=bars, **view
+                )
             recordings, notices, interrupted = recorded
             if planner.geometry is not None and (left_out := planner.geometry.note):
                 notices = (left_out, *notices)
@@ -93,26 +103,6 @@ def report(
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
     return _status(front, recordings, planner)
-
-
-def _with_recorder(
-    scenario: pp.Scenario, look: options.LookOptions, *, robot: str | None, **how: Any
-) -> tuple[pp.Scenario, Callable[..., Recorded] | None]:
-    """Return a scenario whose plans the arm can carry out, and `record_all` with what is known before there are plans.
-
-    Other models than those of an arm have none: MuJoCo takes a second to load and may not be installed.
-    """
-    if not isinstance(scenario.model, pp.ManipulationModel):
-        return scenario, None
-    with loading_simulation(quiet=is_quiet()):
-        from experiments.cli.simulation_options import look_of
-        from experiments.report.recordings import record_all
-        from experiments.runs.geometry import asking_in
-        from experiments.runs.run_plan import scene_of
-
-    asked = asking_in(scenario, None, robot=robot)
-    view = look_of(partial(scene_of, asked, robot=robot), **look)
-    return asked, partial(record_all, asked, robot=robot, **how, **view)
 
 
 def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner) -> int:

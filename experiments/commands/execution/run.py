@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING
 
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import choose, continuation
+from experiments.cli.choice import Wanted, choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
@@ -39,16 +38,14 @@ if TYPE_CHECKING:
 def run(
     scenario: str,
     as_json: bool,
-    plan: str | int,
-    max_preference: Decimal | None,
-    max_cost: Decimal | None,
+    wanted: Wanted,
     out: Path | None,
     seed: int | None,
     perturb: str | None,
     faults: Sequence[str],
     robot: str | None,
     no_video: bool,
-    **look: Unpack[options.LookOptions],
+    look: options.LookOptions,
 ) -> int:
     """Carry a plan out in simulation and render a video of it.
 
@@ -64,21 +61,21 @@ def run(
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    path = (out or Path("out", loaded.name)) / (plan if isinstance(plan, str) else f"plan_{plan}")
+    path = (out or Path("out", loaded.name)) / (wanted.plan if isinstance(wanted.plan, str) else f"plan_{wanted.plan}")
     conditions: Conditions = {
         "seed": seed,
         "perturbation": simulation.perturbation_of(perturb, seed=seed),
         "faults": simulation.faults_of(faults, loaded),
-        "choice": continuation(plan, max_preference),
+        "choice": wanted.continuation,
     }
-    view = simulation.look_of(partial(scene_of, loaded, robot=robot), **look)
+    view = simulation.look_of(partial(scene_of, loaded, robot=robot), look)
     try:
         scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
         loaded = asking_in(loaded, scene, robot=robot)
         planner = pp.Planner(loaded.problem())
         with Bars(quiet=is_quiet()) as bars, only_writer(path.parent):
             bars("planning", 0, 0, "")
-            chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
+            chosen = choose(planner, wanted)
             bars("planning", 1, 1, "")
             video = None if no_video else path.with_suffix(".mp4")
             outcome = run_plan(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from pathlib import Path
 
 import click
@@ -10,7 +9,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import choose
+from experiments.cli.choice import Wanted, choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
@@ -42,9 +41,7 @@ def sweep(
     as_json: bool,
     rollouts: int,
     jobs: int | None,
-    plan: str | int,
-    max_preference: Decimal | None,
-    max_cost: Decimal | None,
+    wanted: Wanted,
     seed: int,
     perturb: str | None,
     robot: str | None,
@@ -69,7 +66,7 @@ def sweep(
 
     load_planner(quiet=is_quiet())
     loaded = pp.load(scenario)
-    folder = out or Path("out", loaded.name, f"sweep_{plan}")
+    folder = out or Path("out", loaded.name, f"sweep_{wanted.plan}")
     perturbation = perturbation_of(perturb, seed=seed)
     scene = scene_of(loaded, robot=robot)
     if faults is not None:
@@ -81,13 +78,11 @@ def sweep(
         loaded = asking_in(loaded, scene, robot=robot)
         planner = pp.Planner(loaded.problem())
         try:
-            chosen = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
+            chosen = choose(planner, wanted)
         except pp.NoPlanError as error:
             return show_no_plan(loaded, planner, error, as_json=as_json)
         bars("planning", 1, 1, "")
-        job = Sweep(
-            pack(loaded), scenario, plan, chosen, seed, perturbation, faults, folder, max_cost, max_preference, robot
-        )
+        job = Sweep(pack(loaded), scenario, wanted, chosen, seed, perturbation, faults, folder, robot)
         header, path = define(loaded, job), folder / RECORDS
         found, interrupted = work(job, rollouts, path, header, tell=bars, stage="sweeping", jobs=jobs)
         result = summarise(header, found, rollouts=rollouts)

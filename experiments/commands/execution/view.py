@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Sequence
-from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import click
@@ -12,7 +11,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
-from experiments.cli.choice import choose, continuation
+from experiments.cli.choice import Wanted, choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
@@ -44,9 +43,7 @@ FRONT_TIMEOUT_S = 20.0
 @options.no_open
 def view(
     scenario: str,
-    plan: str | int,
-    max_preference: Decimal | None,
-    max_cost: Decimal | None,
+    wanted: Wanted,
     seed: int | None,
     faults: Sequence[str],
     robot: str | None,
@@ -80,11 +77,11 @@ def view(
         problem = asking_in(loaded, scene, robot=robot).problem()
         planner = pp.Planner(problem)
         try:
-            first = choose(planner, plan, max_preference=max_preference, max_cost=max_cost)
-            plans = front_with(first, planner, max_cost=max_cost)
+            first = choose(planner, wanted)
+            plans = front_with(first, planner, max_cost=wanted.max_cost)
         except pp.NoPlanError as error:
             return no_plan(error.reason, planner)
-    chosen, choice = plans.index(first), continuation(plan, max_preference)
+    chosen = plans.index(first)
 
     def ready(address: str) -> None:
         say(f"{loaded.name}: {address} (Ctrl-C ends it)")
@@ -92,7 +89,7 @@ def view(
             open_page(address)
 
     def start(i: int) -> Begin:
-        conditions: Conditions = {"seed": seed, "faults": injected, "choice": choice if i == chosen else i}
+        conditions: Conditions = {"seed": seed, "faults": injected, "choice": wanted.continuation if i == chosen else i}
         return lambda tell: begin(problem, scene, plans[i], tell=tell, **conditions)
 
     watch(Show(problem, scene, plans, start, loaded.name, chosen, camera), port=port, ready=ready)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Unpack
+from decimal import Decimal
+from typing import TYPE_CHECKING
 
 import click
 
 import prefplan as pp
 from experiments.checks.no_plan import show_no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import choose
+from experiments.cli.choice import Wanted, choose
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
@@ -37,11 +38,11 @@ if TYPE_CHECKING:
 def plan(
     scenario: str,
     as_json: bool,
-    plan: str | int,
+    wanted: Wanted,
     objective: str | None,
+    at_most: dict[str, Decimal],
     abstract: bool,
     limits: Limits,
-    **bounds: Unpack[pp.PlanLimits],
 ) -> int:
     """Print one plan: the cheapest, the preferred, or the cheapest within a bound on the penalty.
 
@@ -56,11 +57,13 @@ def plan(
     although a plan may exist (if none does, it is 3). With --json, "complete" is false in both cases.
     """
     load_planner(quiet=is_quiet())
+    if objective is not None:
+        wanted = wanted._replace(plan=objective)
     with limits:
         found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         planner = pp.Planner(found.problem())
         try:
-            chosen = choose(planner, plan if objective is None else objective, keep_on_interrupt=True, **bounds)
+            chosen = choose(planner, wanted, at_most=at_most, keep_on_interrupt=True)
         except pp.UnfinishedError as error:
             return _unfinished(found, planner, error, as_json=as_json)
         except pp.NoPlanError as error:

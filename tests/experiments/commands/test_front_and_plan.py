@@ -10,7 +10,7 @@ import pytest
 from command_line import Run, assert_is_error
 from scenario_texts import DETOUR, PLACES, cup_scenario, task_tables
 
-from experiments.cli.choice import choose
+from experiments.cli.choice import Wanted, choose
 from experiments.runs import geometry
 from prefplan.front import Front, UnfinishedError
 from prefplan.plan import Plan
@@ -291,10 +291,10 @@ def test_a_front_that_was_stopped_has_the_plan_of_an_index_or_the_nearest(
     planner = Planner(load("detour.toml").problem())
     planner.front = lambda **_: Front(plans, ended="interrupt", complete_below=below)  # type: ignore[method-assign]
     if best is None:
-        assert choose(planner, number) is plans[number]
+        assert choose(planner, Wanted(number)) is plans[number]
         return
     with pytest.raises(UnfinishedError) as caught:
-        choose(planner, number, keep_on_interrupt=True)
+        choose(planner, Wanted(number), keep_on_interrupt=True)
     assert caught.value.best is plans[best] and caught.value.ended == "interrupt"
 
 
@@ -321,7 +321,7 @@ def test_a_general_preference_asks_for_a_bound_and_takes_it(run: Run, detour: Pa
 def test_run_chooses_among_the_plans_within_the_bound(detour: Path, wanted: str | int) -> None:
     detour.write_text(DETOUR.replace('kind = "order"', GENERAL))
     planner = Planner(load(str(detour)).problem())
-    assert choose(planner, wanted, max_cost=4).actions == ("shop", "bank")
+    assert choose(planner, Wanted(wanted, max_cost=4)).actions == ("shop", "bank")
 
 
 ROOF = """[model.fixtures]

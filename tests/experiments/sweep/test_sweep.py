@@ -19,6 +19,7 @@ from command_line import Run, assert_is_error
 from jobs_for_processes import DEADLY, DEADLY_ONCE, Jobs
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
+from experiments.cli.choice import Wanted
 from experiments.commands.command_line import main
 from experiments.sweep import workers
 from experiments.sweep.faults import random_faults
@@ -70,7 +71,7 @@ def sweep_of(file: Path) -> Sweep:
     return Sweep(
         packed=pack(scenario),
         given="cup.toml",
-        which="cost",
+        wanted=Wanted(),
         plan=pareto_front(scenario.problem())[0],
         seed=7,
         perturbation=read_perturbation("position=5,angle=5"),
