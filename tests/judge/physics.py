@@ -18,7 +18,7 @@ from pathlib import Path
 
 import mujoco
 
-from experiments.random_scenes.generator import scene_text
+from judge.random_scenes.generator import scene_text
 from prefplan import Planner, Scenario, load
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits

@@ -1,4 +1,4 @@
-"""Random scenes: `python -m experiments.random_scenes`."""
+"""Random scenes: `PYTHONPATH=tests python -m judge.random_scenes`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import PATH, POSITIVE, seconds
-from experiments.random_scenes.page import markdown
-from experiments.random_scenes.trial import Scenes
 from experiments.sweep.workers import RECORDS, work
+from judge.random_scenes.page import markdown
+from judge.random_scenes.trial import Scenes
 
 
 @command
@@ -45,7 +45,7 @@ def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Carry the command out and return its exit status."""
-    return call(try_scenes, "python -m experiments.random_scenes", arguments)
+    return call(try_scenes, "python -m judge.random_scenes", arguments)
 
 
 if __name__ == "__main__":

@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenario_texts import cup_scenario, task_tables
-
-from experiments.checks.checkup import check
-from experiments.random_scenes import __main__ as command
-from experiments.random_scenes import trial
-from experiments.random_scenes.generator import MASSES_KG, PITCHES_M, scene_text
-from experiments.random_scenes.page import markdown
-from experiments.random_scenes.trial import (
+from judge.random_scenes import __main__ as command
+from judge.random_scenes import trial
+from judge.random_scenes.generator import MASSES_KG, PITCHES_M, scene_text
+from judge.random_scenes.page import markdown
+from judge.random_scenes.trial import (
     COMPLETED,
     CRASHED,
     FAILED,
@@ -26,6 +23,9 @@ from experiments.random_scenes.trial import (
     Scenes,
     answer,
 )
+from scenario_texts import cup_scenario, task_tables
+
+from experiments.checks.checkup import check
 from experiments.sweep import workers
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import loads

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from operator import itemgetter
 from statistics import median
 
-from experiments.random_scenes.trial import COMPLETED, ERROR, FAILED, OUTCOMES, REFUTED
 from experiments.sweep.summary import share, wilson
 from experiments.sweep.workers import Record
+from judge.random_scenes.trial import COMPLETED, ERROR, FAILED, OUTCOMES, REFUTED
 
 MAX_ACTION_S = 10.0
 """An action should take no longer in simulated time, s."""
@@ -31,7 +31,7 @@ def markdown(records: Records, *, scenes: int, seed: int, about: str) -> str:
         seed: of the scenes.
         about: versions, in words.
     """
-    call = f"`python -m experiments.random_scenes --scenes {scenes} --seed {seed}`"
+    call = f"`PYTHONPATH=tests python -m judge.random_scenes --scenes {scenes} --seed {seed}`"
     parts = [
         f"{call}, {about}: {len(records)} of {scenes} scenes finished. Brackets: 95 % interval (Wilson).",
         _answers(records),

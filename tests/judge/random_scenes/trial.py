@@ -17,11 +17,11 @@ from types import FrameType
 
 from experiments.checks.checkup import check, impossible
 from experiments.cli.files import write_bytes
-from experiments.random_scenes.generator import scene_text
 from experiments.runs.geometry import asking_in
 from experiments.runs.run_plan import run_plan
 from experiments.sweep.job import failure_class, judged
 from experiments.sweep.workers import Record
+from judge.random_scenes.generator import scene_text
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
 from prefplan.models.manipulation.model import ManipulationModel
