@@ -46,19 +46,10 @@ def check(
     limits: Limits | None = None,
     tell: Tell = lambda stage, done, total, what: None,
 ) -> dict[str, Any]:
-    """Check a scenario without planning its tasks together; after Ctrl-C, return what is known by then.
+    """Check a scenario without planning its tasks together, and return the documented JSON object.
 
-    Args:
-        scenario: what to check.
-        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        quick: whether to leave out what the arm can do with each object at each location.
-        kept: whether to read and write what the arm can do on disk.
-        limits: of time and memory; what is not known when one is reached stays unknown.
-        tell: called with the progress.
-
-    Returns:
-        The documented JSON object. `scene` is None if the model is no manipulation model, MuJoCo is not installed or a
-        limit was reached first.
+    What is not known when a limit is reached, or after Ctrl-C, stays unknown. If `quick`, what the arm can do with each
+    object at each location is left out; it is read from and written to the disk unless `kept` is false.
 
     Raises:
         ScenarioError: the scenario has a mistake.

@@ -27,13 +27,9 @@ from sim.world.scene import Scene
 
 @dataclass(frozen=True)
 class Recording:
-    """A plan as it was carried out.
+    """A plan as it was carried out; `outcome` is the documented JSON of `prefplan run`.
 
-    Attributes:
-        proof: the log of the run, and its certificate.
-        outcome: the documented JSON of `prefplan run`.
-        video: its file, or None.
-        no_video: why there is none although one was requested.
+    `video` is its file; `no_video` says why there is none although one was requested.
     """
 
     proof: Proof
@@ -62,13 +58,10 @@ def record_all(
     tell: Tell = lambda stage, done, total, what: None,
     **look: Unpack[Look],
 ) -> Recorded:
-    """Carry plans out and render their videos, until the user interrupts.
+    """Carry plans, by their numbers on the front, out and render their videos, until the user interrupts.
 
-    The plans are given by their numbers on the front. Results are written to an existing folder, as `plan_I` with
-    various suffixes. The other arguments are those of `run_plan`.
-
-    Returns:
-        See `Recorded`.
+    Results are written to an existing folder, as `plan_I` with various suffixes. The other arguments are those of
+    `run_plan`.
 
     Raises:
         ScenarioError: the arm cannot work in the scene.

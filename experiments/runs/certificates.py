@@ -27,13 +27,7 @@ OPEN = "that the sensor saw what the log says, or that anything happened outside
 
 @dataclass(frozen=True)
 class Proof:
-    """The file of a log, and what was found when it was checked.
-
-    Attributes:
-        path: of the log.
-        log: that was read from it.
-        certificate: None if the user ended the check.
-    """
+    """The file of a log, the log, and its certificate; None if the user ended the check."""
 
     path: Path
     log: Log

@@ -54,11 +54,8 @@ def scene_of(
 ) -> Scene:
     """Return the scene of a scenario's manipulation model.
 
-    Args:
-        scenario: what is to be carried out.
-        robot: one of `sim.robots.catalogue.ROBOTS`; None for the scenario's.
-        faults: faults to inject; the scene gets the spare objects that they need.
-        measuring: whether actions are only measured; then a scenario may have several costs and preferences.
+    It has the spare objects that faults need. The robot is one of `sim.robots.catalogue.ROBOTS`, or the scenario's. If
+    actions are only measured, a scenario may have several costs and preferences.
 
     Raises:
         ScenarioError: the scenario has another kind of model, several costs or preferences, or a scene in which the arm
@@ -98,16 +95,8 @@ def run_plan(
 ) -> Outcome:
     """Carry out a plan to its end, planning again after a mismatch, and render a video of the run.
 
-    Args:
-        scenario: what was planned.
-        scene: from `scene_of`.
-        plan: one of its plans.
-        video: file to render a video to; None for no video. It appears only when it is complete.
-        quality: of the video's pictures.
-        camera: of the video, as for `sim.rendering.cameras.Camera`.
-        captioned: whether the video has captions below the picture.
-        tell: called with the progress.
-        **conditions: `seed`, `perturbation`, `faults` and `choice`, see `Conditions`.
+    The scene is one from `scene_of`, the plan one of the scenario's. The file of a video appears only when it is
+    complete; its camera is as for `sim.rendering.cameras.Camera`.
     """
     problem = scenario.problem()
 

@@ -51,16 +51,9 @@ def work(
     stage: str,
     jobs: int | None = None,
 ) -> tuple[list[Record], bool]:
-    """Carry every job without a record out, until Ctrl-C.
+    """Carry the first `count` jobs of a batch out, but for those with a record, in processes: by default one per core.
 
-    Args:
-        batch: the jobs.
-        count: number of jobs.
-        path: file of the records, in a folder of `only_writer`; each is added as soon as its job is done.
-        header: what determines the records, see `Journal`.
-        tell: called with the progress.
-        stage: name of the work, for `tell`.
-        jobs: number of processes; None for one per core.
+    Each record is added to the `Journal` at `path`, in a folder of `only_writer`, as soon as its job is done.
 
     Returns:
         The records in the order of their numbers, and whether Ctrl-C ended the work.

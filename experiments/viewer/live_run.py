@@ -30,13 +30,7 @@ Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 
 @dataclass(frozen=True)
 class Frame:
-    """A recorded state of the scene.
-
-    Attributes:
-        time: simulated time, s.
-        qpos: (nq,) positions of the scene's MuJoCo model.
-        glow: index of the location that marks an object now, -1 for none.
-    """
+    """The (nq,) positions at a simulated time, s, and the index of the location that marks an object then, or -1."""
 
     time: float
     qpos: np.ndarray
@@ -45,13 +39,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Status:
-    """The status of a run at the start of an action, or at an event.
+    """The status of a run at the start of an action, or at an event: a simulated time, s.
 
     Attributes:
-        time: simulated time, s.
         plan: the current plan; it begins with the actions done.
-        done: number of actions done.
-        costs: the ledger's entry after them.
+        done: number of actions done; `costs` is the ledger's entry after them.
         news: a line for each fault, new plan, retry and freed or turned object so far.
         ended: `completed`, or why the run ended early; None while it is running.
     """

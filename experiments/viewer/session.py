@@ -40,15 +40,10 @@ GAP_M = 0.1
 
 @dataclass(frozen=True)
 class Show:
-    """What a page shows.
+    """What a page shows: the front of a problem, and the scene in which its plans are carried out.
 
     Attributes:
-        problem: what was planned.
-        scene: the scene in which the plans are carried out.
-        plans: the front.
-        start: returns the function that begins a plan of the front, by index.
-        title: of the page.
-        chosen: index of the plan to begin with.
+        start: returns the function that begins a plan of the front, by index; the first one is that of `chosen`.
         camera: first view of the browsers, as for `sim.rendering.cameras.Camera`.
     """
 
@@ -169,12 +164,9 @@ def beside(scene: Scene) -> tuple[float, float, float]:
 
 
 def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] = lambda address: None) -> None:
-    """Carry plans out and show them in browsers, until Ctrl-C.
+    """Carry plans out and show them in browsers, until Ctrl-C; `ready` gets the address once the server is up.
 
-    Args:
-        show: what the page shows.
-        port: of the page, 0 for any free one; None for `DEFAULT_PORT` or the next free one.
-        ready: called with the address once the server is up.
+    The port is 0 for any free one, None for `DEFAULT_PORT` or the next free one.
 
     Raises:
         PrefplanError: the port is not free.

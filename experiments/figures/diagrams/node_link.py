@@ -57,13 +57,7 @@ class GraphvizError(PrefplanError):
 
 @dataclass(frozen=True)
 class Node:
-    """A node.
-
-    Attributes:
-        name: its class in SVG.
-        text: the lines of text in it.
-        kind: `plain`, `accepting` or `dead`.
-    """
+    """A node: its class in SVG, the lines of text in it, and its kind, `plain`, `accepting` or `dead`."""
 
     name: str
     text: tuple[str, ...]
