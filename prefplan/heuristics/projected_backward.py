@@ -79,7 +79,7 @@ class ProjectedBackward:
         return self._entries(tasks, self._view(tasks))
 
     def _entries(self, tasks: Sequence[int], relaxed: Symmetry) -> int:
-        locations = len(self._model.locations) - len(relaxed.neutral)
+        locations = len(self._model.locations) - len(relaxed.neutral_locations)
         objects = len(self.objects_of(tasks))
         states = (locations + 2) ** objects * (locations + objects + 2)
         return states * math.prod(int(self.sizes[i]) for i in tasks)

@@ -78,18 +78,18 @@ class Projection:
         prices = CostTable("price", np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses), Fraction(1))
         first = int(canonical(moves, space.encode(small.initial_state, where="start")))
         system, codes = listed(space, moves, [prices], first, names)
-        merged = view.neutral
+        merged = view.neutral_locations
         places = [-1 if name in merged else space.locations.index(name) for name in whole.locations]
         hands = [
             space.hands.index(hand) if x == len(places) else places[x]
             for hand, x in zip(whole.hands, whole.over, strict=True)
         ]
-        return cls(number, tasks, space, symmetry.neutral, codes, system, places, hands)
+        return cls(number, tasks, space, symmetry.neutral_locations, codes, system, places, hands)
 
 
 def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> ManipulationModel:
     """Return a model with only some objects, and only as many merged locations as these need."""
-    merged = view.neutral
+    merged = view.neutral_locations
     needed = merged[: len(kept) + 1]
     locations = tuple(p for p in view.model.locations if p.name not in merged or p.name in needed)
     free: Iterator[str] = iter(needed)

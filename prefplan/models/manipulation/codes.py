@@ -31,7 +31,6 @@ class StateCodes:
         model, locations, objects: the model, and the names of its locations and objects.
         held: slot of an object in the hand.
         location: (slots + 1,) index of each slot's location, one beyond them for `held`.
-        first_slot: (locations + 1,) number of each location's first slot, and `held`.
         over: (hands,) index of the location below each pose of the hand; one beyond them for a start pose elsewhere.
         above: (slots + 1,) index of the hand's pose over each slot; the last entry is unused.
         radices, weights: number of values and weight of each digit.
@@ -52,7 +51,6 @@ class StateCodes:
         self.hands = hand_poses(self._counts, start.hand)
         names = [*self.locations, start.hand]
         self.location = np.array([*(names.index(name) for name, _ in self._slots), len(self.locations)])
-        self.first_slot = np.searchsorted(self.location, np.arange(len(self.locations) + 1))
         self.over = np.array([names.index(location_of(hand)) for hand in self.hands])
         poses = [pose(name, i if self._counts[name] > 1 else None) for name, i in self._slots]
         self.above = np.array([self.hands.index(hand) for hand in poses] + [0])

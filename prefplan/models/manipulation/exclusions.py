@@ -6,7 +6,8 @@ in the hand, or has a mark. In `prefplan.models.system.Barred` they are texts; h
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,12 +48,38 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     )
 
 
+def classes(
+    names: Sequence[str], exclusions: Collection[Exclusion], *, objects: bool = False
+) -> tuple[tuple[str, ...], ...]:
+    """Return names of locations or objects in classes: to exchange two of one leaves a set of exclusions as it is."""
+    found: list[list[str]] = []
+    for name in names:
+        for each in found:
+            swap = {name: each[0], each[0]: name}
+            swaps = (swap, {}) if objects else ({}, swap)
+            if all(_renamed(one, *swaps) in exclusions for one in exclusions):
+                each.append(name)
+                break
+        else:
+            found.append([name])
+    return tuple(map(tuple, found))
+
+
+def _renamed(exclusion: Exclusion, objects: Mapping[str, str], locations: Mapping[str, str]) -> Exclusion:
+    """Return an exclusion with other names for some objects and locations."""
+    action, conditions = exclusion
+    obj, location = objects.get(action.obj, action.obj), locations.get(action.location, action.location)
+    pairs = frozenset((objects.get(one, one), locations.get(what, what)) for one, what in conditions)
+    return replace(action, obj=obj, location=location), pairs
+
+
 def exclusion_arrays(
     space: StateCodes, actions: Sequence[str], exclusions: Collection[Exclusion]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return exclusions as in `Moves`, given the encoding of the states and the texts of the actions."""
-    slots = {name: space.first_slot[x : x + 2] for x, name in enumerate(space.locations)}
-    slots[IN_HAND] = np.array([space.held, space.held + 1])
+    first_slot = np.searchsorted(space.location, np.arange(len(space.locations) + 1)).tolist()
+    slots = {name: first_slot[x : x + 2] for x, name in enumerate(space.locations)}
+    slots[IN_HAND] = [space.held, space.held + 1]
 
     def condition(obj: str, what: str) -> list[int]:
         is_mark = what not in slots

@@ -22,15 +22,22 @@ CHUNK = 2**13
 EDGE_BYTES = 40
 """Memory for each edge while states are numbered."""
 
+Classes = Collection[Collection[str]]
+"""Names of objects or of locations in classes, within which they may be exchanged."""
 
-def moves_of(
-    space: StateCodes, neutral: Collection[str] = (), alike: Collection[str] = (), barred: Barred = ()
-) -> Moves:
-    """Return a model as arrays, given the locations and the objects that may be exchanged, see `symmetry`."""
+
+def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
+    """Return a model as arrays, given its neutral locations and alike objects in classes, see `symmetry`."""
     model, names = space.model, space.locations
-    places = [x for x, name in enumerate(names) if name in neutral]
-    is_neutral = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.bool_)
-    is_neutral[places] = True
+    # Only where locations are neutral does an object that is alone take another one.
+    alone = [[o] for o, obj in enumerate(space.objects) if neutral and not any(obj in each for each in alike)]
+    objects = alone + [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
+    class_of = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.int64)
+    places = np.zeros((len(neutral) + 1, 1 + max(map(len, neutral), default=0)), dtype=np.int64)
+    for number, each in enumerate(neutral, start=1):
+        members = [x for x, name in enumerate(names) if name in each]
+        class_of[members] = number
+        places[number, : len(members)] = members
     excluded, first, conditions = exclusion_arrays(space, action_names(space), read_exclusions(model, barred))
     below = np.array([[name in place.on for name in names] for place in model.locations])
     empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
@@ -41,7 +48,7 @@ def moves_of(
     return Moves(
         radices=np.array(space.radices, dtype=np.int64),
         location=space.location,
-        first_slot=space.first_slot,
+        first_slot=np.searchsorted(space.location, np.arange(len(names) + 1)),
         over=space.over,
         above=space.above,
         capacity=np.where(closed | (below & empty).any(axis=1), 0, capacity),
@@ -49,10 +56,11 @@ def moves_of(
         needs=below.astype(np.int8) - empty.astype(np.int8),
         blocks=below | (closed[:, None] & empty).T,
         mark=np.array(marks, dtype=np.int64).reshape(len(names), len(space.objects)),
-        neutral=is_neutral,
-        places=np.array(places, dtype=np.int64),
-        unlike=np.array([o for o, obj in enumerate(space.objects) if obj not in alike], dtype=np.int64),
-        alike=np.array([o for o, obj in enumerate(space.objects) if obj in alike], dtype=np.int64),
+        neutral=class_of,
+        places=places,
+        ranks=np.zeros(len(places), dtype=np.int64),
+        alike=np.array([o for each in objects for o in each], dtype=np.int64),
+        alike_class=np.repeat(np.arange(len(objects)), list(map(len, objects))),
         excluded=excluded,
         first_condition=first,
         conditions=conditions,

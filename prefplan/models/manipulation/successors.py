@@ -2,7 +2,7 @@
 
 A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
 are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
-canonical state stands for all that result from exchanging neutral locations and alike objects (see
+canonical state stands for all that result from exchanging neutral locations and alike objects of one class each (see
 `prefplan.models.manipulation.symmetry`); where slots are told apart no location is neutral.
 
 The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
@@ -20,8 +20,8 @@ from prefplan.models.manipulation.slots import free_slot as any_free_slot
 TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 """Kinds of actions."""
 
-NEUTRAL = 2**40
-"""Stands for any neutral location while alike objects are sorted; larger than any location."""
+EXCHANGEABLE = 2**40
+"""This, and its class, stands for a neutral location while alike objects are sorted; larger than any location."""
 
 free_slot = inner_kernel(any_free_slot)
 
@@ -37,8 +37,10 @@ class Moves(NamedTuple):
         needs: (L, L) int8, [x, y]: 1 if y must hold an object, -1 if it must hold none, before one is put at x.
         blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
-        neutral: (max(S + 1, H),) bool, by slot or pose, whether it is a neutral location. places: (n,) int64, these.
-        alike: (A,) int64, the objects that may be exchanged. unlike: (O - A,) int64, all others.
+        neutral: (max(S + 1, H),) int64, by slot or pose, the class of a neutral location, from 1 to C, 0 for others.
+        places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
+        alike: (O,) int64, the objects by class, within which they may be exchanged; first those that are alone.
+        alike_class: (O,) int64, the class of each of these, from 0.
         excluded: (A + 1,) int32, the first of the B exclusions of each action, and B.
         first_condition: (B + 1,) int32, the first of the C conditions of each exclusion, and C.
         conditions: (C, 3) int64, each a digit, and the values from the second number to below the third that it has.
@@ -56,8 +58,9 @@ class Moves(NamedTuple):
     mark: np.ndarray
     neutral: np.ndarray
     places: np.ndarray
+    ranks: np.ndarray
     alike: np.ndarray
-    unlike: np.ndarray
+    alike_class: np.ndarray
     excluded: np.ndarray
     first_condition: np.ndarray
     conditions: np.ndarray
@@ -110,44 +113,51 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
-    Alike objects are sorted by location. All objects at neutral locations take the first of these, in order, and a hand
-    over an empty neutral location takes the first that is left.
+    Each class of alike objects is sorted by location; those at neutral locations take the first of the same class, in
+    order, and a hand over an empty neutral location takes the first that is left.
     """
     hand = digits[0]
-    is_under = _sort_alike(moves, digits, hand)
-    moved, is_over, taken = hand, moves.neutral[hand], 0
-    if moves.places.shape[0] == 0:
-        return
-    for o in moves.unlike:
-        location = digits[1 + o]
-        if moves.neutral[location]:
-            digits[1 + o] = moves.places[taken]
-            taken += 1
-            if location == hand:
-                moved, is_over = digits[1 + o], False
-    for o in moves.alike:
-        if digits[1 + o] == NEUTRAL:
-            digits[1 + o] = moves.places[taken]
-            taken += 1
-            if is_under:
-                moved, is_over, is_under = digits[1 + o], False, False
-    digits[0] = moves.places[taken] if is_over else moved
+    moved, over = hand, moves.neutral[hand]
+    moves.ranks[:] = 0
+    first, count = 0, moves.alike.shape[0]
+    while first < count:
+        end = first + 1
+        while end < count and moves.alike_class[end] == moves.alike_class[first]:
+            end += 1
+        is_under = _sort_alike(moves, digits, first, end, hand)
+        for o in moves.alike[first:end]:
+            if digits[1 + o] >= EXCHANGEABLE:
+                kind = digits[1 + o] - EXCHANGEABLE
+                digits[1 + o] = _next_place(moves, kind)
+                if is_under and kind == over:
+                    moved, over, is_under = digits[1 + o], 0, False
+        first = end
+    if over:
+        moved = _next_place(moves, over)
+    digits[0] = moved
 
 
 @inner_kernel
-def _sort_alike(moves: Moves, digits: np.ndarray, hand: Integer) -> bool:
-    """Sort alike objects by location, and return whether the hand is over one at a neutral location.
+def _next_place(moves: Moves, kind: Integer) -> Integer:
+    """Return the next neutral location of a class, of which one more is taken then."""
+    moves.ranks[kind] += 1
+    return moves.places[kind, moves.ranks[kind] - 1]
 
-    `NEUTRAL` is written for every neutral location.
+
+@inner_kernel
+def _sort_alike(moves: Moves, digits: np.ndarray, first: Integer, end: Integer, hand: Integer) -> bool:
+    """Sort alike objects of one class by location, and return whether the hand is over one at a neutral location.
+
+    Neutral locations are replaced by `EXCHANGEABLE` and their class.
     """
     is_under = False
-    for k in range(moves.alike.shape[0]):
+    for k in range(first, end):
         location = digits[1 + moves.alike[k]]
         if moves.neutral[location]:
             is_under |= location == hand
-            location = NEUTRAL
+            location = EXCHANGEABLE + moves.neutral[location]
         at = k
-        while at > 0 and digits[1 + moves.alike[at - 1]] > location:
+        while at > first and digits[1 + moves.alike[at - 1]] > location:
             digits[1 + moves.alike[at]] = digits[1 + moves.alike[at - 1]]
             at -= 1
         digits[1 + moves.alike[at]] = location
@@ -208,7 +218,7 @@ def _is_excluded(moves: Moves, digits: np.ndarray, action: Integer) -> bool:
 def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     """Write the actions of a state, in the order of the model, and return how many there are.
 
-    Of those that lead over empty neutral locations only the first is written.
+    Of those that lead over empty neutral locations of one class only the first is written.
     """
     before, counts = steps.before, steps.counts
     unpack(moves.radices, state, before)
@@ -216,15 +226,15 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     here, locations, objects = moves.over[before[0]], counts.shape[0], moves.movable.shape[0]
     loaded = locations + objects
     count: Integer = np.int64(0)
-    was_neutral = False
+    moves.ranks[:] = 0
     for x in range(locations):
         action = x if held < 0 else loaded + held * locations + x
         if x == here or (held >= 0 and not _accepts(moves, counts, x)) or _is_excluded(moves, before, action):
             continue
         if moves.neutral[x] and counts[x] == 0:
-            if was_neutral:
+            if moves.ranks[moves.neutral[x]]:
                 continue
-            was_neutral = True
+            moves.ranks[moves.neutral[x]] = 1
         after = steps.digits[count]
         _copy(before, after)
         after[0] = x if held < 0 else moves.above[_slot_at(moves, before, x)]

@@ -5,10 +5,10 @@ Two reductions, both exact:
 *Symmetry.* A location of capacity one that no other location depends on and no visible proposition mentions is
 *neutral* (with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral
 locations, or movable objects that are *alike*, as no visible proposition mentions them, maps the model onto itself and
-preserves costs and visible propositions, if no exclusion names one of them. So one canonical state can stand for all
-states that such exchanges make of it (its orbit), and the canonical states are a bisimulation quotient: every
-trajectory of the one has its counterpart in the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and
-model checking", 1996.)
+preserves costs and visible propositions. With exclusions, it does so within classes: two names are of one class if to
+exchange them leaves the set of exclusions as it is. So one canonical state can stand for all states that such exchanges
+make of it (its orbit), and the canonical states are a bisimulation quotient: every trajectory of the one has its
+counterpart in the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
 
 *Relevance.* One of these objects that rests at a neutral location need never be moved, if the other neutral locations
 can hold all other movable objects at once, and no visible location rests on supports: in any plan, leave out the
@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING
 from prefplan.models.costs import by_name
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.description import Location
-from prefplan.models.manipulation.exclusions import read_exclusions
+from prefplan.models.manipulation.exclusions import classes, read_exclusions
 from prefplan.models.manipulation.slots import hand_poses
 from prefplan.models.manipulation.symbolic import at, marked
 from prefplan.models.system import Barred
@@ -52,10 +52,8 @@ class Symmetry:
     Attributes:
         model: the model.
         visible: the propositions that are visible.
-        neutral: names of the neutral locations.
-        unseen: names of the movable objects of which nothing is visible.
-        exchangeable: names of the neutral locations that no exclusion names.
-        alike: names of the unseen objects that no exclusion names.
+        neutral: names of the neutral locations, in classes.
+        alike: names of the movable objects of which nothing is visible, in classes.
     """
 
     def __init__(
@@ -72,20 +70,24 @@ class Symmetry:
         self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
-        self.neutral = tuple(
+        neutral = [
             place.name
             for place in (model.locations if places_alike else ())
             if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
             if place.name not in supports and not self._is_visible(place)
-        )
-        self.unseen = tuple(
+        ]
+        alike = [
             obj.name
             for obj in model.objects
             if not obj.fixed and not self.visible & {name for name, _ in model.propositions_of(obj.name)}
-        )
-        named = {action.obj for action in actions}.union(obj for obj, _ in conditions)
-        self.exchangeable = tuple(name for name in self.neutral if name not in self._excluded)
-        self.alike = tuple(name for name in self.unseen if name not in named)
+        ]
+        self.neutral = classes(neutral, self._exclusions)
+        self.alike = classes(alike, self._exclusions, objects=True)
+
+    @property
+    def neutral_locations(self) -> tuple[str, ...]:
+        """The neutral locations of all classes."""
+        return tuple(name for each in self.neutral for name in each)
 
     def _is_visible(self, place: Location) -> bool:
         names = {at(obj, place.name) for obj in self._objects}
@@ -94,13 +96,13 @@ class Symmetry:
 
     def relevant(self) -> Symmetry:
         """Return the same without objects that need never be moved and surplus locations."""
-        model, start, neutral = self.model, self.model.initial_state, self.neutral
+        model, start, neutral = self.model, self.model.initial_state, self.neutral_locations
         places = start.place
         if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
             return self
         blockers = {obj for action, pairs in self._exclusions for obj, _ in pairs if obj != action.obj}
         fixed = {obj.name for obj in model.objects if obj.fixed}
-        idle = {obj for obj in fixed.union(self.unseen) - blockers if places.get(obj) in neutral}
+        idle = {obj for obj in fixed.union(*self.alike) - blockers if places.get(obj) in neutral}
         taken = [place for obj, place in places.items() if obj not in idle and place in neutral]
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
         closed = self._excluded | {place for obj, place in places.items() if obj in idle | fixed}

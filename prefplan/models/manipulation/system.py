@@ -14,7 +14,7 @@ from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import listed, moves_of
+from prefplan.models.manipulation.listing import Classes, listed, moves_of
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
@@ -62,16 +62,16 @@ class ManipulationSystem(System):
         space: the encoding of the states.
         operators: the kinds of actions.
         barred: actions that do not exist where some propositions hold.
-        neutral: names of the locations that may be exchanged.
-        alike: names of the objects that may be exchanged.
+        neutral: names of the locations that may be exchanged within each class.
+        alike: names of the objects that may be exchanged within each class.
         visible: the propositions that are kept in the labels of listed states; None for all.
     """
 
     space: StateCodes
     operators: tuple[Operator, ...]
     barred: Barred = ()
-    neutral: tuple[str, ...] = ()
-    alike: tuple[str, ...] = ()
+    neutral: Classes = ()
+    alike: Classes = ()
     visible: frozenset[str] | None = None
 
     @cached_property
@@ -205,7 +205,7 @@ class ManipulationSystem(System):
             start=space.start,
             costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
             space=space,
-            neutral=symmetry.exchangeable,
+            neutral=symmetry.neutral,
             alike=symmetry.alike,
             visible=symmetry.visible,
         )
