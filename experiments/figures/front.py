@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from experiments.figures.figures import drawing, write_figure
+from prefplan.errors import PrefplanError
 from prefplan.front import Front
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
@@ -64,9 +65,15 @@ def draw_front(
     """Draw the front of two objectives: its points, the region that they dominate, the ideal point, and other plans.
 
     The two are the first and the last unless others are given. If `brief`, points have the plans' indices only.
+
+    Raises:
+        PrefplanError: its values are too large.
     """
     names = pair or (front.objectives[0], front.objectives[-1])
-    points = sorted((*(float(plan.objectives[name]) for name in names), i) for i, plan in enumerate(front))
+    try:
+        points = sorted((*(float(plan.objectives[name]) for name in names), i) for i, plan in enumerate(front))
+    except OverflowError:
+        raise PrefplanError("a front with values beyond 1e308 cannot be drawn") from None
     lowest = accumulate((point[1] for point in points), min, initial=math.inf)
     best = [point for point, low in zip(points, lowest, strict=False) if point[1] < low]
     costs, mu, _ = np.array(best).T

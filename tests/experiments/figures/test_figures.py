@@ -16,7 +16,7 @@ from experiments.commands.command_line import main
 from experiments.figures import plans
 from experiments.figures.front import draw, draw_front
 from experiments.figures.maps import map_of
-from prefplan import Front, Plan, Scenario, pareto_front
+from prefplan import Front, Plan, PrefplanError, Scenario, pareto_front
 from prefplan.scenario.decode import load, loads
 
 MUDDY = """
@@ -129,6 +129,11 @@ def test_a_front_of_one_point_is_no_trade_off(axes: Axes, example: Scenario) -> 
     draw_front(axes, example, Front((point(4, 0),)))
     assert len(axes.get_lines()) == 2
     assert np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all()
+
+
+def test_a_front_with_values_beyond_all_floats_is_refused(axes: Axes, example: Scenario) -> None:
+    with pytest.raises(PrefplanError, match="values beyond 1e308 cannot be drawn"):
+        draw_front(axes, example, Front((point(10**309, 0),)))
 
 
 def test_an_incomplete_front_shows_how_far_it_is_complete(axes: Axes, example: Scenario) -> None:
