@@ -66,6 +66,11 @@ def test_letters_are_never_listed() -> None:
     assert WeightedAutomaton(dfa, (("p5", TRUE, 3), ("p1999", TRUE, 2))).readings(0, frozenset())[1].price == 2
 
 
+def test_readings_with_fewer_relaxations_come_first() -> None:
+    readings = WeightedAutomaton(automaton("F a & F b"), (("a", TRUE, 1), ("b", TRUE, 1))).readings(0, frozenset())
+    assert [reading.relaxations for reading in readings] == [(), (0,), (1,), (0, 1)]
+
+
 def test_limits_hold_while_an_automaton_is_built() -> None:
     with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
         automaton("F[0,1000] F[0,1000] a")

@@ -1,20 +1,26 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from skill_runs import assert_good
 
 from prefplan.errors import ModelError
+from prefplan.models.manipulation.symbolic import Action
 from prefplan.models.transition_system import TransitionSystem
 from sim.errors import SimulationError
 from sim.execution.executor import Execution, execute
+from sim.perception.sensors import ExactSensor, ObjectPose
 from sim.robots.robot import Robot
 from sim.simulation.run import FRAME_RATE_HZ, Event
-from sim.simulation.workcell import BLEND_TIME_S
+from sim.simulation.workcell import BLEND_TIME_S, Workcell
 from sim.skills.catalogue import SKILLS
+from sim.skills.release import ReleaseSkill
+from sim.skills.skill import SkillError
 from sim.world.scene import Scene, build_scene, initial_state
 
 REST_SPEED_RAD_S = 0.02
@@ -166,6 +172,38 @@ def test_what_moves_after_an_action_was_confirmed_is_a_mismatch_of_that_action(
     assert not run.check_state(at_rest=at_rest)
     (event,) = run.cell.events
     assert event.kind == "mismatch" and event.detail == {"action": "transit top", "reason": run.reason}
+
+
+class SwayingSensor(ExactSensor):
+    """Observes every object a centimetre to and fro, several times a second."""
+
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+        true = super().observe(scene, data, obj)
+        sway = 0.01 * np.sin(9.0 * data.time)
+        return true and replace(true, position=true.position + [sway, 0.0, 0.0])
+
+
+def test_what_does_not_come_to_rest_is_no_final_state(scene: Scene, system: TransitionSystem) -> None:
+    run = Execution(scene, initial_state(scene), system=system, sensor=SwayingSensor())
+    assert not run.check_state(at_rest=True)
+    assert str(run.reason).endswith(" does not come to rest")
+
+
+class BreakingRelease(ReleaseSkill):
+    """Puts an object down, and then says that it failed."""
+
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
+        super().perform(cell, action, ahead)
+        raise SkillError("broken")
+
+
+def test_no_mark_is_given_by_a_release_that_failed(scene: Scene, system: TransitionSystem) -> None:
+    run = Execution(scene, initial_state(scene), system=system, skills=SKILLS | {"release": BreakingRelease()})
+    for action in COST_OPTIMAL[:3]:
+        assert run.step(action)
+    assert not run.step("release pink san")
+    observed = run.steps[-1].observed
+    assert (observed.place["pink"], observed.marks) == ("san", frozenset())
 
 
 def test_no_mark_is_given_where_nothing_was_put_down(scene: Scene, system: TransitionSystem) -> None:
