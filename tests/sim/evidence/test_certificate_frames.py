@@ -17,11 +17,13 @@ from sim.evidence.log import Log
 from sim.evidence.motion_checks import check_limits
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import Touches, check_contacts
+from sim.geometry.mjcf import columns
 from sim.robots.arms.panda import PANDA
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.run import Event
 from sim.skills import transfer, transport
+from sim.world.shapes import CUBE_EDGE_M
 
 GRAZE_M = 0.002
 """How deep a load penetrates another object as it passes over it, m."""
@@ -104,6 +106,17 @@ def test_a_touch_that_the_log_tells_counts_unless_a_fault_threw_the_object_at_th
     assert check.holds != refuted and (words == check.words) == refuted
     # The states do not show this fault, so that the certificate lets it excuse nothing.
     assert refuted or refutations(log)["contacts"] == words
+
+
+@pytest.mark.parametrize(("near", "far"), [("blue", "pink"), ("pink", "blue")])
+def test_where_one_object_may_be_only_the_nearer_of_two_rests(arch_log: Log, near: str, far: str) -> None:
+    world, qpos = RecordedWorld(arch_log), arch_log.qpos.copy()
+    for obj, off in ((near, -0.02), (far, 0.03)):
+        pose, _ = columns(world.mujoco, obj)
+        qpos[0, pose] = [*world.scene.slots["san"][0].position + [off, 0.0, CUBE_EDGE_M / 2], 1.0, 0.0, 0.0, 0.0]
+    world = RecordedWorld(replace(arch_log, qpos=qpos))
+    world.show(0)
+    assert world.resting(None) == {near: "san", "green": "right"}
 
 
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:

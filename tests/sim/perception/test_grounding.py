@@ -77,6 +77,15 @@ def test_an_object_out_of_place_has_none(scene: Scene, arrange: Arrange, pose: t
     assert "pink" not in places(scene, data)
 
 
+@pytest.mark.parametrize(("near", "far"), [("blue", "pink"), ("pink", "blue")])
+def test_where_one_object_may_be_only_the_nearer_of_two_counts(
+    scene: Scene, arrange: Arrange, near: str, far: str
+) -> None:
+    centre = scene.slots["san"][0].position + [0.0, 0.0, CUBE_EDGE_M / 2]
+    found = places(scene, arrange(**{near: centre - [0.02, 0.0, 0.0], far: centre + [0.03, 0.0, 0.0]}))
+    assert found == {near: "san", "green": "right"}
+
+
 def test_nothing_rests_on_top_without_touching_a_support(scene: Scene, arrange: Arrange) -> None:
     top = scene.slots["top"][0].position + [0.0, 0.0, CUBE_EDGE_M / 2]
     assert "pink" not in places(scene, arrange(blue=(0.62, 0.20, 0.0225), green=(0.3, 0.2, 0.0225)))
