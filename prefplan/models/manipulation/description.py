@@ -76,7 +76,10 @@ class Object:
     fixed: bool = False
     rgba: tuple[float, float, float, float] | None = None
     kind: str = "cube"
-    size: tuple[float, ...] | None = None
+    size: Annotated[
+        tuple[float, ...] | None,
+        Form("a length in metres, or a list of lengths", "a tuple of lengths in metres, such as (0.05,)"),
+    ] = None
     file: str | None = None
     scale: float = 1.0
     body: str | None = None
@@ -126,6 +129,7 @@ def check_objects(model: ManipulationModel) -> None:
     resting: dict[str, list[str]] = {place.name: [] for place in model.locations}
     for obj in model.objects:
         where = f"objects.{obj.name}"
+        check_fields(obj, ModelError, f"{where}.")
         if names.count(obj.name) > 1:
             raise ModelError(f"{where}: defined twice")
         check_known(f"{where}.start", "location", obj.start, resting)

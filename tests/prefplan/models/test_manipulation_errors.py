@@ -33,6 +33,7 @@ A, B = spot("a"), spot("b")
     [
         ([A, A], [], "locations.a: defined twice"),
         ([A], [Object("o", "a"), Object("o", "a")], "objects.o: defined twice"),
+        ([A], [Object("o", "a", size=0.05)], "objects.o.size: must be a tuple of lengths in metres"),  # type: ignore[arg-type]
         ([Location("a")], [], "locations.a: needs exactly one of 'at' (a point on the table) and 'on' (its supports)"),
         ([A, spot("b", on=("a",))], [], "locations.b: needs exactly one of 'at'"),
         (

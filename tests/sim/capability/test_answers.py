@@ -1,0 +1,95 @@
+"""Answers to what the arm can do are kept on disk, and asked for again when anything changes on which they depend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from prefplan.models.manipulation.description import Location, Object
+from prefplan.models.manipulation.model import Fixture, ManipulationModel, RobotSetup
+from sim.capability import answers
+from sim.capability.answers import Capability
+from sim.capability.place_check import PlaceCheck
+
+HERE, THERE = Location("here", at=(0.45, 0.0)), Location("there", at=(0.45, 0.2))
+CUP, JUG = Object("cup", "here"), Object("jug", "there")
+MODEL = ManipulationModel(
+    "home",
+    {"transit": 1, "grasp": 1, "transport": 1, "release": 1},
+    (HERE, THERE, Location("far", at=(0.6, 0))),
+    (CUP,),
+)
+ANSWER = PlaceCheck("cup", "there", "no room", put=False, take_unless=(("jug", "here"),), put_unless=(("jug", "far"),))
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Let an arm give one answer, and keep it in an empty cache; return the list of questions."""
+    questions: list[Any] = []
+
+    class Arm:
+        def __init__(self, scene: object) -> None:
+            pass
+
+        def check(self, obj: str, location: str) -> PlaceCheck:
+            questions.append((obj, location))
+            return ANSWER
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr("sim.capability.feasibility.Feasibility", Arm)
+    return questions
+
+
+def test_an_answer_is_asked_for_once_and_read_as_it_was_written(asked: list[Any]) -> None:
+    first, again = Capability(MODEL), Capability(MODEL)
+    assert [arm.check("cup", "there") for arm in (first, first, again)] == [ANSWER] * 3
+    assert asked == [("cup", "there")]
+    assert Capability(MODEL, kept=False).check("cup", "there") == ANSWER and len(asked) == 2
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(MODEL, objects=(replace(CUP, rgba=(1.0, 0.0, 0.0, 1.0), label="mug"),)),
+        replace(MODEL, locations=(*MODEL.locations[:2], replace(MODEL.locations[2], label="away"))),
+        replace(MODEL, costs=dict.fromkeys(MODEL.kinds, 2), propositions=frozenset({"visitor"})),
+    ],
+)
+def test_looks_and_costs_do_not_matter(asked: list[Any], other: ManipulationModel) -> None:
+    Capability(MODEL).check("cup", "there")
+    Capability(other).check("cup", "there")
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(MODEL, start="far"),
+        replace(MODEL, begin=replace(MODEL.initial_state, places=(("cup", "far"),))),
+        replace(MODEL, robot="panda_suction"),
+        replace(MODEL, robot=RobotSetup("panda", yaw=10.0)),
+        replace(MODEL, fixtures=(Fixture("wall", "box", at=(0.3, 0.3, 0.05), size=(0.1, 0.1, 0.1)),)),
+        replace(MODEL, locations=(HERE, replace(THERE, at=(0.45, 0.21)), MODEL.locations[2])),
+        replace(MODEL, objects=(CUP, JUG)),
+        replace(MODEL, objects=(replace(CUP, size=(0.05,)),)),
+    ],
+)
+def test_everything_else_of_a_scene_does(asked: list[Any], other: ManipulationModel) -> None:
+    Capability(MODEL).check("cup", "there")
+    Capability(other).check("cup", "there")
+    assert len(asked) == 2
+
+
+def test_the_robot_its_meshes_and_the_sources_do(asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    Capability(MODEL).check("cup", "there")
+    Capability(MODEL, robot="panda_suction").check("cup", "there")
+    monkeypatch.setattr(answers, "digest_of_sources", lambda: "changed")
+    Capability(MODEL).check("cup", "there")
+    monkeypatch.setattr(answers, "mesh_folder", lambda: None)
+    Capability(MODEL).check("cup", "there")
+    monkeypatch.setattr(answers, "version", lambda library: "0")
+    Capability(MODEL).check("cup", "there")
+    assert len(asked) == 5
