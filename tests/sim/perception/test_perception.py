@@ -5,16 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from prefplan.models.manipulation.model import Object
 from sim.execution.faults.blind import DropoutSensor
 from sim.perception.sensors import (
     ExactSensor,
     NoisySensor,
+    ObjectPose,
     ObservationTimeoutError,
     mean_pose,
     object_pose,
 )
+from sim.robots.arms.panda import PANDA
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene, initial_state
+from sim.world.shapes import about_z, shape_of
 
 
 def test_an_exact_sensor_sees_what_is_and_a_noisy_one_repeats_itself_by_seed(scene: Scene) -> None:
@@ -42,6 +46,15 @@ def test_noise_is_as_large_as_it_says_and_less_in_a_measurement(scene: Scene) ->
     assert np.allclose(means.std(axis=0), 0.001 / np.sqrt(10), rtol=0.4)
     turns = np.array([np.sin(2 * (pose.yaw - true.yaw)) / 2 for pose in poses])
     assert turns.std() == pytest.approx(0.001 / 0.0225, rel=0.15)
+
+
+@pytest.mark.parametrize("turn", [0, 25, -70, 130])
+def test_the_footprint_of_a_box_is_its_outline_however_it_is_turned(turn: int) -> None:
+    shape = shape_of(Object("x", "spot", kind="box", size=(0.075, 0.045, 0.03)), PANDA.gripper)
+    rotation = about_z(np.radians(turn))
+    corners = ObjectPose(shape, np.array([0.5, 0.1, 0.015]), rotation).footprint.corners
+    outline = [0.5, 0.1] + np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * shape.half[:2] @ rotation[:2, :2].T
+    assert np.allclose(sorted(corners.round(9).tolist()), sorted(outline.round(9).tolist()))
 
 
 def test_looks_of_a_noisy_sensor_take_time_and_those_of_an_exact_one_none(scene: Scene) -> None:
