@@ -11,9 +11,12 @@ from small_models import COSTS, spot
 
 from prefplan import ManipulationModel, NoPlanError, Object, Order, Planner, Problem, UnfinishedError
 from prefplan.errors import LimitError
+from prefplan.limits import Limits
 from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from prefplan.replanning import Past, continue_cheaply
+from prefplan.search.driver import LabelSearch
+from prefplan.search.labels import END
 
 
 @dataclass(frozen=True)
@@ -148,3 +151,21 @@ def test_a_limit_while_the_arm_is_asked_leaves_no_plan_that_it_may_be_unable_to_
     )
     with pytest.raises(UnfinishedError, match="time limit"):
         Planner(Problem(MODEL, EITHER, Order(), feasible=Slow({}))).cheapest()
+
+
+def test_a_plan_that_a_limit_leaves_is_not_given_before_the_arm_was_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    run, ends = LabelSearch._run, list[int]()
+
+    def noted(self: LabelSearch, pops: int) -> int:
+        ends.append(run(self, min(pops, 1)))
+        return ends[-1]
+
+    monkeypatch.setattr(LabelSearch, "_run", noted)
+    monkeypatch.setattr(Limits, "out_of_time", property(lambda self: END.GOALS in ends))
+    left = []
+    for arm in (None, Arm({})):
+        ends.clear()
+        with pytest.raises(UnfinishedError) as caught:
+            Planner(Problem(MODEL, EITHER, Order(), feasible=arm)).cheapest(max_seconds=600)
+        left.append(caught.value.best is not None)
+    assert left == [True, False]

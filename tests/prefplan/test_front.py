@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from prefplan import Front, Plan, PrefplanError, Purchase, Reason
+from prefplan.front import Stats
 
 WHOLE = Front(
     (
@@ -75,6 +76,10 @@ def test_what_stopped_a_search_is_said() -> None:
     assert BEGINNING.ending == "stopped by the time limit; the front is complete below cost 26"
     assert Front((), ended="memory").ending == "stopped by the memory limit"
     assert Front((), ended="interrupt").ending == "interrupted"
+
+
+def test_the_work_of_two_searches_adds_up_but_for_what_one_of_them_held() -> None:
+    assert Stats(3, 4, 5, 600, 1.0, 2.0) + Stats(2, 40, 50, 700, 0.5, 0.25) == Stats(3, 44, 55, 700, 1.5, 2.25)
 
 
 def test_a_data_frame_has_a_row_a_plan() -> None:

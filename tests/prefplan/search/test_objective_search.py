@@ -14,7 +14,7 @@ from judge.planners import PlannerOf, ReferencePlanner
 from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several, replayed, several_front
 from judge.verdict import printed, relaxations
 
-from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError
+from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError, pareto_front
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
@@ -121,3 +121,13 @@ def test_fronts_of_some_objectives_are_those_without_the_others(grid: Problem) -
     assert [tuple(plan.objectives.values())[:2] for plan in projected] == two
     table = projected._repr_html_()
     assert "<th>time</th><th>energy</th><th>noise</th>" in table
+
+
+@pytest.mark.parametrize(("name", "key"), [("cost", "max_cost"), ("preference", "max_preference")])
+def test_of_two_bounds_of_one_objective_the_lower_holds(name: str, key: str) -> None:
+    points = pareto_front("example").points
+    values = sorted(point[("cost", "preference").index(name)] for point in points)
+    assert len(values) > 1
+    for one, other in ((values[0], values[-1]), (values[-1], values[0])):
+        front = pareto_front("example", **{key: one, "at_most": {name: other}})  # type: ignore[arg-type]
+        assert [plan.objectives[name] for plan in front] == [values[0]]

@@ -119,6 +119,17 @@ def test_where_one_object_may_be_only_the_nearer_of_two_rests(arch_log: Log, nea
     assert world.resting(None) == {near: "san", "green": "right"}
 
 
+def test_an_object_is_held_only_while_all_pads_press_it(arch_log: Log) -> None:
+    world = RecordedWorld(arch_log)
+    frame = world.frame_at(arch_log.about.actions[2].end)  # `transport pink san`
+    world.show(frame)
+    held = []
+    for forces in ((10.0, 10.0), (10.0, 0.0), (0.0, 10.0), (0.0, 0.0)):
+        world.pad_forces[:] = forces
+        held.append(world.held())
+    assert held == ["pink", None, None, None]
+
+
 def test_a_bystander_may_not_be_touched_by_the_fingers(arch_log: Log) -> None:
     """The log claims that pink is handled while the fingers hold blue."""
     actions = tuple(replace(a, action=a.action.replace("blue", "green")) for a in arch_log.about.actions)
