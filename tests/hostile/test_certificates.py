@@ -91,9 +91,10 @@ def test_a_false_entry_about_meshes_is_never_proved(bench_log: Log, scenario: Sc
     assert certificate.verdict != "proved" and "other shapes" in certificate.check("simulated again").words
 
 
-def test_a_completed_run_told_as_not_completed_is_refuted(bench_log: Log) -> None:
-    certificate = certify(claiming(bench_log, completed=False, preference=None))
-    assert [check.name for check in certificate.refuted] == ["not completed"]
+def test_a_completed_run_told_as_not_completed_is_refuted_unless_it_was_interrupted(bench_log: Log) -> None:
+    log = claiming(bench_log, completed=False, preference=None)
+    assert [check.name for check in certify(log).refuted] == ["not completed"]
+    assert certify(telling(log, setting=log.about.setting | {"interrupted": True})).confirmed
 
 
 def with_state(log: Log, change: Callable[[mujoco.MjModel, mujoco.MjData], None]) -> Log:

@@ -264,3 +264,6 @@ def test_limits_inside_others_end_with_them() -> None:
         with inner, pytest.raises(LimitError):
             Limits().check()
     assert Limits(seconds=60.0).seconds_left > 50
+    with Limits(seconds=60.0, bytes=1000.0):
+        inner = Limits(seconds=0.0, bytes=10.0)
+        assert inner.out_of_time and inner.bytes <= 10.0
