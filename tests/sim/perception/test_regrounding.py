@@ -54,6 +54,14 @@ def test_what_is_as_the_scenario_has_it_stays_so(scene: Scene, see: See) -> None
     assert found.scene.model.locations == scene.model.locations
 
 
+def test_what_is_fixed_stays_fixed(scene: Scene) -> None:
+    objects = tuple(replace(obj, fixed=obj.name == "green") for obj in scene.model.objects)
+    fixed, data = replace(scene, model=replace(scene.model, objects=objects)), initial_state(scene)
+    poses = true_poses(scene, data)
+    found = reground(fixed, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    assert [obj.name for obj in found.scene.model.objects if obj.fixed] == ["green"]
+
+
 def test_what_lies_off_every_location_gets_one_to_be_taken_from(see: See) -> None:
     found = see(pink=(0.45, 0.12, 0.0225))
     assert found.state.place == {"blue": "left", "pink": "spot1", "green": "right"}

@@ -15,7 +15,8 @@ from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_po
 from sim.perception.touch import HOLD_FORCE_N
 from sim.robots.arms.panda import PANDA
 from sim.simulation.workcell import Workcell
-from sim.skills.catalogue import perform
+from sim.skills.catalogue import SKILLS, perform
+from sim.skills.placing import free_slot
 from sim.skills.release import GLOW_DURATION_S
 from sim.skills.skill import SkillError
 from sim.world.contacts import scale_friction
@@ -27,6 +28,15 @@ from sim.world.shapes import CUBE_EDGE_M
 def own_scene(scene: Scene) -> Scene:
     """Return a scene that a test may spoil."""
     return build_scene(scene.model, meshes=False)
+
+
+def test_what_would_rest_on_supports_of_different_heights_is_not_put_down() -> None:
+    spots = {"left": (0.5, 0.03), "right": (0.5, -0.03), "near": (0.45, 0.3), "far": (0.45, -0.3)}
+    places = (*(Location(name, at=at) for name, at in spots.items()), Location("top", on=("left", "right")))
+    objects = (Object("one", "left"), Object("low", "right", size=(0.035,)), Object("two", "near"), Object("x", "far"))
+    scene = build_scene(ManipulationModel("home", dict.fromkeys(SKILLS, 1), places, objects), meshes=False)
+    with pytest.raises(SkillError, match="x would not rest on low"):
+        free_slot(Workcell(scene, initial_state(scene)), "x", "top")
 
 
 def test_transit_brings_the_empty_hand_over_a_location(scene: Scene) -> None:
