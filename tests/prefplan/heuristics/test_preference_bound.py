@@ -27,6 +27,8 @@ SUM = WeightedSum({f"t{i}": i % 3 + 1 for i in range(6)})
     [
         pytest.param(SUM, 10, id="weighted sum"),
         pytest.param(Expression("max(t0, t1) - min(t0, t1) + t2"), 10, id="spread"),
+        # Tables are of three tasks: none is of both of these, so that only what grows with t2 is bounded.
+        pytest.param(Expression("max(t0, t5) - min(t0, t5) + t2"), 1, id="spread over several tables"),
         # Orders have no bound.
         pytest.param([NamedPreference("order", Order()), NamedPreference("sum", SUM)], 5, id="two preferences"),
     ],
