@@ -61,6 +61,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         model = loaded.model
         assert isinstance(model, pp.ManipulationModel)
         file = out or measurements_file(loaded.path)
+        if file.is_dir():  # else that is known only after everything was measured
+            raise pp.PrefplanError(f"{file}: is a folder; name a file")
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = digest_of_sources()

@@ -150,6 +150,13 @@ def test_the_file_can_be_written_elsewhere(scenario: Path, run: Run, monkeypatch
     assert Path("there/measured.json").exists() and not measurements_file(scenario).exists()
 
 
+def test_a_folder_in_place_of_the_file_is_refused_before_anything_is_measured(
+    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cost_measurement, "measure_all", lambda scene, wanted, jobs: pytest.fail("it is measured"))
+    assert run("measure", "cup.toml", "--out", ".") == (2, "", "prefplan: .: is a folder; name a file\n")
+
+
 def test_every_scenario_that_ships_with_measurements_is_carried_out_below() -> None:
     assert set(EXECUTED) == set(MEASURED)
 
