@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, cycle, groupby, pairwise
+from itertools import accumulate, cycle, groupby
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from prefplan.exact_costs import Number
 from prefplan.text.layout import number
@@ -29,8 +31,8 @@ AREAS = ("#9ecae1", "#fdd0a2", "#a8dba8", "#d4c5e8", "#f7b6c2", "#e6df9c", "#a9d
 MOST_LINED = 60
 """Most cells of a side whose borders are drawn."""
 
-ARROW_CELLS = 5
-"""Cells per arrow on a straight part of the path."""
+ARROW_CELLS = 3
+"""Cells per arrow on the path."""
 
 BLOCK_ROWS = 6.5
 """Height of the actions in a timeline, in rows of tasks."""
@@ -67,17 +69,12 @@ def draw_map(axes: Axes, cells: CellMap, states: Sequence[Cell], done: Mapping[s
     """
     _draw_ground(axes, cells)
     axes.plot(*zip(*states, strict=True), color=PATH, linewidth=2)
-    arrow = {"arrowstyle": "-|>", "color": PATH}
-    x, y = states[0]
-    for (dx, dy), run in groupby((b[0] - a[0], b[1] - a[1]) for a, b in pairwise(states)):
-        length = len(list(run))
-        count = max(1, round(length / ARROW_CELLS))
-        for k in range(count):
-            # On the right of the path, where arrows of a way back do not meet them.
-            middle = length * (k + 0.5) / count
-            tip = (x + (middle + 0.2) * dx + 0.1 * dy, y + (middle + 0.2) * dy - 0.1 * dx)
-            axes.annotate("", tip, (tip[0] - 0.4 * dx, tip[1] - 0.4 * dy), arrowprops=arrow)
-        x, y = x + length * dx, y + length * dy
+    x, y = np.array(states)[:-1:ARROW_CELLS].T
+    dx, dy = np.diff(states, axis=0)[::ARROW_CELLS].T
+    # On the right of the path, where arrows of a way back do not meet them.
+    heads: dict[str, Any] = {"headwidth": 5, "headlength": 5, "headaxislength": 5, "minshaft": 1, "width": 0.006}
+    middle = x + 0.5 * dx + 0.1 * dy, y + 0.5 * dy - 0.1 * dx
+    axes.quiver(*middle, dx, dy, color=PATH, pivot="mid", angles="xy", scale=2.5, scale_units="xy", **heads)
     axes.plot(*states[0], "o", color=PATH, markerfacecolor="white")
     bold: dict[str, Any] = {"weight": "bold", "color": PATH, "parse_math": False}
     for step in dict.fromkeys(done.values()):
