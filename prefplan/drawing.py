@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import accumulate, cycle, groupby
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +15,10 @@ if TYPE_CHECKING:
     # Loaded only when something is drawn.
     from matplotlib.axes import Axes
 
+    from prefplan.models.grid import GridModel
+
 Cell = tuple[int, int]
 """x y."""
-
-Boxes = Mapping[str, Sequence[tuple[int, int, int, int]]]
-"""Boxes x0 y0 x1 y1 by name, corners inclusive, in cells."""
 
 PATH, OBSTACLE, GROUND, BORDER = "#0072b2", "#555b66", "#efe6d3", "#dfe3e8"
 """Colours of a plan's own path or progress, and of a map."""
@@ -41,33 +39,16 @@ NARROWEST = 0.025
 """Least share of a plan's cost of an action whose text fits into its block."""
 
 
-@dataclass(frozen=True)
-class CellMap:
-    """What a map of a grid shows.
-
-    Attributes:
-        size: (width, height) in cells.
-        regions: boxes in which a proposition holds.
-        obstacles: boxes that cannot be entered.
-        terrain: boxes with a cost of their own.
-    """
-
-    size: tuple[int, int]
-    regions: Boxes
-    obstacles: Boxes
-    terrain: Boxes
-
-
-def draw_map(axes: Axes, cells: CellMap, states: Sequence[Cell], done: Mapping[str, int]) -> None:
-    """Draw a plan on its map.
+def draw_map(axes: Axes, grid: GridModel, states: Sequence[Cell], done: Mapping[str, int]) -> None:
+    """Draw a plan on the map of its grid.
 
     Args:
         axes: where to draw, in cells.
-        cells: the map.
+        grid: the grid.
         states: (K + 1,) the cells of the plan.
         done: by name of each task that the plan satisfies, after how many actions.
     """
-    _draw_ground(axes, cells)
+    _draw_ground(axes, grid)
     axes.plot(*zip(*states, strict=True), color=PATH, linewidth=2)
     x, y = np.array(states)[:-1:ARROW_CELLS].T
     dx, dy = np.diff(states, axis=0)[::ARROW_CELLS].T
@@ -83,22 +64,22 @@ def draw_map(axes: Axes, cells: CellMap, states: Sequence[Cell], done: Mapping[s
         axes.annotate(names, states[step], xytext=(6, -12), textcoords="offset points", **bold)
 
 
-def _draw_ground(axes: Axes, cells: CellMap) -> None:
+def _draw_ground(axes: Axes, grid: GridModel) -> None:
     """Draw terrain, regions with their names, obstacles and the borders of the cells."""
     from matplotlib.patches import Rectangle
 
-    width, height = cells.size
+    width, height = grid.size
     axes.set(aspect="equal", xlim=(-0.5, width - 0.5), ylim=(-0.5, height - 0.5), xticks=[], yticks=[])
-    areas = [(GROUND, *each) for each in cells.terrain.items()]
-    areas += [(colour, *each) for colour, each in zip(cycle(AREAS), cells.regions.items(), strict=False)]
-    areas += [(OBSTACLE, *each) for each in cells.obstacles.items()]
+    areas = [(GROUND, name, terrain.boxes) for name, terrain in grid.terrain.items()]
+    areas += [(colour, *each) for colour, each in zip(cycle(AREAS), grid.regions.items(), strict=False)]
+    areas += [(OBSTACLE, *each) for each in grid.obstacles.items()]
     for colour, name, boxes in areas:
         for x0, y0, x1, y1 in boxes:
             axes.add_patch(Rectangle((x0 - 0.5, y0 - 0.5), x1 - x0 + 1, y1 - y0 + 1, facecolor=colour, gid=name))
-    if max(cells.size) <= MOST_LINED:
+    if max(grid.size) <= MOST_LINED:
         axes.vlines([x + 0.5 for x in range(width)], -0.5, height - 0.5, BORDER, linewidth=0.6)
         axes.hlines([y + 0.5 for y in range(height)], -0.5, width - 0.5, BORDER, linewidth=0.6)
-    for name, boxes in cells.regions.items():
+    for name, boxes in grid.regions.items():
         # In the corner, as paths lead through the centres of cells.
         left, _, _, top = max(boxes, key=lambda box: (box[2] - box[0] + 1) * (box[3] - box[1] + 1))
         axes.text(left - 0.45, top + 0.45, name, verticalalignment="top", parse_math=False)

@@ -12,7 +12,7 @@ from itertools import accumulate
 from operator import ge
 from typing import TYPE_CHECKING, cast, overload
 
-from prefplan.drawing import Cell, CellMap, draw_map, draw_timeline
+from prefplan.drawing import Cell, draw_map, draw_timeline
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.text.layout import number, numbered
 from prefplan.text.names import DisplayNames
@@ -20,6 +20,8 @@ from prefplan.text.names import DisplayNames
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from prefplan.models.grid import GridModel
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""
@@ -86,7 +88,7 @@ class Plan:
     costs: dict[str, Number] = field(default_factory=dict)
     preferences: dict[str, Number] = field(default_factory=dict)
     action_costs: tuple[Number, ...] = field(default=(), compare=False)
-    map: CellMap | None = field(default=None, repr=False, compare=False)
+    map: GridModel | None = field(default=None, repr=False, compare=False)
     display: DisplayNames = field(default=DisplayNames(), repr=False, compare=False)
 
     @property

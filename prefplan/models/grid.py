@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from prefplan.drawing import CellMap
 from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory, check_limits
@@ -85,7 +84,8 @@ class GridModel:
         check_names(self.regions, where="regions")
         check_names(self.propositions, where="propositions")
         check_names(self.terrain, where="terrain")
-        areas = {"regions": self.regions, "obstacles": self.obstacles, "terrain": self._rough}
+        rough = {name: terrain.boxes for name, terrain in self.terrain.items()}
+        areas = {"regions": self.regions, "obstacles": self.obstacles, "terrain": rough}
         named = [(kind, name, box) for kind in areas for name, boxes in areas[kind].items() for box in boxes]
         for kind, name, (x0, y0, x1, y1) in named:
             where = f"{kind}.{name}: box {[x0, y0, x1, y1]}"
@@ -96,11 +96,6 @@ class GridModel:
         for kind, name, (x0, y0, x1, y1) in named:
             if kind == "obstacles" and x0 <= self.start[0] <= x1 and y0 <= self.start[1] <= y1:
                 raise ModelError(f"start: {list(self.start)} lies in obstacle {name!r}")
-
-    @property
-    def _rough(self) -> dict[str, Sequence[GridBox]]:
-        """The boxes of each terrain."""
-        return {name: terrain.boxes for name, terrain in self.terrain.items()}
 
     @property
     def cost_names(self) -> tuple[str, ...]:
@@ -147,7 +142,7 @@ class GridModel:
             action_names=tuple(MOVES),
             label_sets=label_sets,
             propositions=self.valid_propositions,
-            map=CellMap(self.size, self.regions, self.obstacles, self._rough),
+            map=self,
         )
 
     @property
