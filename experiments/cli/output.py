@@ -71,7 +71,8 @@ def _geometry_json(scenario: pp.Scenario, planner: pp.Planner) -> dict[str, Any]
     if scenario.feasible is None or getattr(scenario.feasible, "failed", False):
         return {"geometry": "abstract" if scenario.model.abstract else "not checked"}
     assert (found := planner.geometry) is not None
-    left_out = [{"object": one.obj, "location": one.location, "reason": one.reason} for one in found.left_out]
+    places = found.left_out.items()
+    left_out = [{"object": obj, "location": place, "reason": reason} for (obj, place), reason in places]
     return {"geometry": "checked", "left_out": left_out, "if_it_could": list(found.abstract) if left_out else []}
 
 

@@ -9,7 +9,6 @@ without that; leaving actions out makes no plan cheaper, so plans that hold are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
 
@@ -45,37 +44,19 @@ class Feasible(Protocol):
         """Return what the arm can do with an object at a location: grasp it there, put it down there."""
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """An object at a location with which the arm cannot do what some plan would need.
-
-    Attributes:
-        obj: the object.
-        location: the location.
-        reason: why it cannot.
-    """
-
-    obj: str
-    location: str
-    reason: str
-
-    def __str__(self) -> str:
-        """Return it as a clause."""
-        return f"{self.obj} at {self.location} ({self.reason})"
-
-
 class Geometry:
     """What is known of what an arm can do, as far as plans needed it, and what was left out of them for that.
 
     Attributes:
-        left_out: what plans needed and the arm cannot do, in the order in which it was found.
+        left_out: by object and location, why the arm cannot do there what plans needed, in the order in which it was
+            found.
         abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
             empty if nothing was left out.
     """
 
     def __init__(self, feasible: Feasible, past: int = 0) -> None:
         """Take whom to ask, and the number of actions with which every plan begins, which are done already."""
-        self.left_out: list[LeftOut] = []
+        self.left_out: dict[tuple[str, str], str] = {}
         self.abstract: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
         self._answers: dict[tuple[str, str], Answer] = {}
@@ -95,8 +76,7 @@ class Geometry:
                 answer = self._answers[pair]
                 if self._violates(plan, answer):
                     self.abstract = self.abstract or [each.objectives for each in plans]
-                    if pair not in ((one.obj, one.location) for one in self.left_out):
-                        self.left_out.append(LeftOut(*pair, answer.reason or "the arm cannot"))
+                    self.left_out.setdefault(pair, answer.reason or "the arm cannot")
                     found.update(dict.fromkeys(answer.barred))
         return list(found)
 
@@ -110,8 +90,8 @@ class Geometry:
         """What was left out and its price, as one line; None if nothing was."""
         if not self.left_out:
             return None
-        more = len(self.left_out) - MOST_NAMED
-        named = [*map(str, self.left_out[:MOST_NAMED]), *([f"{more} more"] if more > 0 else [])]
+        said = [f"{obj} at {location} ({reason})" for (obj, location), reason in self.left_out.items()]
+        named = said[:MOST_NAMED] + [f"{len(said) - MOST_NAMED} more"] * (len(said) > MOST_NAMED)
         values = ", ".join(f"{name} {number(value)}" for name, value in self.abstract[0].items())
         return f"The arm cannot do {'; '.join(named)}. If it could: {values}."
 

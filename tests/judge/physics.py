@@ -47,7 +47,7 @@ def excluded(scenario: Scenario, scene: Scene) -> list[PlaceCheck]:
     with suppress(PrefplanError), Limits(bytes=MAX_BYTES, seconds=MAX_SECONDS):
         planner.cheapest()
     assert planner.geometry is not None
-    return [arm.check(one.obj, one.location) for one in planner.geometry.left_out]
+    return [arm.check(*pair) for pair in planner.geometry.left_out]
 
 
 def trials(model: ManipulationModel, found: PlaceCheck) -> Iterator[Rehearsal]:

@@ -112,7 +112,7 @@ def test_no_plan_is_left() -> None:
     with pytest.raises(NoPlanError, match="task t can never be satisfied"):
         planner.cheapest()
     assert planner.geometry is not None
-    assert [str(one) for one in planner.geometry.left_out] == ["cup at far (too far)"]
+    assert planner.geometry.left_out == {("cup", "far"): "too far"}
 
 
 def test_a_problem_says_whether_it_is_abstract() -> None:
