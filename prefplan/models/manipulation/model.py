@@ -169,7 +169,7 @@ class ManipulationModel:
     def transition_system(self) -> System:
         """Return what is reachable from `initial_state` as a system, see `listed_states`.
 
-        Each state is a `ManipulationState`; actions are in the order of the operators, then in file order.
+        Each state is a `ManipulationState`; actions are in the order of the operators, of each as it yields them.
 
         Raises:
             ModelError: `begin` has names that are not of the model, or leaves an object without a place.

@@ -38,7 +38,7 @@ class Operator(ABC):
 
     @abstractmethod
     def outcomes(self, model: ManipulationModel, state: ManipulationState) -> Outcomes:
-        """Return the applicable actions of a state, each with its successor."""
+        """Return the applicable actions of a state, in the order in which they are tried, each with its successor."""
 
 
 @dataclass(frozen=True)

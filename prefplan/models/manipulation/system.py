@@ -146,15 +146,10 @@ class ManipulationSystem(System):
         Raises:
             ModelError: an operator yields an action of another kind.
         """
-        names = (self.space.objects, self.space.locations)
-        objects, locations = ({name: k for k, name in enumerate(each, start=1)} for each in names)
         for operator in self.operators:
-            outcomes = list(operator.outcomes(self.space.model, state))
-            for action, _ in outcomes:
+            for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-            outcomes.sort(key=lambda each: (objects.get(each[0].obj, 0), locations.get(each[0].location, 0)))
-            for action, after in outcomes:
                 if not any(conditions <= state.label for conditions in self._conditions.get(str(action), ())):
                     yield action, after
 
