@@ -77,10 +77,6 @@ class TransitionSystem(System):
         """This system."""
         return self
 
-    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> TransitionSystem:
-        """See `System.reduced`; here this system."""
-        return self
-
     def decode(self, state: int) -> Hashable:
         """See `System.decode`."""
         return self.states[state]

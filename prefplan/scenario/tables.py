@@ -15,7 +15,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 from prefplan.errors import ScenarioError, check_known, choices
 from prefplan.exact_costs import Number
-from prefplan.text.forms import Form, types_of
+from prefplan.text.forms import types_of
 
 T = TypeVar("T")
 
@@ -31,7 +31,17 @@ HEADINGS = {
 }
 """Headings of a file's tables, below which a key of the same name belongs to the table of the heading before."""
 
-NOUNS: dict[Any, str] = {str: "a string", int: "an integer", bool: "true or false", list: "a list", Mapping: "a table"}
+NUMBERS = (numbers.Real, Decimal)
+
+NOUNS: dict[Any, str] = {
+    str: "a string",
+    int: "an integer",
+    NUMBERS: "a number",
+    bool: "true or false",
+    list: "a list",
+    Mapping: "a table",
+}
+"""What a value is, for messages."""
 
 
 def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...] = (), **given: Any) -> T:
@@ -85,7 +95,13 @@ def decode(kind: Any, value: Any, where: str) -> Any:
     if kind is Any:
         return value
     if origin is Annotated:
-        return _decode_form(parts[0], value, where, parts[1])
+        try:
+            return decode(parts[0], value, where)
+        except ScenarioError as error:
+            # An error in a key of the value says more than how the value is written.
+            if "." in str(error).removeprefix(where).partition(":")[0]:
+                raise
+            raise ScenarioError(f"{where}: must be {parts[1].file}, not {_shown(value)}") from None
     if isinstance(kind, type) and is_dataclass(kind):
         return decode_table(kind, value, where)
     if origin in (Union, types.UnionType):
@@ -96,18 +112,7 @@ def decode(kind: Any, value: Any, where: str) -> Any:
         return _decode_each(parts, value, where)
     if origin is not None:
         return (frozenset if origin is frozenset else tuple)(_decode_several(parts[0], value, where))
-    return float(_number(value, where)) if kind is float else _typed(kind, value, where)
-
-
-def _decode_form(kind: Any, value: Any, where: str, form: Form) -> Any:
-    """Return a value of a type; an error in the value itself, not in a key of it, says how the value is written."""
-    try:
-        return decode(kind, value, where)
-    except ScenarioError as error:
-        place = str(error).removeprefix(where).partition(":")[0]
-        if "." in place:
-            raise
-        raise ScenarioError(f"{where}: must be {form.file}, not {_shown(value)}") from None
+    return float(_typed(NUMBERS, value, where)) if kind is float else _typed(kind, value, where)
 
 
 def _keys(kind: Any) -> dict[str, Field[Any]]:
@@ -120,7 +125,7 @@ def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
     """Return a value as that of several types which matches its form; None never occurs in a file."""
     table = isinstance(value, Mapping) and any(get_origin(kind) is Mapping for kind in kinds)
     if set(get_args(Number)) <= set(kinds) and not table:
-        return _number(value, where)
+        return _typed(NUMBERS, value, where)
     generic = [kind for kind in kinds if get_origin(kind)]
     named = [kind for kind in kinds if not get_origin(kind) and kind is not types.NoneType]
     alone = not table and sum(map(is_dataclass, named)) == 1
@@ -151,14 +156,8 @@ def _decode_each(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, .
     return tuple(decode(kind, entry, f"{where}[{i}]") for i, (kind, entry) in enumerate(zip(kinds, value, strict=True)))
 
 
-def _number(value: Any, where: str) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (numbers.Real, Decimal)):
-        raise ScenarioError(f"{where}: must be a number, not {_shown(value)}")
-    return value
-
-
 def _typed(kind: Any, value: Any, where: str) -> Any:
-    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+    if not isinstance(value, kind) or (kind in (int, NUMBERS) and isinstance(value, bool)):
         raise ScenarioError(f"{where}: must be {NOUNS[kind]}, not {_shown(value)}")
     return value
 
