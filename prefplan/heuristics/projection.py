@@ -73,7 +73,7 @@ class Projection:
         small = _without(view, kept, start)
         symmetry = Symmetry(small, names, places_alike=bool(view.neutral))
         space = StateCodes(small, names)
-        moves = moves_of(space, symmetry.neutral, symmetry.alike)
+        moves = moves_of(space, symmetry)
         poses = len(space.hands)
         prices = CostTable("price", np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses), Fraction(1))
         first = int(canonical(moves, space.encode(small.initial_state, where="start")))

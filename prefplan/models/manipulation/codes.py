@@ -37,10 +37,10 @@ class StateCodes:
         mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
     """
 
-    def __init__(self, model: ManipulationModel, visible: Collection[str] | None = None) -> None:
+    def __init__(self, model: ManipulationModel, visible: Collection[str]) -> None:
         """Lay out the digits; the hand may be over no location at the start.
 
-        States tell only of `visible` propositions whether an object has a mark; None for all.
+        States tell only of `visible` propositions whether an object has a mark.
         """
         self.model, start = model, model.initial_state
         self.locations = [place.name for place in model.locations]
@@ -57,7 +57,7 @@ class StateCodes:
         self._hand_slots = {hand: i for hand, (name, i) in zip(poses, self._slots, strict=True) if hand != name}
         self.radices = [len(self.hands)] + [self.held + 1] * len(self.objects)
         pairs = ((obj, mark) for obj in self.objects for mark in model.marks)
-        carried = [pair for pair in pairs if visible is None or marked(*pair) in visible]
+        carried = [pair for pair in pairs if marked(*pair) in visible]
         self.mark_digits = {pair: len(self.radices) + d for d, pair in enumerate(carried)}
         self.radices += [2] * len(carried)
         self.weights = [1]
@@ -65,14 +65,14 @@ class StateCodes:
             self.weights.append(self.weights[-1] * radix)
         self.bound = self.weights.pop()
 
-    def visible(self, names: Collection[str] | None) -> list[tuple[int, list[str]]]:
+    def visible(self, names: Collection[str]) -> list[tuple[int, list[str]]]:
         """Return the digits on which some propositions depend, with the one, or "", that each value makes true."""
         digits = [
             (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
             for o, obj in enumerate(self.objects)
         ]
         digits += [(d, ["", marked(*pair)]) for pair, d in self.mark_digits.items()]
-        kept = [(d, [name if names is None or name in names else "" for name in values]) for d, values in digits]
+        kept = [(d, [name if name in names else "" for name in values]) for d, values in digits]
         return [(d, values) for d, values in kept if any(values)]
 
     def digit(self, codes: np.ndarray, d: int) -> np.ndarray:

@@ -11,9 +11,9 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.exclusions import exclusion_arrays, read_exclusions
+from prefplan.models.manipulation.exclusions import exclusion_arrays
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
-from prefplan.models.system import Barred
+from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import OnDemand, TransitionSystem
 
 CHUNK = 2**13
@@ -22,13 +22,10 @@ CHUNK = 2**13
 EDGE_BYTES = 40
 """Memory for each edge while states are numbered."""
 
-Classes = Collection[Collection[str]]
-"""Names of objects or of locations in classes, within which they may be exchanged."""
 
-
-def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barred: Barred = ()) -> Moves:
-    """Return a model as arrays, given its neutral locations and alike objects in classes, see `symmetry`."""
-    model, names = space.model, space.locations
+def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
+    """Return a model as arrays, given what may be exchanged."""
+    model, names, neutral, alike = space.model, space.locations, symmetry.neutral, symmetry.alike
     # Only where locations are neutral does an object that is alone take another one.
     alone = [[o] for o, obj in enumerate(space.objects) if neutral and not any(obj in each for each in alike)]
     objects = alone + [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
@@ -38,7 +35,7 @@ def moves_of(space: StateCodes, neutral: Classes = (), alike: Classes = (), barr
         members = [x for x, name in enumerate(names) if name in each]
         class_of[members] = number
         places[number, : len(members)] = members
-    excluded, first, conditions = exclusion_arrays(space, action_names(space), read_exclusions(model, barred))
+    excluded, first, conditions = exclusion_arrays(space, action_names(space), symmetry.exclusions)
     below = np.array([[name in place.on for name in names] for place in model.locations])
     empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
     closed = np.array([place.closed for place in model.locations])
@@ -75,12 +72,12 @@ def action_names(space: StateCodes) -> tuple[str, ...]:
 
 
 def listed(
-    space: StateCodes, moves: Moves, costs: Collection[CostTable], start: int, names: Collection[str] | None = None
+    space: StateCodes, moves: Moves, costs: Collection[CostTable], start: int, names: Collection[str]
 ) -> tuple[TransitionSystem, np.ndarray]:
     """List the canonical states that can be reached from one by the standard operators.
 
     States of one distance from the start are in the order of their codes, which are returned, too, as (S,) int64. Costs
-    are (K, H, H), as in `CostTable`; labels keep some propositions, all for None.
+    are (K, H, H), as in `CostTable`; labels keep the propositions `names`.
 
     Raises:
         ModelError: there are too many states for 64-bit integers, or the cost of an action was not measured.
@@ -138,7 +135,7 @@ def _check_limits(edges: int) -> None:
 
 
 def _labels(
-    space: StateCodes, codes: np.ndarray, names: Collection[str] | None
+    space: StateCodes, codes: np.ndarray, names: Collection[str]
 ) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
     """Return (S,) each state's label, restricted to some names, as an index, and the distinct labels."""
     keys = np.zeros(len(codes), dtype=np.int64)

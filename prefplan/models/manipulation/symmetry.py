@@ -51,6 +51,7 @@ class Symmetry:
 
     Attributes:
         model: the model.
+        barred: actions that do not exist where some propositions hold. exclusions: the same, read for the model.
         visible: the propositions that are visible.
         neutral: names of the neutral locations, in classes.
         alike: names of the movable objects of which nothing is visible, in classes.
@@ -63,9 +64,9 @@ class Symmetry:
 
         The propositions `names` are visible, and the marks on which barred actions depend.
         """
-        self.model, self._barred, self._exclusions = model, barred, read_exclusions(model, barred)
-        actions = [action for action, _ in self._exclusions]
-        conditions = {pair for _, pairs in self._exclusions for pair in pairs}
+        self.model, self.barred, self.exclusions = model, barred, read_exclusions(model, barred)
+        actions = [action for action, _ in self.exclusions]
+        conditions = {pair for _, pairs in self.exclusions for pair in pairs}
         self._excluded = {action.location for action in actions}.union(what for _, what in conditions)
         self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
@@ -81,8 +82,8 @@ class Symmetry:
             for obj in model.objects
             if not obj.fixed and not self.visible & {name for name, _ in model.propositions_of(obj.name)}
         ]
-        self.neutral = classes(neutral, self._exclusions)
-        self.alike = classes(alike, self._exclusions, objects=True)
+        self.neutral = classes(neutral, self.exclusions)
+        self.alike = classes(alike, self.exclusions, objects=True)
 
     @property
     def neutral_locations(self) -> tuple[str, ...]:
@@ -100,7 +101,7 @@ class Symmetry:
         places = start.place
         if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
             return self
-        blockers = {obj for action, pairs in self._exclusions for obj, _ in pairs if obj != action.obj}
+        blockers = {obj for action, pairs in self.exclusions for obj, _ in pairs if obj != action.obj}
         fixed = {obj.name for obj in model.objects if obj.fixed}
         idle = {obj for obj in fixed.union(*self.alike) - blockers if places.get(obj) in neutral}
         taken = [place for obj, place in places.items() if obj not in idle and place in neutral]
@@ -126,7 +127,7 @@ class Symmetry:
         )
         assert {place for _, place in begin.places} <= {place.name for place in kept}
         smaller = replace(model, locations=kept, objects=objects, begin=begin)
-        return Symmetry(smaller, self.visible, self._barred)
+        return Symmetry(smaller, self.visible, self.barred)
 
 
 def _loads_cost(costs: ActionCosts) -> bool:

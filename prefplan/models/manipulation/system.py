@@ -14,8 +14,8 @@ from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
 from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables, unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.listing import Classes, listed, moves_of
-from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator
+from prefplan.models.manipulation.listing import listed, moves_of
+from prefplan.models.manipulation.operators import STANDARD_OPERATORS
 from prefplan.models.manipulation.successors import Moves, canonical
 from prefplan.models.manipulation.symbolic import Action, ManipulationState
 from prefplan.models.manipulation.symmetry import Symmetry, most_states
@@ -37,16 +37,17 @@ def transition_system(model: ManipulationModel) -> System:
     Raises:
         ModelError: the start is not a state of the model, or a state does not fit an integer.
     """
-    space = StateCodes(model)
+    symmetry = Symmetry(model, model.own_propositions, places_alike=False)
+    space = StateCodes(model, symmetry.visible)
     system = ManipulationSystem(
         start=space.start,
         costs=cost_tables(model, space.hands),
         propositions=model.valid_propositions,
         display=model.display,
         space=space,
-        operators=tuple(model.operators),
+        symmetry=symmetry,
     )
-    if system.operators == STANDARD_OPERATORS and most_states(model) > model.listed_states:
+    if tuple(model.operators) == STANDARD_OPERATORS and most_states(model) > model.listed_states:
         return system
     return system.listed
 
@@ -60,25 +61,17 @@ class ManipulationSystem(System):
 
     Attributes:
         space: the encoding of the states.
-        operators: the kinds of actions.
-        barred: actions that do not exist where some propositions hold.
-        neutral: names of the locations that may be exchanged within each class.
-        alike: names of the objects that may be exchanged within each class.
-        visible: the propositions that are kept in the labels of listed states; None for all.
+        symmetry: the model, the propositions that are kept, what may be exchanged, and the actions that do not exist.
     """
 
     space: StateCodes
-    operators: tuple[Operator, ...]
-    barred: Barred = ()
-    neutral: Classes = ()
-    alike: Classes = ()
-    visible: frozenset[str] | None = None
+    symmetry: Symmetry
 
     @cached_property
     def moves(self) -> Moves:
         """The model as arrays; its codes must be small."""
         compile_kernels()
-        return moves_of(self.space, self.neutral, self.alike, self.barred)
+        return moves_of(self.space, self.symmetry)
 
     @property
     def first(self) -> int:
@@ -101,8 +94,8 @@ class ManipulationSystem(System):
         Raises:
             ModelError: a state does not fit an integer, or the cost of an action was not measured.
         """
-        if self.operators == STANDARD_OPERATORS:
-            system, _ = listed(self.space, self.moves, self.costs, self.first, self.visible)
+        if tuple(self.space.model.operators) == STANDARD_OPERATORS:
+            system, _ = listed(self.space, self.moves, self.costs, self.first, self.symmetry.visible)
         else:
             system = self._listed_by_operators()
         return replace(system, propositions=self.propositions, display=self.display)
@@ -130,7 +123,8 @@ class ManipulationSystem(System):
 
     def without(self, barred: Barred) -> ManipulationSystem:
         """See `System.without`."""
-        return replace(self, barred=(*self.barred, *barred))
+        old = self.symmetry
+        return replace(self, symmetry=Symmetry(old.model, old.visible, (*old.barred, *barred), places_alike=False))
 
     def decode(self, state: ManipulationState) -> ManipulationState:
         """See `System.decode`."""
@@ -146,7 +140,7 @@ class ManipulationSystem(System):
         Raises:
             ModelError: an operator yields an action of another kind.
         """
-        for operator in self.operators:
+        for operator in self.space.model.operators:
             for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
@@ -157,13 +151,13 @@ class ManipulationSystem(System):
     def _conditions(self) -> dict[str, list[frozenset[str]]]:
         """By action, the sets of propositions of which any that hold together exclude it."""
         found: dict[str, list[frozenset[str]]] = {}
-        for conditions, action in self.barred:
+        for conditions, action in self.symmetry.barred:
             found.setdefault(action, []).append(conditions)
         return found
 
     def _costs(self, action: Action, before: ManipulationState, after: ManipulationState) -> tuple[Fraction, ...]:
         """Return every cost of an action, in the user's units."""
-        k = [operator.kind for operator in self.operators].index(action.kind)
+        k = self.space.model.kinds.index(action.kind)
         i, j = (self.space.hand(state, where=f"after `{action}`") for state in (before, after))
         counts = [int(each.entries[k, i, j]) for each in self.costs]
         if UNMEASURED in counts:
@@ -190,7 +184,7 @@ class ManipulationSystem(System):
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """See `System.reduced`; the smaller model may be listed."""
         model = self.space.model
-        symmetry = Symmetry(model, names, self.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
+        symmetry = Symmetry(model, names, self.symmetry.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
         if stutter_invariant:
             symmetry = symmetry.relevant()
         space = StateCodes(symmetry.model, symmetry.visible)
@@ -200,9 +194,7 @@ class ManipulationSystem(System):
             start=space.start,
             costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
             space=space,
-            neutral=symmetry.neutral,
-            alike=symmetry.alike,
-            visible=symmetry.visible,
+            symmetry=symmetry,
         )
 
     def actions_through(self, codes: Sequence[int]) -> list[str]:

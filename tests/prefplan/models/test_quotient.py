@@ -139,7 +139,7 @@ def test_an_object_in_the_way_is_moved() -> None:
 def test_twenty_objects_whose_states_no_machine_word_holds() -> None:
     places = [*(spot(f"s{k}") for k in range(24)), spot("bin", capacity=4)]
     model = ManipulationModel("home", COSTS, tuple(places), tuple(Object(f"o{k}", f"s{k}") for k in range(20)))
-    assert StateCodes(model).bound > 2**64
+    assert StateCodes(model, model.own_propositions).bound > 2**64
     tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_s9 & o3_bin)")]
     (plan,) = pareto_front(Problem(model.transition_system(), tasks, Order()))
     # Five objects are moved: the four, and what stands at s9.
