@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,14 @@ def graphml(model: Model, folder: Path) -> dict[str, Any]:
         data["cost"] = str(data["cost"])
     nx.write_graphml(graph, folder / "town.graphml", named_key_ids=True)
     return {"file": "town.graphml"}
+
+
+def node_link(model: Model, folder: Path) -> dict[str, Any]:
+    """Write a graph as node-link JSON."""
+    graph = networkx_graph(model)
+    data = nx.node_link_data(graph, edges="edges" if len(graph) % 2 else "links")
+    (folder / "town.json").write_text(json.dumps(data))
+    return {"file": "town.json"}
 
 
 def tables(model: Model, folder: Path) -> dict[str, Any]:
@@ -57,7 +66,7 @@ def dimacs(model: Model, folder: Path) -> dict[str, Any]:
     }
 
 
-WRITERS: Sequence[Callable[[Model, Path], dict[str, Any]]] = (graphml, tables, dimacs)
+WRITERS: Sequence[Callable[[Model, Path], dict[str, Any]]] = (graphml, node_link, tables, dimacs)
 
 
 def states_of(model: Model) -> list[str]:

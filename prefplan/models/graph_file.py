@@ -49,7 +49,7 @@ class Network:
 
 @dataclass(frozen=True)
 class GraphFileModel:
-    """A graph in a file: GraphML, CSV or DIMACS, also compressed with gzip.
+    """A graph in a file: GraphML, CSV, node-link JSON or DIMACS, also compressed with gzip.
 
     Attributes:
         folder: folder of the files.
@@ -91,7 +91,7 @@ class GraphFileModel:
     @property
     def valid_propositions(self) -> frozenset[str]:
         """Every name that a formula may use; files are read if they may have labels (errors as in `network`)."""
-        with_labels = isinstance(self.file, str) and ending(self.file) == ".graphml"
+        with_labels = isinstance(self.file, str) and ending(self.file) in (".graphml", ".json")
         if with_labels or ending(self.nodes or "") == ".csv":
             return self.network.system.propositions
         return self.propositions.union(*self.labels.values())

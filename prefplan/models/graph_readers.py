@@ -1,4 +1,4 @@
-"""Readers of graph files: GraphML by networkx, CSV and DIMACS line by line; also with gzip."""
+"""Readers of graph files: GraphML and node-link JSON by networkx, CSV and DIMACS line by line; also with gzip."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import gc
 import gzip
 import io
+import json
 import warnings
 import zlib
 from array import array
@@ -14,11 +15,14 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, count
 from pathlib import Path
 from sys import intern
-from typing import IO, Any, TypeVar, cast
+from typing import IO, TYPE_CHECKING, Any, TypeVar, cast
 from xml.etree.ElementTree import ParseError
 
 from prefplan.errors import ModelError, check_known, prefixed
 from prefplan.limits import check_limits
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 T = TypeVar("T")
 
@@ -118,17 +122,40 @@ def _graphml(contents: bytes, key: str) -> Listing:
 
     try:
         with warnings.catch_warnings(action="ignore"):
-            graph = nx.read_graphml(io.BytesIO(contents), node_type=_clocked, force_multigraph=True)
+            return _of_graph(nx.read_graphml(io.BytesIO(contents), node_type=_clocked, force_multigraph=True))
     except ParseError as error:
         raise ModelError(f"line {error.position[0]}: not XML: {str(error).partition(':')[0]}") from None
     except (nx.NetworkXError, ValueError, LookupError, TypeError) as error:
         raise ModelError(f"not GraphML: {error}") from None
+
+
+def _node_link(contents: bytes, key: str) -> Listing:
+    import networkx as nx
+
+    try:
+        top = {"nodes": [], **json.loads(contents, object_hook=_clocked), "multigraph": True}
+        edges = "links" if "links" in top and "edges" not in top else "edges"  # before networkx 3.4, and since
+        clocked = {key: map(_clocked, top[key]) for key in ("nodes", edges)}
+        graph = nx.node_link_graph(top | clocked, directed=True, edges=edges)
+        unlisted = list(graph)[len(top["nodes"]) :]
+        if unlisted and top["nodes"]:
+            raise ModelError(f"{unlisted[0]!r} is the end of an edge, but not listed as a node")
+        return _of_graph(graph)
+    except json.JSONDecodeError as error:
+        raise ModelError(f"line {error.lineno}: not JSON: {error.msg}") from None
+    except (nx.NetworkXError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+        parts = "'nodes' with an 'id', 'edges' or 'links' with 'source' and 'target'"
+        raise ModelError(f"not node-link JSON ({parts}): {error!r}") from None
+
+
+def _of_graph(graph: nx.MultiGraph) -> Listing:
+    """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
     listed = list(map(_clocked, directed.edges(data=True)))
     nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))
     edges = _columns([data for _, _, data in listed], graph.graph.get("edge_default", {}))
-    nodes["node"] = list(graph)
-    edges |= {end: [edge[k] for edge in listed] for k, end in enumerate(ENDS)}
+    nodes["node"] = list(map(str, graph))
+    edges |= {end: [str(edge[k]) for edge in listed] for k, end in enumerate(ENDS)}
     return Listing(nodes, edges, degrees=1.0 if "4326" in str(graph.graph.get("crs")) else None)
 
 
@@ -180,7 +207,7 @@ def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str], key: str
 
 
 READERS: dict[str, dict[str, Callable[[bytes, str], Listing]]] = {
-    "file": {".graphml": _graphml, ".csv": _csv, ".gr": _dimacs},
+    "file": {".graphml": _graphml, ".csv": _csv, ".json": _node_link, ".gr": _dimacs},
     "nodes": {".csv": _csv, ".co": _dimacs},
 }
 """Readers by the key of `[model]` and the suffix of the file that it names."""

@@ -64,6 +64,12 @@ def test_limits_hold_while_nodes_and_edges_are_read(tmp_path: Path, write: Calla
         GraphFileModel(tmp_path, **{"start": 1, **written}).network  # noqa: B018
 
 
+def test_limits_hold_while_the_nodes_before_the_edges_are_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "town.json").write_text('{"edges": [], "nodes": [{"id": 1}, {"id": 2}, {"id": 3}, {"id": }]}')
+    with Limits(seconds=0), pytest.raises(LimitError):
+        GraphFileModel(tmp_path, "town.json", start=1).network  # noqa: B018
+
+
 @pytest.mark.parametrize("write", WRITERS, ids=lambda write: write.__name__)
 @pytest.mark.parametrize("seed", range(12))
 def test_a_graph_read_from_a_file_is_the_one_written_out(tmp_path: Path, write: Callable, seed: int) -> None:
@@ -98,12 +104,15 @@ def test_parallel_edges_have_actions_of_their_own(tmp_path: Path) -> None:
     assert [system.step(0, action) for action in actions] == [(1, 2), (1, 3), *[(1, 2)] * 3, (2, 9)]
 
 
-def test_undirected_edges_lead_both_ways(tmp_path: Path) -> None:
-    text = (
-        '<graphml><key id="d" for="edge" attr.name="cost"><default>4</default></key>'
-        '<graph edgedefault="undirected"><node id="a"/><node id="b"/><edge source="a" target="b"/></graph></graphml>'
-    )
-    system = read(tmp_path, text, "town.graphml")
+@pytest.mark.parametrize("ending", ["graphml", "json"])
+def test_undirected_edges_lead_both_ways(tmp_path: Path, ending: str) -> None:
+    texts = {
+        "graphml": '<graphml><key id="d" for="edge" attr.name="cost"><default>4</default></key>'
+        '<graph edgedefault="undirected"><node id="a"/><node id="b"/><edge source="a" target="b"/></graph></graphml>',
+        "json": '{"directed": false, "nodes": [{"id": "a"}, {"id": "b"}], '
+        '"edges": [{"source": "a", "target": "b", "cost": 4}]}',
+    }
+    system = read(tmp_path, texts[ending], f"town.{ending}")
     assert [system.step(0, "b"), system.step(1, "a")] == [(1, 4), (0, 4)]
 
 
@@ -114,19 +123,7 @@ def test_edges_without_numbers_cost_one_and_labels_of_file_and_scenario_add_up(t
     assert system.label(1) == {"shop", "bank", "park"}
 
 
-@pytest.mark.parametrize(
-    ("nodes", "message"),
-    [
-        ("a\nb\na\n", "nodes: places.csv: node 'a' occurs twice"),
-        ("a\n", "file: town.csv: line 2: edge from 'a' to 'b': 'b' is not listed as a node"),
-    ],
-)
-def test_each_end_of_an_edge_is_listed_once_as_a_node(tmp_path: Path, nodes: str, message: str) -> None:
-    (tmp_path / "places.csv").write_text(f"node\n{nodes}")
-    with pytest.raises(ModelError) as caught:
-        read(tmp_path, "from,to\na,b\n", nodes="places.csv")
-    assert str(caught.value) == message
-
+NODE_LINK = "not node-link JSON ('nodes' with an 'id', 'edges' or 'links' with 'source' and 'target')"
 
 GRAPHML = '<graphml><graph><node id="a"/>\n{}</graph></graphml>'
 
@@ -147,6 +144,19 @@ GRAPHML = '<graphml><graph><node id="a"/>\n{}</graph></graphml>'
         ("town.graphml", GRAPHML.format("<hyperedge/>"), "not GraphML: GraphML reader doesn't support hyperedges"),
         ("town.graphml", GRAPHML.format('<data key="d7">3</data>'), "not GraphML: Bad GraphML data: no key d7"),
         ("town.graphml", '<?xml version="1.0" encoding="no"?><graphml/>', "not GraphML: unknown encoding: no"),
+        ("town.json", '{"nodes": [{"id": "1"}, {"id": 1}], "edges": []}', "node '1' occurs twice"),
+        (
+            "town.json",
+            '{"nodes": [{"id": "a"}], "edges": [{"source": "a", "target": "z"}]}',
+            "'z' is the end of an edge, but not listed as a node",
+        ),
+        ("town.json", '{"edges": [' + "9" * 5000 + "]}", f"{NODE_LINK}: ValueError('Exceeds the limit"),
+        ("town.json", '{"nodes": [],\n "edges": [}', "line 2: not JSON: Expecting value"),
+        ("town.json", '{"nodes": []}', f"{NODE_LINK}: KeyError('edges')"),
+        ("town.json", '{"edges": [{"source": "a"}]}', f"{NODE_LINK}: KeyError('target')"),
+        ("town.json", '{"edges": [[1, 2]]}', f"{NODE_LINK}: TypeError("),
+        ("town.json", "[]", f"{NODE_LINK}: TypeError("),
+        ("town.json", "[" * 100_000, f"{NODE_LINK}: RecursionError("),
         ("town.gr", "p sp 2 2\na 1 2 5\n", "must begin with 'p sp NODES ARCS', not 'p sp 2 2'; it has 1 arcs"),
         ("town.gr", "", "must begin with 'p sp NODES ARCS', not ''; it has 0 arcs"),
         ("town.gr", "c no heading\na 1 2 5\n", "must begin with 'p sp NODES ARCS', not 'a 1 2 5'; it has 0 arcs"),
