@@ -111,7 +111,7 @@ def test_random_models_agree_with_a_plain_walk_over_the_states(seed: int) -> Non
     rng = random.Random(seed)
     what = random_model(rng)
     system = what.transition_system()
-    assert_judged(what, what.initial_state, (frozenset(), "nothing"))
+    assert_judged(what, what.initial_state, (frozenset(), "transit nowhere"))
     number = {as_arm(what, state): k for k, state in enumerate(system.listed.states)}  # type: ignore[arg-type]
     assert len(number) == system.listed.size
 
