@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any
 
-from prefplan.exact_costs import Number, exact, in_common_unit, to_number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.plan import Plan, Purchase
 from prefplan.problem import Problem
@@ -111,25 +111,19 @@ class Ledger:
     @cached_property
     def spent(self) -> tuple[Fraction, ...]:
         """(K + 1,) total cost before the first action and after each."""
-        return tuple(self._spent(step) for step in range(len(self.costs) + 1))
+        return self._totals[0]
 
     @cached_property
-    def _totals(self) -> list[tuple[list[int], Fraction]]:
-        """The same for every cost, in order, as multiples of a unit, for fast exact sums."""
-        counted = map(in_common_unit, (self.costs, *self.more_costs.values()))
-        return [([*accumulate(counts.tolist(), initial=0)], unit) for counts, unit in counted]
-
-    def _spent(self, step: int, cost: int = 0) -> Fraction:
-        counts, unit = self._totals[cost]
-        return counts[step] * unit
+    def _totals(self) -> list[tuple[Fraction, ...]]:
+        """The same for every cost, in order."""
+        return [tuple(accumulate(each, initial=Fraction(0))) for each in (self.costs, *self.more_costs.values())]
 
     @cached_property
     def satisfied(self) -> dict[str, int | None]:
         """After how many actions each task is satisfied, by name; None if it is not."""
         steps: dict[str, int | None] = {}
-        for name, automaton in zip(self.problem.names, self.problem.automata, strict=True):
-            states = self.states[name] or ()
-            steps[name] = states.index(automaton.accepting) if automaton.accepting in states else None
+        for (name, states), dfa in zip(self.states.items(), self.problem.automata, strict=True):
+            steps[name] = states.index(dfa.accepting) if states and dfa.accepting in states else None
         return steps
 
     @property
@@ -154,7 +148,7 @@ class Ledger:
         first = self.problem.objectives[0].cost if self.problem.objectives else 0
         names = self.problem.names
         return Entry(
-            cost=to_number(self._spent(step)),
+            cost=to_number(self.spent[step]),
             task_costs=dict(zip(names, map(to_number, costs), strict=False)),
             violation_costs=dict(zip(self.problem.priced, map(to_number, violations), strict=True)),
             satisfied=frozenset(name for name, at in self.satisfied.items() if at is not None and at <= step),
@@ -165,7 +159,7 @@ class Ledger:
         """Return every total cost and every mu of all the actions; a mu is a float where a function is used."""
         last = len(self.costs)
         values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
-        return (*(self._spent(last, cost) for cost in range(len(self._totals))), *values)
+        return (*(total[last] for total in self._totals), *values)
 
     def advances(self, task: str) -> tuple[int, ...]:
         """Return the numbers, from 1, of the actions after which a task's automaton changes its state."""
@@ -184,4 +178,4 @@ class Ledger:
         for purchase in self.relaxations:
             if purchase.step <= step:
                 violations[purchase.task] += exact(purchase.cost)
-        return [self._spent(k, cost) for k in done], list(violations.values())
+        return [self._totals[cost][k] for k in done], list(violations.values())
