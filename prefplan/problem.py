@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from prefplan.errors import PrefplanError, prefixed
-from prefplan.exact_costs import Number, Units, common_unit, exact, to_number
-from prefplan.logic.formula import propositions_of
+from prefplan.exact_costs import Units, common_unit, exact, to_number
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
@@ -52,6 +51,7 @@ class Problem:
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
         display: what people are shown in place of names.
+        resolution: the model's costs were rounded to multiples of this, in the user's units; None if they were not.
         names: the tasks' names.
         priced: the names of all that have violation costs: the tasks, then the rules that may be broken.
         cost_names: the names of the costs.
@@ -100,6 +100,7 @@ class Problem:
         self.past, propositions = past or Past(), system.propositions
         self.feasible, self.abstract = feasible, feasible is None
         self.preference = named[0].preference if named else WeightedSum({})
+        self.resolution = None if system.resolution is None else to_number(system.resolution)
         self.tasks = tuple(replace(task, propositions=propositions) for task in named_formulas(Task, tasks, "tasks"))
         self.rules = tuple(replace(rule, propositions=propositions) for rule in named_formulas(Rule, rules, "rules"))
         if not self.tasks:
@@ -188,10 +189,8 @@ class Problem:
     @cached_property
     def task_propositions(self) -> frozenset[str]:
         """The propositions on which the tasks, their relaxations and the rules depend."""
-        names = frozenset(name for dfa in (*self.automata, *self.monitors) for name in dfa.propositions)
-        for relaxation in (relaxation for task in self.tasks for relaxation in task.relax):
-            names |= {relaxation.assume} | propositions_of(relaxation.condition)
-        return names
+        relaxed, kept = ([dfa.propositions for dfa in each] for each in (self.weighted_automata, self.rule_automata))
+        return frozenset[str]().union(*relaxed, *kept)
 
     @cached_property
     def stutter_invariant(self) -> bool:
@@ -228,8 +227,3 @@ class Problem:
                 claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
                 notes.append(f"{claim}, tested on random costs only.")
         return tuple(notes)
-
-    @property
-    def resolution(self) -> Number | None:
-        """The model's costs were rounded to multiples of this, in the user's units; None if they were not rounded."""
-        return None if self.system.resolution is None else to_number(self.system.resolution)

@@ -163,7 +163,7 @@ def edges_between(
     There are none if there is no such path. Ties go to fewer actions, then to the model's order of actions. The
     `automata` are the states before, and the cost is as in `Product.costs`.
     """
-    rests = (product.transitions(automata) == np.array(automata)[:, None]).all(axis=0)
+    rests = (product.delta[np.arange(len(automata)), automata] == np.array(automata)[:, None]).all(axis=0)
     arrays = product.offsets, product.targets, product.costs, product.classes
     ends = int(graph.states[before]), int(graph.states[after])
     edges: list[int] = _cheapest_path(*arrays, rests, *ends, cost).tolist()

@@ -35,7 +35,7 @@ class GeneratedProduct(Product):
     def __init__(self, problem: Problem, model: ManipulationSystem) -> None:
         """Tabulate every automaton over its letters; call `suits` before."""
         self.problem, self.system, self.model = problem, problem.system, model
-        self.units, self.shift = problem.units, 0
+        self.shift = 0
         self._follow(problem)
         self.nodes = model.space.bound
         self.start_node = model.first

@@ -44,7 +44,6 @@ class Product:
         system: the one in which plans are: that of `problem`, unless that is a smaller one.
         automata: (N,) the weighted automata of the tasks.
         rules: (R,) the automata of the rules, first of the P - N rules that may be broken.
-        units: the units in which costs, prices and mu are whole.
         shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
             2**shift, plus 1 if actions are counted; int64, or Python's integers where one does not fit.
@@ -81,22 +80,20 @@ class Product:
         system = problem.system.listed
         self._follow(problem)
         self._tabulate()
-        self.units = problem.units
         self.start_node = system.start
         self.offsets = system.offsets
         self.targets = system.targets
-        costs = system.costs[0].counts(self.units.cost)
+        costs = system.costs[0].counts(problem.units.cost)
         sizes = [*self.sizes.tolist(), *self.rule_sizes.tolist()]
-        states = system.size * math.prod(sizes)
+        self.nodes = len(system.labels)
+        states = self.nodes * math.prod(sizes)
         if states >= CODE_LIMIT:
             raise ModelError(
-                f"{system.size} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
+                f"{self.nodes} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
                 "make more product states than can be numbered"
             )
         if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
             costs = costs.astype(np.int64)
-        if states > INTERPRETED_STATES:
-            compile_kernels()
         # For each automaton and label class, in how many ways the class can be read in any state.
         each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
@@ -108,7 +105,8 @@ class Product:
         # Where a detour may be worth its cost, paths have any number of actions.
         self.shift = _tie_bits(costs, states) if counts_actions and not problem.is_general else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
-        self.nodes = system.size
+        if states > INTERPRETED_STATES:
+            compile_kernels()
 
     def _follow(self, problem: Problem) -> None:
         """Set the automata, their sizes, and their accepting and skipped states."""
@@ -182,17 +180,12 @@ class Product:
     @cached_property
     def rates(self) -> np.ndarray:
         """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
-        return self.problem.measure.rates(self.problem.measure.rate_terms, self.units.factor)
+        return self.problem.measure.rates(self.problem.measure.rate_terms, self.problem.units.factor)
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
         """The starts of the search; see `starts_of`."""
         return starts_of(self.problem)
-
-    def transitions(self, automata: Sequence[int]) -> np.ndarray:
-        """Return (N + R, C) the states after the free reading of each label class, given those before."""
-        after: np.ndarray = self.delta[np.arange(len(automata)), np.array(automata)]
-        return after
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return the actions in `system` of a path of (K,) edges from the start on."""
