@@ -1,6 +1,6 @@
 """A product as arrays for compiled kernels: the automata's tables, and the graph in one of three forms.
 
-Costs and preference values are whole multiples of `Product.units`.
+Costs and preference values are whole multiples of `Problem.units`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ class Automata(NamedTuple):
 
     Labels are told apart by class, or by letter where states are generated.
 
-    P tasks and rules have violation costs. A product state has the code node + S (q_1 + Q_1 (q_2 + ...)).
+    P tasks and rules have violation costs.
 
     Attributes:
-        nodes: number of nodes, or of integers that stand for states.
         sizes: (N + R,) int64, states of each.
+        strides: (N + R,) int64: the code of a product state is its node + sum_i strides[i] q_i, and strides[0] the
+            number of nodes, or of integers that stand for states.
         ends: (N, 2) int32, the accepting and the skipped state of each, or -1.
         jump: (N + R, Q, C) int64, what the state after the free reading of a label adds to the code; negative if the
             label is barred.
@@ -34,8 +35,8 @@ class Automata(NamedTuple):
             those of a label.
     """
 
-    nodes: int
     sizes: np.ndarray
+    strides: np.ndarray
     ends: np.ndarray
     jump: np.ndarray
     tolls: np.ndarray
@@ -109,11 +110,6 @@ class Space(NamedTuple):
     shortcuts: Shortcuts | None
     generated: Generated | None
 
-    @property
-    def strides(self) -> np.ndarray:
-        """(N + R,) int64: the code of a product state is its node + sum_i strides[i] q_i."""
-        return np.cumprod([self.automata.nodes, *self.automata.sizes])[:-1].astype(np.int64)
-
 
 def space_of(product: Product, graph: Graph) -> Space:
     """Return a product over a graph as arrays."""
@@ -130,8 +126,8 @@ def space_of(product: Product, graph: Graph) -> Space:
     counts = np.diff(product.extra_first, axis=2).sum(axis=(1, 2))
     owner = np.repeat(np.arange(len(counts)), counts)
     automata = Automata(
-        nodes=nodes,
         sizes=sizes,
+        strides=strides,
         ends=product.ends,
         jump=product.delta * strides[:, None, None],
         tolls=product.tolls,
@@ -148,10 +144,10 @@ def _through(graph: Graph) -> np.ndarray:
 
 
 @inner_kernel
-def decode(nodes: Integer, sizes: np.ndarray, code: Integer, automata: np.ndarray) -> Integer:
-    """Write the states of the first automata of a product state, as many as there is room for, and return its node."""
-    rest = code // nodes
-    for i in range(automata.shape[0]):
-        automata[i] = rest % sizes[i]
-        rest //= sizes[i]
-    return code % nodes
+def decode(automata: Automata, code: Integer, states: np.ndarray) -> Integer:
+    """Write the states of the automata of a product state, and return its node."""
+    rest = code // automata.strides[0]
+    for i in range(states.shape[0]):
+        states[i] = rest % automata.sizes[i]
+        rest //= automata.sizes[i]
+    return code % automata.strides[0]

@@ -60,7 +60,7 @@ def successors(
 
     Which arguments are None is known when this is compiled: one branch remains.
     """
-    node = decode(automata.nodes, automata.sizes, code, buffer.automata)
+    node = decode(automata, code, buffer.automata)
     count: Integer = np.int64(0)
     if edges is not None:
         for edge in range(edges.offsets[node], edges.offsets[node + 1]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from operator import attrgetter, le, mul
+from operator import attrgetter, le
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from prefplan.product.successors import successor_buffer
 from prefplan.search.growth import PRODUCT_LIMIT
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
-from prefplan.search.labels import AT, CODE, END, NONE, Labels, Memory, Queue, States, enlarged, exhausted
+from prefplan.search.labels import AT, CODE, END, NONE, Labels, Memory, Queue, States, enlarged
 from prefplan.search.paths import GeneratedPaths, Paths
 from prefplan.search.result import Goal, Result, ended_by
 
@@ -80,6 +80,13 @@ class LabelSearch:
         )
         if self.keys.computed:
             compile_kernels()
+        begins = sorted(
+            (self._layout.begin(start, self.product.shift), k) for k, start in enumerate(self.product.starts)
+        )
+        self._starts = [self.product.starts[k] for _, k in begins]
+        self._begin = np.array([key for key, _ in begins], dtype=np.int64).reshape(-1, len(self._layout.entries))
+        if self._begin.max(initial=0) >= PRODUCT_LIMIT:
+            raise OverflowError
         self.reset()
 
     @property
@@ -92,17 +99,11 @@ class LabelSearch:
 
     def reset(self) -> None:
         """Start the search again: the start states are entered as successors of no label."""
-        prepared, starts, width = self.prepared, self.product.starts, len(self._layout.entries)
+        space, count, width = self.prepared.space, len(self._starts), len(self._layout.entries)
         # The labels of goals, with their exact objectives.
         self._lowest, self._found = 0.0, dict[int, tuple[Any, ...]]()
-        keys = [self._layout.begin(start, self.product.shift) for start in starts]
-        order = sorted(range(len(starts)), key=keys.__getitem__)
-        self._starts = [starts[k] for k in order]
-        begin = np.array([keys[k] for k in order], dtype=np.int64).reshape(-1, width)
-        if begin.max(initial=0) >= PRODUCT_LIMIT:
-            raise OverflowError
         counters = np.zeros(len(AT), dtype=np.int64)
-        counters[[AT.PARENT, AT.COUNT]] = NONE, len(starts)
+        counters[[AT.PARENT, AT.COUNT]] = NONE, count
         rows, parents, steps, siblings, goals = np.empty((5, LABELS_AT_FIRST), np.int32)
         self.memory = Memory(
             States(
@@ -115,14 +116,14 @@ class LabelSearch:
             goals,
             counters,
             np.array([self._limit(name, o) for o, name in enumerate(self.problem.objective_names)], dtype=np.int64),
-            begin,
-            successor_buffer(prepared.space, len(starts)),
+            self._begin,
+            successor_buffer(space, count),
         )
-        strides, node = prepared.space.strides.tolist(), prepared.graph.start
-        for k, start in enumerate(self._starts):
-            self.memory.buffer.code[k] = node + sum(map(mul, strides, start.automata))
-        if prepared.space.generated is not None:
-            prepared.space.generated.unmeasured[0] = -1
+        strides = space.automata.strides
+        states = np.array([start.automata for start in self._starts], dtype=np.int64).reshape(count, len(strides))
+        self.memory.buffer.code[:count] = self.prepared.graph.start + states @ strides
+        if space.generated is not None:
+            space.generated.unmeasured[0] = -1
 
     def _limit(self, name: str, o: int) -> int:
         """Return the inclusive limit of an objective, in units; a rounded value is checked when a goal is found."""
@@ -201,8 +202,9 @@ class LabelSearch:
             elif self._values is not None:
                 self._values.require_values()
             raise OverflowError
-        elif end not in (END.GOALS, END.PAUSED) and not self._grow(end, limits):
-            raise LimitError("memory")
+        if end in (END.MORE_ROWS, END.MORE_LABELS):
+            free = limits.bytes - max(self.work.bytes, limits.bytes_taken)
+            self.memory = enlarged(self.memory, end, free)
 
     def _accept(self, label: int) -> None:
         """Keep a goal, unless its objectives, which may have been rounded, exceed a bound."""
@@ -265,9 +267,9 @@ class LabelSearch:
         kept = np.unique(np.concatenate(generations))
         parents = self.memory.labels.parent[kept]
         before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
-        codes, space = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space
-        automata = codes[:, None] // space.strides % space.automata.sizes
-        nodes, steps = codes % space.automata.nodes, self.memory.labels.step[kept].astype(np.int64)
+        codes, tables = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space.automata
+        automata = codes[:, None] // tables.strides % tables.sizes
+        nodes, steps = codes % tables.strides[0], self.memory.labels.step[kept].astype(np.int64)
         starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}
         ends = np.searchsorted(kept, last)
         if isinstance(self.product, GeneratedProduct):
@@ -283,11 +285,3 @@ class LabelSearch:
         c, memory = self.memory.counters, self.memory
         held = sum(map(attrgetter("nbytes"), (*memory.states, *memory.labels, *memory.queue, memory.goals)))
         return Stats(int(c[AT.ROWS]), int(c[AT.EXPANDED]), int(c[AT.LABELS]), held)
-
-    def _grow(self, end: int, limits: Limits) -> bool:
-        """Double what the kernel ran out of; return False if that would exceed the memory limit."""
-        more = sum(array.nbytes for array in exhausted(self.memory, end))
-        if max(self.work.bytes, limits.bytes_taken) + 2 * more > limits.bytes:
-            return False
-        self.memory = enlarged(self.memory, end)
-        return True

@@ -7,7 +7,7 @@ as the one before. A search that finds its first goal early, as most do, never l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from prefplan.errors import LimitError
@@ -48,10 +48,10 @@ def run_search(
 
 def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
     """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
-    expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search)
+    expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search, search.bounds)
     result = search.run(limits, most_expanded=expanded)
     try:
-        while weights and result.is_paused:
+        while weights and not (result.goals or result.ended or search.is_done):
             while weights and drafts.improve(weights[0], expanded, limits):
                 weights.pop(0)
             expanded *= 2
@@ -63,28 +63,32 @@ def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
     return replace(result, incumbents=result.incumbents or drafts.best, work=drafts.work + result.work)
 
 
+@dataclass
 class Drafts:
     """Weighted A* for plans that need not be best.
 
     Attributes:
+        search: the exact search, whose bound of the cost holds for these plans, too.
+        bounds: the bound of their cost, if there is one.
         best: the goal of the cheapest plan so far, if there is one.
         work: the work so far.
+        prepared: the product with bounds for these searches; made when it is needed.
     """
 
-    def __init__(self, search: LabelSearch) -> None:
-        """Take the exact search, whose bound of the cost holds for these plans, too."""
-        self._search, self._cost = search, search.problem.cost_names[0]
-        self._bounds = {name: bound for name, bound in search.bounds.items() if name == self._cost}
-        self._prepared: Prepared | None = None
-        self.best: tuple[Goal, ...] = ()
-        self.work = Stats()
+    search: LabelSearch
+    bounds: Mapping[str, Fraction]
+    best: tuple[Goal, ...] = ()
+    work: Stats = Stats()
+    prepared: Prepared | None = None
 
     def improve(self, weight: float, most_expanded: int, limits: Limits) -> bool:
         """Look for a cheaper plan; return False if that takes more expansions; or LimitError."""
-        if self._prepared is None:
-            options = replace(self._search.prepared.options, heuristic=1, preference_bound=False)
-            self._prepared = Prepared(self._search.product, options, max_bytes=limits.bytes)
-        guided = LabelSearch(self._prepared.guided(weight), bounds=self._bounds, first=self._cost, hasty=True)
+        problem = self.search.problem
+        if self.prepared is None:
+            options = replace(self.search.prepared.options, heuristic=1, preference_bound=False)
+            self.prepared = Prepared(self.search.product, options, max_bytes=limits.bytes)
+        cost = problem.cost_names[0]
+        guided = LabelSearch(self.prepared.guided(weight), bounds=self.bounds, first=cost, hasty=True)
         result = guided.run(limits, most_expanded=most_expanded)
         self.work += result.work
         if result.ended is not None:
@@ -92,5 +96,5 @@ class Drafts:
         goals = (*result.goals, *result.incumbents)
         if goals:
             self.best = goals[-1:]
-            self._bounds = {self._cost: goals[-1].objectives[0] - self._search.problem.cost_units[0]}
-        return bool(goals) or not result.is_paused
+            self.bounds = {cost: goals[-1].objectives[0] - problem.cost_units[0]}
+        return bool(goals) or guided.is_done

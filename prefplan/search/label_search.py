@@ -104,7 +104,7 @@ def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, la
         return np.int64(UNBOUNDED)
     estimate = labels.key[label, first] + row[BOUND + first]
     if first == 0:
-        node = decode(automata.nodes, automata.sizes, row[CODE], states)
+        node = decode(automata, row[CODE], states)
         most = memory.counters[AT.LOWEST] - labels.key[label, 0]
         rest = raise_bound(bounds.tables, bounds.landmarks, node, states, row, most)
         within = lagrangian_bound(bounds.lagrangian, node, states, limits[1] - labels.key[label, 1])
@@ -175,7 +175,7 @@ def _bound_state(
 ) -> None:
     """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
     tables, projections = bounds.tables, bounds.projections
-    node = decode(automata.nodes, automata.sizes, code, states)
+    node = decode(automata, code, states)
     satisfied, is_goal = 0, True
     for i in range(automata.ends.shape[0]):
         if states[i] == automata.ends[i, 0]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prefplan.errors import LimitError
 from prefplan.heuristics.pattern_database import LOOKED
 from prefplan.limits import check_limits
 from prefplan.models.kernels import Integer, inner_kernel, kernel
@@ -124,13 +125,15 @@ def rehash(states: States, rows: Integer) -> None:
         states.slots[slot] = row
 
 
-def exhausted(memory: Memory, end: int) -> tuple[np.ndarray, ...]:
-    """Return the arrays of which a run of the kernel used up all memory, given why it ended."""
-    return (*memory.states,) if end == END.MORE_ROWS else (*memory.labels, *memory.queue, memory.goals)
+def enlarged(memory: Memory, end: int, free: float) -> Memory:
+    """Return memory of twice the size for what a run of the kernel used up, given why it ended.
 
-
-def enlarged(memory: Memory, end: int) -> Memory:
-    """Return memory of twice the size for what a run of the kernel used up, given why it ended."""
+    Raises:
+        LimitError: that would take more than the `free` bytes.
+    """
+    used_up = (*memory.states,) if end == END.MORE_ROWS else (*memory.labels, *memory.queue, memory.goals)
+    if 2 * sum(array.nbytes for array in used_up) > free:
+        raise LimitError("memory")
     if end == END.MORE_LABELS:
         labels, queue = Labels(*map(_longer, memory.labels)), Queue(*map(_longer, memory.queue))
         return memory._replace(labels=labels, queue=queue, goals=_longer(memory.goals))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -67,11 +66,6 @@ class Result:
             for goal in self.goals:
                 values = derived[goal.number]
                 assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, OTHER_VALUES
-
-    @property
-    def is_paused(self) -> bool:
-        """Whether the search may still find its first goal."""
-        return not self.goals and self.ended is None and self.complete_below < math.inf
 
 
 def ended_by(error: LimitError | KeyboardInterrupt) -> str:

@@ -68,7 +68,7 @@ def test_weighted_search_of_generated_states_has_the_bounds_of_their_projections
 
     def counted(drafts: incumbent.Drafts, *arguments: Any) -> bool:
         found = improve(drafts, *arguments)
-        prepared = drafts._prepared
+        prepared = drafts.prepared
         assert prepared is not None
         # Without them, a state itself is looked up in the tables, beyond their end.
         assert prepared.guided(0.5).bounds.projections is prepared.bounds.projections is not None
