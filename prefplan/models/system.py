@@ -99,13 +99,6 @@ class System(ABC):
     def without(self, barred: Barred) -> Self:
         """Return the system without some actions in some states; see `Barred`."""
 
-    def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> System:
-        """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
-
-        Where plans are `stutter_invariant`, leaving out actions that change none of these never makes one worse.
-        """
-        return self
-
 
 @dataclass(frozen=True)
 class Past:

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.system import System
 from prefplan.problem import Problem
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
@@ -17,16 +16,12 @@ from prefplan.product.product_automaton import Product
 
 @dataclass
 class Reduction:
-    """A smaller system on which a problem's tasks read the same label sequences, and products of it."""
+    """A smaller system on which a problem's tasks read the same label sequences, and products of it.
+
+    A system whose states are listed stays as it is.
+    """
 
     problem: Problem
-
-    @cached_property
-    def system(self) -> System:
-        """The smaller system."""
-        return self.problem.system.reduced(
-            self.problem.task_propositions, stutter_invariant=self.problem.stutter_invariant
-        )
 
     @cached_property
     def product(self) -> Product:
@@ -35,11 +30,17 @@ class Reduction:
 
     def product_of(self, problem: Problem, *, listed: bool = False) -> Product:
         """Return the product for another problem over the same system; its states are listed if need be, or at will."""
-        if not isinstance(self.system, ManipulationSystem):
+        if not isinstance(problem.system, ManipulationSystem):
             return Product(problem)
-        if not listed and GeneratedProduct.suits(problem, self.system):
-            return GeneratedProduct(problem, self.system)
-        return ReducedProduct(problem, self.system)
+        if not listed and GeneratedProduct.suits(problem, self._smaller):
+            return GeneratedProduct(problem, self._smaller)
+        return ReducedProduct(problem, self._smaller)
+
+    @cached_property
+    def _smaller(self) -> ManipulationSystem:
+        whole, names = self.problem.system, self.problem.task_propositions
+        assert isinstance(whole, ManipulationSystem)
+        return whole.reduced(names, stutter_invariant=self.problem.stutter_invariant)
 
 
 class ReducedProduct(Product):

@@ -78,8 +78,10 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     whole = replace(model, costs=numbered).transition_system()
-    system = whole.reduced((), stutter_invariant=False).listed
-    alike = [obj.name for obj in model.objects if not obj.fixed] if isinstance(whole, ManipulationSystem) else []
+    alike = list[str]()
+    if isinstance(whole, ManipulationSystem):
+        whole, alike = whole.reduced((), stutter_invariant=False), [obj.name for obj in model.objects if not obj.fixed]
+    system = whole.listed
     number = system.costs[0].counts(Fraction(1))
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(len(pairs) + 1))

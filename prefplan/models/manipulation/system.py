@@ -182,7 +182,10 @@ class ManipulationSystem(System):
             self._costs(action, state, after)
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
-        """See `System.reduced`; the smaller model may be listed."""
+        """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
+
+        Where plans are `stutter_invariant`, leaving out actions that change none of these never makes one worse.
+        """
         model = self.space.model
         symmetry = Symmetry(model, names, self.symmetry.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
         if stutter_invariant:
