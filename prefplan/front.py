@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
+from operator import ge
 from typing import TYPE_CHECKING, overload
 
 from prefplan.errors import PrefplanError
 from prefplan.exact_costs import Number
-from prefplan.plan import PAIR, Plan, Plans, objectives_text, point_of
+from prefplan.plan import PAIR, OnDemand, Plan, objectives_text, point_of
 from prefplan.text.layout import counted, in_columns, listed, number
 
 if TYPE_CHECKING:
@@ -131,6 +132,7 @@ class Front(Sequence[Plan]):
             search ran to its end, or proved nothing of the kind.
         assumptions: sentences on what the front is exact for, if its costs were rounded or a contract was declared.
         stats: work and time of the search.
+        known_points: `points`, where plans are made only when they are read; None otherwise.
     """
 
     plans: Sequence[Plan]
@@ -139,6 +141,7 @@ class Front(Sequence[Plan]):
     complete_below: Number | None = None
     assumptions: tuple[str, ...] = ()
     stats: Stats = field(default_factory=Stats)
+    known_points: Sequence[tuple[Number, ...]] | None = field(default=None, repr=False, compare=False)
 
     @property
     def objectives(self) -> tuple[str, ...]:
@@ -148,7 +151,7 @@ class Front(Sequence[Plan]):
     @property
     def points(self) -> Sequence[tuple[Number, ...]]:
         """The values of the objectives of each plan."""
-        return Plans.of(self.plans).points
+        return [*map(point_of, self.plans)] if self.known_points is None else self.known_points
 
     @property
     def complete(self) -> bool:
@@ -162,12 +165,17 @@ class Front(Sequence[Plan]):
         return None if self.ended is None else f"{stopped_by(self.ended)}{below}"
 
     def over(self, objectives: Collection[str]) -> Front:
-        """Return the front of some of the costs and preferences, given by name.
+        """Return the front of some of the costs and preferences, given by name; of equal points it has the first.
 
         It is complete if this front is: each of its points is that of a plan on this front.
         """
         columns = [self.objectives.index(name) for name in objectives] if self.plans else []
-        return replace(self, plans=Plans.of(self.plans).undominated(columns))
+        first: dict[tuple[Number, ...], int] = {}
+        for k, point in enumerate(points := self.points):
+            first.setdefault(tuple(point[column] for column in columns), k)
+        kept = [k for one, k in first.items() if not any(other != one and all(map(ge, one, other)) for other in first)]
+        plans = OnDemand(len(kept), lambda k: self.plans[kept[k]])
+        return replace(self, plans=plans, known_points=[points[k] for k in kept])
 
     def to_pandas(self) -> DataFrame:
         """Return a table with a row for each plan: `cost`, `preference`, `task_costs.NAME` for each task, `actions`.

@@ -6,11 +6,9 @@ from bisect import bisect_left
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import partial
 from io import StringIO
 from itertools import accumulate
-from operator import ge
-from typing import TYPE_CHECKING, cast, overload
+from typing import TYPE_CHECKING, Any, cast
 
 from prefplan.drawing import Cell, draw_map, draw_timeline
 from prefplan.exact_costs import Number, exact, to_number
@@ -162,46 +160,18 @@ def point_of(plan: Plan) -> tuple[Number, ...]:
     return tuple(plan.objectives.values())
 
 
-class Plans(Sequence[Plan]):
-    """The plans of a front, each made when it is first read.
+class OnDemand(Sequence[Any]):
+    """A sequence whose entries are computed when they are read."""
 
-    Attributes:
-        points: the values of their objectives.
-    """
-
-    def __init__(self, points: Sequence[tuple[Number, ...]], make: Sequence[Callable[[], Plan]]) -> None:
-        """Take the points, and for each a function that makes the plan."""
-        self.points, self._make, self._made = points, make, dict[int, Plan]()
-
-    @classmethod
-    def of(cls, plans: Sequence[Plan]) -> Plans:
-        """Return plans, which may have been made before."""
-        if isinstance(plans, Plans):
-            return plans
-        return cls([*map(point_of, plans)], [partial(plans.__getitem__, k) for k in range(len(plans))])
-
-    def undominated(self, columns: Sequence[int]) -> Plans:
-        """Return the plans that no other one dominates in some of the objectives; of equal ones the first."""
-        values = [tuple(point[column] for column in columns) for point in self.points]
-        first = dict(zip(reversed(values), reversed(range(len(values))), strict=True))
-        kept = [k for one, k in first.items() if not any(other != one and all(map(ge, one, other)) for other in first)]
-        return Plans([self.points[k] for k in sorted(kept)], [partial(self.__getitem__, k) for k in sorted(kept)])
+    def __init__(self, length: int, make: Callable[[int], Any]) -> None:
+        """Take the length, and a function that returns an entry."""
+        self._length, self._make = length, make
 
     def __len__(self) -> int:
-        """Return the number of plans."""
-        return len(self.points)
+        """Return the length."""
+        return self._length
 
-    @overload
-    def __getitem__(self, index: int) -> Plan: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Plan, ...]: ...
-
-    def __getitem__(self, index: int | slice) -> Plan | tuple[Plan, ...]:
-        """Return a plan by its number, or several."""
-        number = range(len(self))[index]
-        if isinstance(number, range):
-            return tuple(self[k] for k in number)
-        if number not in self._made:
-            self._made[number] = self._make[number]()
-        return self._made[number]
+    def __getitem__(self, index: Any) -> Any:
+        """Return an entry, or the tuple of several."""
+        at = range(self._length)[index]
+        return self._make(at) if isinstance(at, int) else tuple(map(self._make, at))

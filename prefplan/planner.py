@@ -16,7 +16,7 @@ from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
-from prefplan.plan import Plan, Plans
+from prefplan.plan import OnDemand, Plan
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import Reduction
@@ -158,7 +158,7 @@ class Planner:
             raise KeyboardInterrupt
         assumptions = self.problem.assumptions
         if self.geometry is not None and front.ended is not None:
-            front = replace(front, plans=tuple(filter(self.geometry.holds, front)))
+            front = replace(front, plans=tuple(filter(self.geometry.holds, front)), known_points=None)
         if self.geometry is not None and self.geometry.note:
             assumptions += (self.geometry.note,)
         return replace(front, assumptions=assumptions, stats=self.stats)
@@ -180,7 +180,7 @@ class Planner:
         """Return the front, or the plan of least value of an objective, without what the arm is known not to do."""
         names, began = self.problem.objective_names, time.perf_counter()
         is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
-        if not is_cheapest:
+        if self.problem.is_general and not is_cheapest:
             require_bounds(self.problem, bounds)
         elif self.problem.is_general and (reason := infeasible(self._reduction, limits)):
             # Without a bound, the search for a plan that does not exist need not end.
@@ -195,10 +195,11 @@ class Planner:
             place = names.index(objective)
             goals = (min(goals, key=lambda goal: (goal.objectives[place], *goal.objectives)),)
         return Front(
-            Plans([goal.point for goal in goals], [goal.plan for goal in goals]) if goals else (),
+            OnDemand(len(goals), lambda k: goals[k].plan) if goals else (),
             reason=None if goals or result.ended else self._why_not(limits, bounds),
             ended=result.ended,
             complete_below=self._below(result),
+            known_points=[goal.point for goal in goals],
         )
 
     def _search(

@@ -12,7 +12,8 @@ from prefplan.errors import ModelError
 from prefplan.exact_costs import exact, in_common_unit
 from prefplan.limits import available_memory, check_limits
 from prefplan.models.costs import Cost, CostTable, by_name, check_costs_agree
-from prefplan.models.transition_system import OnDemand, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import OnDemand
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import Names, check_names
 

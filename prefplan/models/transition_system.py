@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -17,23 +17,6 @@ from prefplan.text.names import check_names
 
 if TYPE_CHECKING:
     import networkx as nx
-
-
-class OnDemand(Sequence[Hashable]):
-    """A sequence whose entries are computed when they are read."""
-
-    def __init__(self, length: int, make: Callable[[int], Hashable]) -> None:
-        """Take the length, and a function that returns an entry."""
-        self._length, self._make = length, make
-
-    def __len__(self) -> int:
-        """Return the length."""
-        return self._length
-
-    def __getitem__(self, index: Any) -> Any:
-        """Return an entry, or the list of several."""
-        at = range(self._length)[index]
-        return self._make(at) if isinstance(at, int) else [self._make(i) for i in at]
 
 
 @dataclass(frozen=True, kw_only=True)

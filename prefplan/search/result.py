@@ -34,8 +34,9 @@ class Goal:
         """The values of all costs and preferences as they are printed."""
         return tuple(map(to_number, self.objectives))
 
+    @cached_property
     def plan(self) -> Plan:
-        """Return the plan that leads to the goal, asserting that its values in the model are those of the search."""
+        """The plan that leads to the goal; it is asserted that its values in the model are those of the search."""
         plan = self.paths.plan(self.number)
         assert tuple(plan.objectives.values()) == self.point, OTHER_VALUES
         return plan

@@ -14,7 +14,8 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.exclusions import exclusion_arrays
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
 from prefplan.models.manipulation.symmetry import Symmetry
-from prefplan.models.transition_system import OnDemand, TransitionSystem
+from prefplan.models.transition_system import TransitionSystem
+from prefplan.plan import OnDemand
 
 CHUNK = 2**13
 """States whose actions are listed at once, between two checks of the limits."""

@@ -59,8 +59,8 @@ def test_the_values_of_all_paths_are_those_of_their_plans(kind: str) -> None:
     result = searched(kind)
     result.check()
     assert len(result.goals) > 2
-    assert [goal.plan().objectives for goal in result.goals] == [plan.objectives for plan in Planner(problem()).front()]
-    assert {bought.task for goal in result.goals for bought in goal.plan().relaxations} == {"earn", "green"}
+    assert [goal.plan.objectives for goal in result.goals] == [plan.objectives for plan in Planner(problem()).front()]
+    assert {bought.task for goal in result.goals for bought in goal.plan.relaxations} == {"earn", "green"}
 
 
 def other_edge(found: paths.Paths) -> paths.Paths:
