@@ -77,7 +77,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     marks = landmarks(whole, graph)
     automata = whole.starts[0].automata
     bound = int(_bound_of(marks, graph.start, np.array(automata))) >> whole.shift
-    assert bound * whole.units.cost == Planner(problem).cheapest().cost == 24
+    assert bound * whole.problem.units.cost == Planner(problem).cheapest().cost == 24
 
 
 def test_a_task_may_name_nothing() -> None:
