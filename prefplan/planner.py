@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Unpack
 
 from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
-from prefplan.exact_costs import Number, exact, to_number
+from prefplan.exact_costs import exact, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
@@ -150,8 +150,11 @@ class Planner:
                 while True:
                     front = self._solve(objective, limits, bounds)
                     front = front.over(over) if over else front
-                    if front.ended is not None or not self._leave_out(front):
+                    barred = self.geometry.excluded(front) if self.geometry and front.ended is None else ()
+                    if not barred:
                         break
+                    problem = self._reduction.problem
+                    self._reduction = Reduction(problem.over(problem.system.without(barred)))
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))
         if front.ended == "interrupt" and not keep_on_interrupt:
@@ -162,19 +165,6 @@ class Planner:
         if self.geometry is not None and self.geometry.note:
             assumptions += (self.geometry.note,)
         return replace(front, assumptions=assumptions, stats=self.stats)
-
-    def _leave_out(self, plans: Sequence[Plan]) -> bool:
-        """Leave out what plans need and the arm cannot do; return whether there is anything of the kind.
-
-        Raises:
-            LimitError: a limit was reached before all is known of what the plans need.
-        """
-        barred = self.geometry.excluded(plans) if self.geometry else ()
-        if not barred:
-            return False
-        problem = self._reduction.problem
-        self._reduction = Reduction(problem.over(problem.system.without(barred)))
-        return True
 
     def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
         """Return the front, or the plan of least value of an objective, without what the arm is known not to do."""
@@ -190,7 +180,7 @@ class Planner:
         result = self._search(product, limits, bounds, objective)
         result.check()
         self.stats += replace(result.work, build_seconds=built - began, seconds=time.perf_counter() - began)
-        goals = result.goals or result.incumbents
+        goals, below = result.goals or result.incumbents, result.complete_below
         if goals and objective is not None:
             place = names.index(objective)
             goals = (min(goals, key=lambda goal: (goal.objectives[place], *goal.objectives)),)
@@ -198,7 +188,7 @@ class Planner:
             OnDemand(len(goals), lambda k: goals[k].plan) if goals else (),
             reason=None if goals or result.ended else self._why_not(limits, bounds),
             ended=result.ended,
-            complete_below=self._below(result),
+            complete_below=None if below == math.inf else to_number(Fraction(below) * self.problem.units.cost),
             known_points=[goal.point for goal in goals],
         )
 
@@ -217,12 +207,6 @@ class Planner:
             product = self._reduction.product_of(self._reduction.problem, listed=True)
         single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
         return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
-
-    def _below(self, result: Result) -> Number | None:
-        """Return the cost below which a search has every point, in the user's units; None if it ran to its end."""
-        if result.complete_below == math.inf:
-            return None
-        return to_number(Fraction(result.complete_below) * self.problem.units.cost)
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
