@@ -130,10 +130,10 @@ class LabelSearch:
         if name not in self.bounds:
             return UNBOUNDED
         bound = self.bounds[name]
-        if o < self._layout.costs:
+        if o < len(self.problem.cost_names):
             most = math.floor(bound / self.problem.cost_units[o])
             return self._up_to(most) if o == 0 else min(most, UNBOUNDED)
-        objective = self.problem.objectives[o - self._layout.costs]
+        objective = self.problem.objectives[o - len(self.problem.cost_names)]
         rest = bound - objective.measure.constant
         if objective.measure.is_whole:
             return max(-1, min(math.floor(rest / objective.units.mu), UNBOUNDED))
@@ -186,9 +186,17 @@ class LabelSearch:
         return int(run(prepared.space, self.keys, prepared.bounds, self.memory, pops))
 
     def _advance(self, pops: int, limits: Limits) -> None:
-        """Run the kernel once; raise LimitError if the search needs more memory than there is."""
+        """Run the kernel once.
+
+        Raises:
+            LimitError: the search needs more memory than there is.
+            ModelError: an action was met whose cost was not measured.
+        """
         end = self._run(pops)
-        self._require_measured()
+        generated = self.prepared.space.generated
+        if generated is not None and generated.unmeasured[0] >= 0:
+            assert isinstance(self.product, GeneratedProduct)
+            self.product.model.require_measured(int(generated.unmeasured[0]))
         for label in self.memory.found[: self.memory.counters[AT.FOUND]].tolist():
             self._accept(label)
         self.memory.counters[AT.FOUND] = 0
@@ -243,14 +251,6 @@ class LabelSearch:
             if not any(all(map(le, other.objectives, goal.objectives)) for other in points[begin:]):
                 points.append(goal)
         return points
-
-    def _require_measured(self) -> None:
-        """Raise ModelError if an action was met whose cost was not measured."""
-        generated = self.prepared.space.generated
-        state = -1 if generated is None else int(generated.unmeasured[0])
-        if state >= 0:
-            assert isinstance(self.product, GeneratedProduct)
-            self.product.model.require_measured(state)
 
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal's label, in the user's units."""

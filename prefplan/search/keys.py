@@ -100,20 +100,15 @@ class KeyMap:
         mentioned, same, payers = _mentioned(problem, ("additive", "convex", "componentwise", "general"))
         ordered, _, weighed = _mentioned(problem, ("componentwise", "general"))
         paying = product.pays or any(any(start.violations) for start in product.starts)
-        first = len(entries)
-        entries += [KeyEntry(TASK, d, i) for d, i in sorted(mentioned)]
-        entries += [KeyEntry(VIOLATION, 0, i) for i in sorted(payers)] if paying else []
-        places = {(e.how, e.cost, e.number): place for place, e in enumerate(entries[first:], first)}
-        compared += [place for (how, d, i), place in places.items() if how == TASK and (d, i) in ordered]
-        compared += [place for (how, _, i), place in places.items() if how == VIOLATION and i in weighed]
         opposed = [~d for d in sorted(same)]
-        opposed += [~place for (how, d, _), place in places.items() if how == TASK and d in same]
+        for d, i in sorted(mentioned):
+            compared += [len(entries)] if (d, i) in ordered else []
+            opposed += [~len(entries)] if d in same else []
+            entries.append(KeyEntry(TASK, d, i))
+        for i in sorted(payers) if paying else ():
+            compared += [len(entries)] if i in weighed else []
+            entries.append(KeyEntry(VIOLATION, 0, i))
         return cls(problem, tuple(entries), (*opposed, *compared))
-
-    @property
-    def costs(self) -> int:
-        """Number of costs."""
-        return len(self.problem.cost_names)
 
     def place(self, how: int, cost: int, number: int) -> int | None:
         """Return the place of the entry of a task's cost or of a violation cost; None if there is none."""
@@ -155,7 +150,7 @@ class KeyMap:
     def objectives(self, key: Sequence[int]) -> tuple[Any, ...]:
         """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""
         objectives: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
-        for place, o in enumerate(self.problem.objectives, self.costs):
+        for place, o in enumerate(self.problem.objectives, len(self.problem.cost_names)):
             mu = o.measure.constant
             if o.measure.is_whole:
                 mu += key[place] * o.units.mu

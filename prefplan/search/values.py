@@ -163,7 +163,7 @@ class Values(types.WrapperAddressProtocol):
             before: the objectives.
         """
         after = self._layout.objectives(self.key)
-        for place, o in enumerate(self._layout.problem.objectives, self._layout.costs):
+        for place, o in enumerate(self._layout.problem.objectives, len(self._layout.problem.cost_names)):
             if after[place] < before[place] * (1 if o.measure.is_whole else 1 - TOLERANCE):
                 at = text_of_costs(self._layout.amounts(o, self.key), self._layout.problem.priced)
                 raise PreferenceError(f"{self._name(o)}: mu falls along a trajectory, on the last action to {at}")
