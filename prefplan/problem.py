@@ -51,6 +51,7 @@ class Problem:
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
         display: what people are shown in place of names.
+        assumptions: a sentence for every assumption under which a front is exact.
         resolution: the model's costs were rounded to multiples of this, in the user's units; None if they were not.
         names: the tasks' names.
         priced: the names of all that have violation costs: the tasks, then the rules that may be broken.
@@ -63,7 +64,7 @@ class Problem:
         is_bi_objective: whether there is one cost and one preference.
         is_general: whether some preference has a general contract: a detour may then be worth its cost.
         weighted_automata: the automata of the tasks, with relaxations.
-        rule_automata: the automata of the rules, first of those that may be broken.
+        followers: these, and then the automata of the rules, first of those that may be broken.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -121,6 +122,7 @@ class Problem:
         self._weigh_automata()
         self._check_claims()
         self._check_weighed()
+        self.assumptions = self._assumed()
 
     def _bind_preferences(self) -> None:
         """Set the terms of all preferences, and the units."""
@@ -156,7 +158,8 @@ class Problem:
                 kept.append(WeightedAutomaton(dfa, price=None))
             else:
                 priced.append(WeightedAutomaton(dfa, price=int(exact(rule.skip) / price)))
-        self.weighted_automata, self.rule_automata = tuple(automata), (*priced, *kept)
+        self.weighted_automata = tuple(automata)
+        self.followers: tuple[WeightedAutomaton, ...] = (*automata, *priced, *kept)
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
@@ -189,8 +192,7 @@ class Problem:
     @cached_property
     def task_propositions(self) -> frozenset[str]:
         """The propositions on which the tasks, their relaxations and the rules depend."""
-        relaxed, kept = ([dfa.propositions for dfa in each] for each in (self.weighted_automata, self.rule_automata))
-        return frozenset[str]().union(*relaxed, *kept)
+        return frozenset[str]().union(*(dfa.propositions for dfa in self.followers))
 
     @cached_property
     def stutter_invariant(self) -> bool:
@@ -212,12 +214,12 @@ class Problem:
         if tasks is not None:
             problem.tasks, problem.names = tuple(self.tasks[i] for i in tasks), tuple(self.names[i] for i in tasks)
             problem.automata = tuple(self.automata[i] for i in tasks)
-            problem.weighted_automata, problem.rule_automata = tuple(self.weighted_automata[i] for i in tasks), ()
+            problem.weighted_automata = tuple(self.weighted_automata[i] for i in tasks)
+            problem.followers = problem.weighted_automata
         return problem
 
-    @property
-    def assumptions(self) -> tuple[str, ...]:
-        """A sentence for every assumption under which a front is exact."""
+    def _assumed(self) -> tuple[str, ...]:
+        """Return a sentence for every assumption under which a front is exact."""
         notes = []
         if self.resolution is not None:
             notes.append(f"Costs are rounded to multiples of {number(self.resolution)}; the front is exact for those.")

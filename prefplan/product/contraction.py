@@ -80,7 +80,7 @@ def whole_graph(product: Product) -> Graph:
 def changes(product: Product) -> np.ndarray:
     """Return (N + R, Q, C) whether reading a label class can change an automaton's state."""
     states = np.arange(product.delta.shape[1])[:, None]
-    is_state = states < np.concatenate([product.sizes, product.rule_sizes])[:, None, None]
+    is_state = states < product.follower_sizes[:, None, None]
     moves: np.ndarray = is_state & ((product.delta != states) | (np.diff(product.extra_first, axis=2) > 0))
     return moves
 
@@ -181,18 +181,7 @@ def _cheapest_path(
     target: Integer,
     limit: Integer,
 ) -> np.ndarray:
-    """Return the edges of a path of exactly one cost from one state to another; none if there is no such path.
-
-    Args:
-        offsets: (S + 1,) int64, where each state's edges begin.
-        targets: (E,) int32, where edges lead.
-        costs: (E,) int64.
-        classes: (S,) int32, of labels.
-        passable: (C,) bool, classes of states that the path may pass.
-        source: where it begins.
-        target: where it ends, with at least one edge.
-        limit: cost of the path.
-    """
+    """Return the edges, one at least, of a path of cost `limit` through states of (C,) passable classes; or none."""
     # A link of a path has a number, an edge and the link before it. Of equal costs the heap has the largest item first,
     # so that ties go to the link made first. A state is left at most once, the source perhaps twice.
     most = 2 * targets.shape[0]

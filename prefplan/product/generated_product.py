@@ -48,13 +48,12 @@ class GeneratedProduct(Product):
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
         """Return whether a product can be generated: no task can be relaxed, and all tables and numbers are small."""
-        automata = (*problem.weighted_automata, *problem.rule_automata)
-        states = model.space.bound * math.prod(dfa.size for dfa in automata)
+        states = model.space.bound * math.prod(dfa.size for dfa in problem.followers)
         if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
             dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))
-            for dfa in automata
+            for dfa in problem.followers
         ]
         columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
         dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
@@ -67,10 +66,9 @@ class GeneratedProduct(Product):
     def _tabulate_letters(self) -> np.ndarray:
         """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
         space = self.model.space
-        automata = (*self.automata, *self.rules)
-        letters = np.zeros((len(automata), len(space.radices), max(space.radices)), dtype=np.int64)
+        letters = np.zeros((len(self.followers), len(space.radices), max(space.radices)), dtype=np.int64)
         labels: list[list[frozenset[str]]] = []
-        for i, dfa in enumerate(automata):
+        for i, dfa in enumerate(self.followers):
             labels_of = [frozenset[str]()]
             for d, values in space.visible(dfa.propositions):
                 distinct = list(dict.fromkeys(values))
@@ -80,7 +78,7 @@ class GeneratedProduct(Product):
         self._enter(
             [
                 [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in labels_of]
-                for dfa, labels_of in zip(automata, labels, strict=True)
+                for dfa, labels_of in zip(self.followers, labels, strict=True)
             ]
         )
         return letters

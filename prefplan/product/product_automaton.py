@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
-from itertools import pairwise
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from prefplan.errors import ModelError
 from prefplan.exact_costs import INT64_LIMIT, whole_numbers
 from prefplan.limits import check_limits
-from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
+from prefplan.logic.weighted_dfa import Reading
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import System
 from prefplan.problem import Problem
@@ -43,7 +42,7 @@ class Product:
         problem: what it is made from.
         system: the one in which plans are: that of `problem`, unless that is a smaller one.
         automata: (N,) the weighted automata of the tasks.
-        rules: (R,) the automata of the rules, first of the P - N rules that may be broken.
+        followers: (N + R,) these, then the automata of the rules, first of the P - N rules that may be broken.
         shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
             2**shift, plus 1 if actions are counted; int64, or Python's integers where one does not fit.
@@ -54,7 +53,7 @@ class Product:
         start_node: the number of the state s0.
         generated: the model for the kernels, where its states are generated; else None.
         ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
-        rule_sizes: (R,) int64, those of the rules' automata.
+        follower_sizes: (N + R,) int64, states of all followers.
         delta: (N + R, Q, C) int32, state after the free reading of a label class, or BARRED.
         pays: whether a step may have a violation cost.
         tolls: (P, Q, C) units, int64 or Python's integers, the price of the free reading: of breaking a rule; empty if
@@ -84,7 +83,7 @@ class Product:
         self.offsets = system.offsets
         self.targets = system.targets
         costs = system.costs[0].counts(problem.units.cost)
-        sizes = [*self.sizes.tolist(), *self.rule_sizes.tolist()]
+        sizes = self.follower_sizes.tolist()
         self.nodes = len(system.labels)
         states = self.nodes * math.prod(sizes)
         if states >= CODE_LIMIT:
@@ -110,45 +109,41 @@ class Product:
 
     def _follow(self, problem: Problem) -> None:
         """Set the automata, their sizes, and their accepting and skipped states."""
-        self.automata: tuple[WeightedAutomaton, ...] = problem.weighted_automata
-        self.rules: tuple[WeightedAutomaton, ...] = problem.rule_automata
-        self.sizes, self.rule_sizes = (
-            np.array([dfa.size for dfa in automata], dtype=np.int64) for automata in (self.automata, self.rules)
-        )
+        self.automata, self.followers = problem.weighted_automata, problem.followers
+        self.follower_sizes = np.array([dfa.size for dfa in self.followers], dtype=np.int64)
+        self.sizes = self.follower_sizes[: len(self.automata)]
         ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
         self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
 
     def _tabulate(self) -> None:
+        """Fill the tables, and set the classes of labels."""
         system = self.problem.system.listed
-        automata = (*self.automata, *self.rules)
-        relevant = [dfa.propositions for dfa in automata]
-        mentioned = frozenset().union(*relevant)
+        relevant = [dfa.propositions for dfa in self.followers]
+
+        @cache
+        def read(i: int, label: frozenset[str]) -> tuple[tuple[Reading, ...], ...]:
+            check_limits()
+            dfa = self.followers[i]
+            return tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size))
+
+        mentioned = frozenset[str]().union(*relevant)
         letters: dict[frozenset[str], int] = {}
         kept = [letters.setdefault(label & mentioned, len(letters)) for label in system.label_sets]
-        columns: dict[tuple[tuple[Reading, ...], ...], int] = {}
-        memo: dict[tuple[int, frozenset[str]], tuple[tuple[Reading, ...], ...]] = {}
-        class_sets: list[frozenset[str]] = []
-        class_of = []
+        columns: dict[tuple[tuple[tuple[Reading, ...], ...], ...], int] = {}
+        class_of, class_sets = list[int](), list[frozenset[str]]()
         for label in letters:
-            column: tuple[tuple[Reading, ...], ...] = ()
-            for i, dfa in enumerate(automata):
-                check_limits()
-                key = (i, label & relevant[i])
-                if key not in memo:
-                    memo[key] = tuple(tuple(dfa.readings(q, key[1])) for q in range(dfa.size))
-                column += memo[key]
+            check_limits()
+            column = tuple(read(i, label & names) for i, names in enumerate(relevant))
             if column not in columns:
-                columns[column] = len(columns)
                 class_sets.append(label)
-            class_of.append(columns[column])
+            class_of.append(columns.setdefault(column, len(columns)))
         self.class_sets = tuple(class_sets)
         self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
-        ends = np.cumsum([0, *(dfa.size for dfa in automata)]).tolist()
-        self._enter([[column[a:b] for column in columns] for a, b in pairwise(ends)])
+        self._enter(list(zip(*columns, strict=True)))
 
-    def _enter(self, readings: list[list[tuple[tuple[Reading, ...], ...]]]) -> None:
+    def _enter(self, readings: Sequence[Sequence[tuple[tuple[Reading, ...], ...]]]) -> None:
         """Fill the tables, given each automaton's readings by label class and state."""
-        most, labels = int(max([*self.sizes, *self.rule_sizes])), max(map(len, readings))
+        most, labels = int(self.follower_sizes.max()), max(map(len, readings))
         self.delta = np.zeros((len(readings), most, labels), dtype=np.int32)
         self.extra_first = np.zeros((len(readings), most, labels + 1), dtype=np.int32)
         extra, tolls = list[Reading](), dict[tuple[int, int, int], int]()

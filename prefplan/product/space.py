@@ -121,7 +121,7 @@ def space_of(product: Product, graph: Graph) -> Space:
     elif product.generated is None:
         edges = Edges(graph.offsets, graph.targets, graph.classes)
     nodes = graph.size if graph.contracted else product.nodes
-    sizes = np.concatenate([product.sizes, product.rule_sizes])
+    sizes = product.follower_sizes
     strides = np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
     counts = np.diff(product.extra_first, axis=2).sum(axis=(1, 2))
     owner = np.repeat(np.arange(len(counts)), counts)

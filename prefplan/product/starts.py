@@ -56,8 +56,9 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
         ModelError: if there are too many.
     """
     labels = [*problem.past.labels, problem.system.label(problem.system.start)]
-    rules = [after for dfa in problem.rule_automata if (after := _rule_after(dfa, labels)) is not None]
-    if len(rules) < len(problem.rule_automata):
+    automata = problem.followers[len(problem.tasks) :]
+    rules = [after for dfa in automata if (after := _rule_after(dfa, labels)) is not None]
+    if len(rules) < len(automata):
         return ()
     histories = [_histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
     count = math.prod(map(len, histories))

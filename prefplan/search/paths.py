@@ -154,9 +154,8 @@ class Paths:
         first = system.offsets[states[before]], system.offsets[states[before] + 1]
         assert (first[0] <= edges).all() and (edges < first[1]).all(), NO_STEP
         columns = [each.counts(unit)[edges] for each, unit in zip(system.costs, problem.cost_units, strict=True)]
-        followers = (*self.product.automata, *self.product.rules)
         labels = system.labels[states[later]]
-        for dfa, after in zip(followers, self.automata.T, strict=True):
+        for dfa, after in zip(self.product.followers, self.automata.T, strict=True):
             columns.append(_prices(dfa, system.label_sets, labels, after[before], after[later]))
         added = np.zeros((len(self.before), len(system.costs) + len(problem.priced)), dtype=object)
         added[later] = np.stack(columns[: added.shape[1]], axis=1)

@@ -218,8 +218,7 @@ class ReferenceSearch:
 
     def _read(self, k: int, q: int, label: int) -> list[Reading]:
         """Return the ways in which one automaton may read a class of labels; none if that breaks a rule for good."""
-        automata = (*self.product.automata, *self.product.rules)
-        return automata[k].readings(q, self.product.class_sets[label])
+        return self.product.followers[k].readings(q, self.product.class_sets[label])
 
     def _key(self, x: Label) -> Vector:
         """Return the label key; `prefplan.preferences.objective` says why these entries suffice."""
