@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from itertools import chain, product
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -91,8 +92,8 @@ class ReferenceSearch:
         """
         problem = product.problem
         self.product, self._problem, self._system = product, problem, problem.system.listed
-        units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
-        named = zip(problem.objective_names, units, strict=True)
+        self._units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
+        named = zip(problem.objective_names, self._units, strict=True)
         self._most = [bounds[name] / unit if name in bounds else math.inf for name, unit in named]
         edge_costs = zip(self._system.costs, problem.cost_units, strict=True)
         columns = [column.counts(unit).tolist() for column, unit in edge_costs]
@@ -249,7 +250,7 @@ class ReferenceSearch:
 
     def _goals(self, labels: Sequence[Label]) -> tuple[Goal, ...]:
         """Return goals with their exact objectives, in the user's units, and their paths (extractPlan)."""
-        units, steps = self._problem.cost_units, dict[Label, int]()
+        steps = dict[Label, int]()
         for goal in labels:
             path = [goal]
             while isinstance(parent := path[-1].parent, Label):
@@ -264,9 +265,7 @@ class ReferenceSearch:
             {k: x.parent for x, k in steps.items() if isinstance(x.parent, Start)},
             np.array([steps[goal] for goal in labels]),
         )
-        costs = [[count * unit for count, unit in zip(goal.f, units, strict=False)] for goal in labels]
-        values = [(*costs[k], *goal.f[len(units) :]) for k, goal in enumerate(labels)]
-        return tuple(Goal(values[k], paths, k) for k in range(len(labels)))
+        return tuple(Goal(tuple(map(mul, goal.f, self._units)), paths, k) for k, goal in enumerate(labels))
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:
