@@ -53,7 +53,7 @@ def warm_up() -> None:
     prepared = Prepared(Product(problem), Options())
     search = LabelSearch(prepared, bounds={})
     rehash(search.memory.states, 0)
-    prepared.improve()
+    prepared.improve(1)
     search.run(Limits())
 
 

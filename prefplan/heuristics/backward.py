@@ -1,4 +1,4 @@
-"""Exact cost-to-go for a few tasks at a time on T x A_K, compiled (`cost_to_go` for one task).
+"""Exact cost-to-go for a few tasks at a time on T x A_K, compiled (`cost_to_go` for one task): by `sweep` or Dijkstra.
 
 The growth of mu can be minimised in the same way: an edge of cost w adds rate(S) w while the tasks in S are satisfied.
 """
@@ -8,19 +8,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.backward_dijkstra import Incoming, dijkstra, incoming_edges, readings_of
-from prefplan.heuristics.sweep import MOST, never_lose, stages_of, sweep
+from prefplan.heuristics.sweep import never_lose, stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.models.kernels import INFINITE
+from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import Graph
+from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
 
 WATCHED_ENTRIES = 100_000
 """Limits and Ctrl-C can stop the filling of tables of at least this many entries; others take less than 0.1 s."""
+
+
+class Incoming(NamedTuple):
+    """The edges of S nodes by target: offsets: (S + 1,) int64, sources: (E,) int32, costs: (E,) int64."""
+
+    offsets: np.ndarray
+    sources: np.ndarray
+    costs: np.ndarray
 
 
 class Backward:
@@ -42,14 +50,7 @@ class Backward:
         self.stages = stages_of(product, graph) if sweep else None
         self.is_swept = self.stages is not None and never_lose(product)
 
-    def cost_to_go(
-        self,
-        tasks: Sequence[int],
-        factors: np.ndarray | None = None,
-        *,
-        shift: int = 0,
-        dtype: type[np.signedinteger[Any]] = np.int64,
-    ) -> np.ndarray:
+    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0) -> np.ndarray:
         """Return a table of the least weighted cost until all of some tasks are satisfied or dropped.
 
         With unequal weights, sweeping gives a lower bound (`sweep`).
@@ -59,20 +60,20 @@ class Backward:
             factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied; None for
                 ones.
             shift: low bits that are left out of costs.
-            dtype: of the table, one in `MOST`, which says what stands for no path.
 
         Returns:
-            (S * Q_1 * ... * Q_k,), indexed node + S * (q_1 + Q_1 * (q_2 + ...)).
+            (S * Q_1 * ... * Q_k,) int32, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); UNREACHABLE if there is no path,
+            and larger costs are cut off at one less.
 
         Raises:
             LimitError: a limit was reached.
         """
-        entries, none = self.entries_of(tasks), MOST[np.dtype(dtype)]
+        entries = self.entries_of(tasks)
         if factors is None:
             factors = np.ones(2 ** len(tasks), dtype=np.int64)
-        check_limits(np.dtype(dtype).itemsize * entries)
+        check_limits(4 * entries)
         if self.stages is not None and self.is_swept:
-            table = np.empty(entries, dtype=dtype)
+            table = np.empty(entries, dtype=np.int32)
             _run(sweep(self.stages, tasks, factors, table, shift=shift), entries)
             return table
         check_limits(8 * entries)
@@ -83,15 +84,11 @@ class Backward:
         edges = edges._replace(costs=edges.costs >> shift)
         weights = factors[readings.satisfied]
         _run(partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel()), entries)
-        return np.where(costs < INFINITE, np.minimum(costs, none - 1), none).astype(dtype).ravel()
+        return np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE).astype(np.int32).ravel()
 
     def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
-        """Return the same as int32, UNREACHABLE where there is no path, of costs that do not count actions."""
-        return self.cost_to_go(tasks, factors, shift=self.shift, dtype=np.int32)
-
-    def nodes_of(self, tasks: Sequence[int]) -> int:
-        """Return the number of nodes in the tables of some tasks."""
-        return self.nodes
+        """Return the same of costs that do not count actions."""
+        return self.cost_to_go(tasks, factors, shift=self.shift)
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""
@@ -99,7 +96,11 @@ class Backward:
 
     @cached_property
     def _incoming(self) -> Incoming:
-        return incoming_edges(self._graph)
+        graph = self._graph
+        source = np.repeat(np.arange(graph.size, dtype=np.int32), np.diff(graph.offsets))
+        order = np.argsort(graph.targets, kind="stable")
+        offsets = np.searchsorted(graph.targets[order], np.arange(graph.size + 1)).astype(np.int64)
+        return Incoming(offsets, source[order], graph.costs[order])
 
 
 def _run(fill: Callable[[np.ndarray], None], entries: int) -> None:
@@ -109,3 +110,103 @@ def _run(fill: Callable[[np.ndarray], None], entries: int) -> None:
         fill(np.zeros(1, dtype=np.bool_))
     else:
         run_within_limits(fill)
+
+
+class Readings(NamedTuple):
+    """The steps of the automata of k tasks together, of J = Q_1 ... Q_k combinations q_1 + Q_1 (q_2 + ...).
+
+    Attributes:
+        first: (J * C + 1,) int64, before: (X,) int64: `before[first[j C + c] : first[j C + c + 1]]` are the
+            combinations from which reading class c may lead to j.
+        satisfied: (J,) int64, tasks satisfied in a combination, as bits. finished: (J,) bool, whether all are satisfied
+            or dropped.
+    """
+
+    first: np.ndarray
+    before: np.ndarray
+    satisfied: np.ndarray
+    finished: np.ndarray
+
+
+def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
+    """Return the steps of some tasks' automata together."""
+    classes = product.delta.shape[2]
+    label, before, after = np.arange(classes), np.zeros(classes, dtype=np.int64), np.zeros(classes, dtype=np.int64)
+    satisfied, finished = np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool)
+    for j, i in enumerate(tasks):
+        read, q, onto = steps_of(product, i)
+        counts = np.bincount(read, minlength=classes)
+        # Every step so far is joined with every one of this automaton that reads the same class.
+        times = counts[label]
+        joined = np.repeat(np.arange(len(label)), times)
+        number = np.arange(len(joined)) - np.repeat(np.cumsum(times) - times, times)
+        label, stride = label[joined], len(finished)
+        step = (np.cumsum(counts) - counts)[label] + number
+        before, after = before[joined] + stride * q[step], after[joined] + stride * onto[step]
+        states, ends = np.arange(product.sizes[i]), product.ends[i]
+        satisfied = (((states == ends[0]) << j)[:, None] | satisfied).ravel()
+        finished = (np.isin(states, ends)[:, None] & finished).ravel()
+    cell = after * classes + label
+    order = np.argsort(cell, kind="stable")
+    first = np.searchsorted(cell[order], np.arange(len(finished) * classes + 1)).astype(np.int64)
+    return Readings(first, before[order], satisfied, finished)
+
+
+def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the steps of an automaton by label class, relaxed ones too: (X,) class, the states before and after."""
+    classes, size = product.delta.shape[2], int(product.sizes[i])
+    first = product.extra_first[i, :size]
+    q, label = np.divmod(np.arange(size * classes), classes)
+    relaxed = np.repeat(np.arange(size * classes), np.diff(first, axis=1).ravel())
+    read, before = np.concatenate([label, label[relaxed]]), np.concatenate([q, q[relaxed]])
+    after = np.concatenate([product.delta[i, :size].ravel(), product.extra_state[first[0, 0] : first[-1, -1]]])
+    order = np.argsort(read, kind="stable")
+    return read[order], before[order], after[order].astype(np.int64)
+
+
+@kernel
+def dijkstra(
+    edges: Incoming,
+    classes: np.ndarray,
+    readings: Readings,
+    factors: np.ndarray,
+    items: np.ndarray,
+    table: np.ndarray,
+    stop: np.ndarray,
+) -> None:
+    """Fill a table with least costs, weighted by the combination before each step; return early once `stop` is set.
+
+    Costs of INFINITE and more are entered as INFINITE - 1, still a lower bound. Cells whose node has no incoming edge
+    have no predecessors, and need not enter the open list.
+
+    The S nodes have label `classes`, and costs in J combinations the weights `factors`. The `table` (S J,) is 0 where
+    all tasks are finished, else INFINITE; `items` are its cells of cost 0 that have predecessors, the last first.
+    """
+    nodes, labels = classes.shape[0], (readings.first.shape[0] - 1) // readings.finished.shape[0]
+    keys, count = np.zeros(items.shape[0], dtype=np.int64), items.shape[0]
+    while count > 0 and not stop[0]:
+        cost, cell = keys[0], items[0]
+        count = heap_pop(keys, items, count, None)
+        if table[cell] < cost:
+            continue
+        node = cell % nodes
+        read = cell // nodes * labels + classes[node]
+        for reading in range(readings.first[read], readings.first[read + 1]):
+            before = readings.before[reading]
+            for edge in range(edges.offsets[node], edges.offsets[node + 1]):
+                source = edges.sources[edge]
+                new, there = min(cost + factors[before] * edges.costs[edge], INFINITE - 1), source + nodes * before
+                if new < table[there]:
+                    table[there] = new
+                    if edges.offsets[source] < edges.offsets[source + 1]:
+                        if count == keys.shape[0]:
+                            keys, items = _twice(keys), _twice(items)
+                        count = heap_push(keys, items, count, new, there, None)
+
+
+@kernel
+def _twice(array: np.ndarray) -> np.ndarray:
+    longer: np.ndarray = np.empty(2 * array.shape[0], dtype=np.int64)
+    for k in range(array.shape[0]):
+        longer[k] = array[k]
+    return longer

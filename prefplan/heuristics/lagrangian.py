@@ -23,9 +23,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.sweep import MOST, Layout, Stages, sweep
+from prefplan.heuristics.sweep import ABSENT, MOST, Layout, Stages, sweep
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.models.kernels import INFINITE, Integer, inner_kernel
+from prefplan.product.contraction import active_nodes
 
 LARGEST = MOST[np.dtype(np.uint16)]
 """Stands for no path in a table; sums are less, in its units."""
@@ -65,18 +66,19 @@ def sparse_layout(stages: Stages) -> Layout:
     A search reaches a node by reading its label. Where that can change one automaton only, it goes there only to change
     that one.
     """
-    tasks, most, nodes = stages.after.shape
+    after, active = stages.after, active_nodes(stages.product, stages.graph)
+    tasks, most, nodes = after.shape
     reached = np.zeros((nodes, tasks, most), dtype=bool)
-    alone = stages.active & (stages.active.sum(axis=0) == 1)
-    for i, size in enumerate(stages.sizes.tolist()):
-        after = stages.after[i, :size]
-        q, v = np.nonzero((after != np.arange(size)[:, None]) | ~alone[i])
-        reached[v, i, after[q, v]] = True
-    reached[~stages.active.any(axis=0)] = False
+    alone = active & (active.sum(axis=0) == 1)
+    for i, size in enumerate(stages.product.sizes.tolist()):
+        q, v = np.nonzero((after[i, :size] != np.arange(size)[:, None]) | ~alone[i])
+        reached[v, i, after[i, q, v]] = True
+    reached[~active.any(axis=0)] = False
     strides = np.cumprod(np.insert(reached.sum(axis=2), 0, 1, axis=1), axis=1)
-    place = np.where(reached, strides[:, :-1, None] * (np.cumsum(reached, axis=2) - 1), -1)
+    place = np.where(reached, strides[:, :-1, None] * (np.cumsum(reached, axis=2) - 1), ABSENT)
     ends = np.cumsum(strides[:, -1])
-    return Layout(ends - strides[:, -1], place, int(ends[-1]))
+    place[:, 0] += (ends - strides[:, -1])[:, None]
+    return Layout(place, int(ends[-1]))
 
 
 def weights_for(rates: np.ndarray, cost: int) -> Weights | None:
@@ -100,7 +102,7 @@ def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: i
     factors = weights.cost + weights.mu * rates
     check_limits(2 * layout.entries)
     table = np.empty(layout.entries, dtype=np.uint16)
-    tasks = range(len(stages.sizes))
+    tasks = range(len(stages.order))
     run_within_limits(sweep(stages, tasks, factors, table, layout=layout, shift=shift, unit=weights.unit))
     return Lagrangian(weights, layout, table)
 
@@ -110,12 +112,11 @@ def lagrangian_bound(lagrangian: Lagrangian | None, node: Integer, automata: np.
     """Return a lower bound of the cost-to-go, without low bits, of plans along which mu grows by at most `growth`."""
     if lagrangian is None:
         return np.int64(0)
-    entry = lagrangian.layout.first[node]
+    entry = np.int64(0)
     for i in range(lagrangian.layout.place.shape[1]):
-        place = lagrangian.layout.place[node, i, automata[i]]
-        if place < 0:
-            return np.int64(0)
-        entry += place
+        entry += lagrangian.layout.place[node, i, automata[i]]
+    if entry < 0:
+        return np.int64(0)
     weights = lagrangian.weights
     total = np.int64(lagrangian.table[entry]) * weights.unit
     if growth >= total // weights.mu:

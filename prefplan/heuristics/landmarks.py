@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.backward_dijkstra import steps_of
+from prefplan.heuristics.backward import steps_of
 from prefplan.limits import check_limits
 from prefplan.models.kernels import INFINITE, Integer, inner_kernel, kernel
 from prefplan.product.contraction import Graph

@@ -16,14 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from prefplan.heuristics.backward import Backward
-from prefplan.heuristics.landmarks import Landmarks, landmark_bound
 from prefplan.heuristics.projected_backward import ProjectedBackward
-from prefplan.heuristics.projection import ProjectionArrays, place_of
+from prefplan.heuristics.projection import ProjectionArrays, arrays_of, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, inner_kernel
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OrderRate, WeightedRate
@@ -48,34 +47,28 @@ eight objects take twice as long; with 1, those of weighted sums on grids up to 
 ALONE_ENTRIES = 4_000_000
 """Most entries of a table of a preference's growth because of one task."""
 
-# Columns of a product state's row that hold bounds (`prefplan.search.labels` has the others); see `raise_bound`. The
-# bound of objective e is in BOUND + e.
-LOOKED, LIKELY, BOUND = 3, 4, 5
-
 
 class Tables(NamedTuple):
-    """P tables, each for a set of at most k tasks, those of the first cost before all others.
+    """P tables, each for a set of at most k tasks.
 
     Attributes:
         tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0 beyond a set's
             tasks.
-        projection: (P,) int64, the projection of the model that each table is over; None where states are listed.
-        objective: (P,) int64, the cost or preference that each bounds: costs first.
+        projections: of the model, which tables are over; None where states are listed.
+        objective: (P,) int64, the cost or preference that each bounds.
         base: (P,) int64, where each begins.
         table: (entries,) int32, in units, cut off at UNREACHABLE - 1, which keeps bounds consistent.
         costs: number of costs.
-        first: number of tables of the first cost.
         add_up: whether a cost's bound is the sum of the entries, not the largest; a preference's always is.
     """
 
     tasks: np.ndarray
     strides: np.ndarray
-    projection: Any
+    projections: ProjectionArrays | None
     objective: np.ndarray
     base: np.ndarray
     table: np.ndarray
     costs: int
-    first: int
     add_up: bool
 
 
@@ -128,7 +121,7 @@ def cost_tables(
             if isinstance(backward, ProjectedBackward):
                 yield TableOf(d, tasks, backward.shared(tasks, sets))
             else:
-                yield TableOf(d, tasks, backward.cost_to_go(tasks, dtype=np.int32))
+                yield TableOf(d, tasks, backward.cost_to_go(tasks))
 
 
 def growth_tables(
@@ -179,22 +172,22 @@ def joined_tables(backwards: Sequence[Backward | ProjectedBackward], each: Seque
     first = backwards[0]
     tasks, strides = np.zeros((2, len(each), max((len(one.tasks) for one in each), default=1)), dtype=np.int64)
     for p, one in enumerate(each):
-        sizes = [first.nodes_of(one.tasks), *first.sizes[list(one.tasks)]]
-        tasks[p, : len(one.tasks)], strides[p, : len(one.tasks)] = one.tasks, np.cumprod(sizes)[:-1]
-    projection = None
-    if isinstance(first, ProjectedBackward):
-        projection = np.array([first.projection_of(one.tasks) for one in each], np.int64)
+        combinations = np.cumprod([1, *first.sizes[list(one.tasks)]])
+        tasks[p, : len(one.tasks)] = one.tasks
+        strides[p, : len(one.tasks)] = len(one.entries) // combinations[-1] * combinations[:-1]
+    projections = None
+    if isinstance(first, ProjectedBackward) and each:
+        projections = arrays_of([first.projection(one.tasks) for one in each], first.space)
     ends = np.cumsum([len(one.entries) for one in each], dtype=np.int64)
     return Tables(
         tasks,
         strides,
-        projection,
+        projections,
         np.array([one.objective for one in each], dtype=np.int64),
         np.concatenate([np.zeros(1, np.int64), ends])[: len(each)],
         np.concatenate([np.zeros(0, np.int32), *(one.entries for one in each)]),
         len(backwards),
-        sum(one.objective == 0 for one in each),
-        projection is not None,
+        projections is not None,
     )
 
 
@@ -206,40 +199,13 @@ def scaled(tables: Tables, weight: float) -> Tables:
 
 
 @inner_kernel
-def bound_of(
-    tables: Tables, projections: ProjectionArrays | None, node: Integer, automata: np.ndarray, e: Integer
-) -> Integer:
+def bound_of(tables: Tables, node: Integer, automata: np.ndarray, e: Integer) -> Integer:
     """Return a lower bound, at most INFINITE, of what an objective grows by from a product state to the end."""
     bound, adds = np.int64(0), tables.add_up or e >= tables.costs
     for p in range(tables.base.shape[0]):
         if tables.objective[p] == e:
-            more = _entry(tables, place_of(projections, tables.projection, p, node), automata, p)
+            more = _entry(tables, place_of(tables.projections, p, node), automata, p)
             bound = min(bound + more, np.int64(INFINITE)) if adds else max(bound, more)
-    return bound
-
-
-@inner_kernel
-def raise_bound(
-    tables: Tables, marks: Landmarks | None, node: Integer, automata: np.ndarray, row: np.ndarray, limit: Integer
-) -> Integer:
-    """Raise h(p) of the first cost by one table after the other until it exceeds a limit or none is left; return it.
-
-    The state's `row` keeps the bound so far, how many bounds were `LOOKED` up (the tables in order, then the
-    landmarks), and the `LIKELY` table, to look up first: the one that gave the parent's bound. Tables that add up must
-    have been looked up.
-    """
-    bound, likely, looked = row[BOUND], row[LIKELY], row[LOOKED]
-    if looked == 0 and likely < tables.first:
-        bound = max(bound, _entry(tables, node, automata, likely))
-    while looked < tables.first and bound <= limit:
-        cost = _entry(tables, node, automata, looked)
-        if cost > bound:
-            bound, likely = cost, looked
-        looked += 1
-    if looked == tables.first and bound <= limit:
-        bound = max(bound, landmark_bound(marks, node, automata))
-        looked += 1
-    row[BOUND], row[LOOKED], row[LIKELY] = bound, looked, likely
     return bound
 
 

@@ -26,7 +26,6 @@ from prefplan.heuristics.pattern_database import (
     sets_of_tasks,
 )
 from prefplan.heuristics.projected_backward import ProjectedBackward
-from prefplan.heuristics.projection import ProjectionArrays
 from prefplan.heuristics.sweep import Stages
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
@@ -41,6 +40,9 @@ takes a tenth as long as filling the table: it saves nine labels in ten or more,
 ENTRIES_EACH = 1_400
 """Larger tables are filled once a search for a single plan has expanded a label for so many entries, which takes as
 long as filling them."""
+
+LIKELY = 2
+"""Most plans of a front cost no more than so many times what the search has shown when a Lagrangian table is filled."""
 
 ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
@@ -75,13 +77,11 @@ class Bounds(NamedTuple):
 
     Attributes:
         tables: of the cost-to-go, and of how preferences grow.
-        projections: of the model, which the tables are over; None where its states are listed.
         landmarks: of the cost-to-go, if there are any.
         lagrangian: of the cost-to-go, where the growth of mu is limited, if there is a table yet.
     """
 
     tables: Tables
-    projections: ProjectionArrays | None = None
     landmarks: Landmarks | None = None
     lagrangian: Lagrangian | None = None
 
@@ -125,12 +125,11 @@ class Prepared:
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
         self.bounds: Bounds
         self.improved_after = math.inf
-        self._improved: Callable[[], Bounds]
+        self._improved: Callable[[int], Bounds]
         if isinstance(product, GeneratedProduct):
             projected = ProjectedBackward(product)
             sets = projected.groups() if options.heuristic != 0 else []
-            tables = self._tables([projected.with_costs(costs) for costs in self.costs], sets)
-            self.bounds = Bounds(tables, projected.arrays())
+            self.bounds = Bounds(self._tables([projected.with_costs(costs) for costs in self.costs], sets))
         else:
             self._look_back(single)
 
@@ -148,7 +147,7 @@ class Prepared:
             deeper = sets_of_tasks(backwards[0], wanted, entries, deep=True)
             if deeper != sets:
                 self.improved_after = sum(map(backwards[0].entries_of, deeper)) / ENTRIES_EACH
-                self._improved = lambda: self.bounds._replace(tables=self._tables(backwards, deeper))
+                self._improved = lambda _: self.bounds._replace(tables=self._tables(backwards, deeper))
             return
         grows = self.product.problem.measure.bi_objective and self.product.rates.any()
         stages = backwards[0].stages if self.options.lagrangian and grows and self.product.starts else None
@@ -171,17 +170,16 @@ class Prepared:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
         """
         guided = copy(self)
-        tables, guided.improved_after = scaled(self.bounds.tables, weight), math.inf
-        guided.bounds = Bounds(tables, self.bounds.projections)
+        guided.bounds, guided.improved_after = Bounds(scaled(self.bounds.tables, weight)), math.inf
         return guided
 
-    def improve(self) -> None:
-        """Make the further bounds."""
-        self.improved_after, self.bounds = math.inf, self._improved()
+    def improve(self, lowest: int) -> None:
+        """Make the further bounds for a search whose plans all cost at least `lowest`, without low bits."""
+        self.improved_after, self.bounds = math.inf, self._improved(lowest)
 
-    def _with_lagrangian(self, stages: Stages) -> Bounds:
+    def _with_lagrangian(self, stages: Stages, lowest: int) -> Bounds:
         """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
-        weights, layout = weights_for(self.product.rates, self._likely_cost), sparse_layout(stages)
+        weights, layout = weights_for(self.product.rates, LIKELY * lowest), sparse_layout(stages)
         if weights is None or layout.entries > self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES:
             return self.bounds
         try:
@@ -191,18 +189,6 @@ class Prepared:
                 raise
             return self.bounds
         return self.bounds._replace(lagrangian=table)
-
-    @property
-    def _likely_cost(self) -> int:
-        """About what a plan costs, in units: the largest cost of finishing some tasks, and as much for all others."""
-        tables, tasks = self.bounds.tables, len(self.product.sizes)
-        automata = np.array(self.product.starts[0].automata)
-        entries = (tables.base + self.graph.start + (tables.strides * automata[tables.tasks]).sum(axis=1))[
-            : tables.first
-        ]
-        largest = int(tables.table[entries].max(initial=1)) >> self.graph.shift
-        members = int((tables.strides[: tables.first] > 0).sum(axis=1).max(initial=1))
-        return largest * max(1, tasks - members + 1)
 
 
 def more_costs(product: Product) -> list[np.ndarray]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from prefplan.errors import LimitError
 from prefplan.front import Stats
-from prefplan.heuristics.pattern_database import BOUND
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
@@ -21,7 +20,7 @@ from prefplan.product.successors import successor_buffer
 from prefplan.search.growth import PRODUCT_LIMIT
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
-from prefplan.search.labels import AT, CODE, END, NONE, Labels, Memory, Queue, States, enlarged
+from prefplan.search.labels import AT, BOUND, CODE, END, NONE, Labels, Memory, Queue, States, enlarged
 from prefplan.search.paths import GeneratedPaths, Paths
 from prefplan.search.result import Goal, Result, ended_by
 
@@ -172,7 +171,7 @@ class LabelSearch:
         prepared = self.prepared
         wait = prepared.improved_after - self.memory.counters[AT.EXPANDED]
         if wait <= 0:
-            prepared.improve()
+            prepared.improve(self._in_units(int(self.memory.counters[AT.LOWEST])))
             if self.single:
                 self.reset()
         elif wait < pops:

@@ -22,7 +22,8 @@ from __future__ import annotations
 import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
-from prefplan.heuristics.pattern_database import BOUND, LIKELY, LOOKED, bound_of, raise_bound
+from prefplan.heuristics.landmarks import landmark_bound
+from prefplan.heuristics.pattern_database import bound_of
 from prefplan.heuristics.prepare import Bounds
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel, inner_kernel
@@ -32,11 +33,13 @@ from prefplan.product.successors import successors
 from prefplan.search.growth import Keys, grow
 from prefplan.search.labels import (
     AT,
+    BOUND,
     CODE,
     DOMINATED,
     END,
     GOAL_BIT,
     HEAD,
+    LOOKED,
     NONE,
     SATISFIED,
     Memory,
@@ -105,10 +108,10 @@ def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, la
     estimate = labels.key[label, first] + row[BOUND + first]
     if first == 0:
         node = decode(automata, row[CODE], states)
-        most = memory.counters[AT.LOWEST] - labels.key[label, 0]
-        rest = raise_bound(bounds.tables, bounds.landmarks, node, states, row, most)
+        if not row[LOOKED]:
+            row[BOUND], row[LOOKED] = max(row[BOUND], landmark_bound(bounds.landmarks, node, states)), 1
         within = lagrangian_bound(bounds.lagrangian, node, states, limits[1] - labels.key[label, 1])
-        rest = max(rest, within << keys.shift)
+        rest = max(row[BOUND], within << keys.shift)
         estimate = labels.key[label, 0] + rest if rest < INFINITE else np.int64(UNBOUNDED)
     return estimate if estimate <= limits[first] else np.int64(UNBOUNDED)
 
@@ -137,9 +140,7 @@ def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> In
         number = counters[AT.ROWS]
         if number == states.table.shape[0]:
             return END.MORE_ROWS
-        states.table[number, LIKELY] = 0 if parent == NONE else states.table[labels.row[parent], LIKELY]
-        most = counters[AT.LOWEST] - key[0] if keys.first == 0 else np.int64(INFINITE)
-        _bound_state(automata, keys, bounds, buffer.code[k], most, states.table[number], buffer.automata)
+        _bound_state(automata, keys, bounds, buffer.code[k], states.table[number], buffer.automata)
     row = states.table[number]
     if _is_beaten(keys, memory, row, label):
         return END.ENTERED
@@ -171,10 +172,9 @@ def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> In
 
 @inner_kernel
 def _bound_state(
-    automata: Automata, keys: Keys, bounds: Bounds, code: Integer, most: Integer, row: np.ndarray, states: np.ndarray
+    automata: Automata, keys: Keys, bounds: Bounds, code: Integer, row: np.ndarray, states: np.ndarray
 ) -> None:
-    """Fill the row of a new product state; the bound of the first cost is raised until it exceeds `most`."""
-    tables, projections = bounds.tables, bounds.projections
+    """Fill the row of a new product state."""
     node = decode(automata, code, states)
     satisfied, is_goal = 0, True
     for i in range(automata.ends.shape[0]):
@@ -183,14 +183,10 @@ def _bound_state(
         elif states[i] != automata.ends[i, 1]:
             is_goal = False
     row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
-    observe(projections, node)
-    for e in range(1, keys.objectives):
-        row[BOUND + e] = bound_of(tables, projections, node, states, np.int64(e))
-    row[LOOKED], row[BOUND] = 0, 0
-    if tables.add_up:
-        row[BOUND], row[LOOKED] = bound_of(tables, projections, node, states, np.int64(0)), tables.first + 1
-    else:
-        raise_bound(tables, bounds.landmarks, node, states, row, most)
+    row[LOOKED] = 0
+    observe(bounds.tables.projections, node)
+    for e in range(keys.objectives):
+        row[BOUND + e] = bound_of(bounds.tables, node, states, np.int64(e))
 
 
 @inner_kernel

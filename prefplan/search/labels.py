@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from prefplan.errors import LimitError
-from prefplan.heuristics.pattern_database import LOOKED
 from prefplan.limits import check_limits
 from prefplan.models.kernels import Integer, inner_kernel, kernel
 from prefplan.product.successors import Successors
@@ -25,9 +24,10 @@ NONE, DOMINATED = -1, -2
 Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT GOALS")
 AT = Counters(*range(10))
 
-# Columns of a product state's row, before those of its bounds: satisfied tasks as bits (with GOAL_BIT if no task is
-# left, which makes them negative), the last of its labels, and its code.
-SATISFIED, HEAD, CODE = range(LOOKED)
+# Columns of a product state's row: satisfied tasks as bits (with GOAL_BIT if no task is left, which makes them
+# negative), the last of its labels, its code, whether the bound by landmarks was looked up, and from BOUND on a lower
+# bound of what each objective grows by.
+SATISFIED, HEAD, CODE, LOOKED, BOUND = range(5)
 
 GOAL_BIT = -(2**31)
 
@@ -40,7 +40,7 @@ class States(NamedTuple):
     """Product states met so far, one row each.
 
     Attributes:
-        table: (R, F) int64, columns SATISFIED, HEAD, CODE, and those of bounds.
+        table: (R, F) int64, columns SATISFIED, HEAD, CODE, LOOKED, and those of bounds.
         slots: (H,) int32, open-addressing hash table of row numbers, -1 where empty; H is a power of two.
     """
 

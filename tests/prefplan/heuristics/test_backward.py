@@ -13,7 +13,7 @@ from judge.random_problems import random_problem
 from prefplan import Order, Problem, Task, TransitionSystem
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.sweep import never_lose
-from prefplan.models.kernels import INFINITE, NO_EDGE, UNREACHABLE
+from prefplan.models.kernels import NO_EDGE, UNREACHABLE
 from prefplan.product.contraction import Graph, contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
@@ -50,7 +50,7 @@ def shortest(
     # In the table the node is what changes fastest, then the first task's automaton.
     return np.array(
         [
-            lengths.get((int(state), automata[::-1]), INFINITE)
+            lengths.get((int(state), automata[::-1]), UNREACHABLE)
             for automata in product(*(range(whole.sizes[i]) for i in reversed(tasks)))
             for state in graph.states
         ]
@@ -109,9 +109,12 @@ def test_tables_hold_the_least_costs_in_32_bits(seed: int) -> None:
     _, _, back = random_product(seed)
     for k in range(1, len(back.sizes) + 1):
         for tasks in combinations(range(len(back.sizes)), k):
-            costs = back.cost_to_go(tasks)
-            table = back.cost_to_go(tasks, dtype=np.int32)
-            assert (table == np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE)).all()
+            costs, factor = back.cost_to_go(tasks).astype(np.int64), 2**27
+            table = back.cost_to_go(tasks, np.full(2**k, factor))
+            assert table.dtype == np.int32
+            assert (
+                table == np.where(costs < UNREACHABLE, np.minimum(costs * factor, UNREACHABLE - 1), UNREACHABLE)
+            ).all()
 
 
 def test_random_products_have_automata_of_either_kind() -> None:

@@ -11,7 +11,7 @@ from judge.random_problems import random_errands, random_problem
 
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.cost_to_go import max_min, task_distances
-from prefplan.models.kernels import INFINITE
+from prefplan.models.kernels import UNREACHABLE
 from prefplan.product.contraction import whole_graph
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
@@ -79,4 +79,4 @@ def test_compiled_tables_of_single_tasks_are_the_same(seed: int) -> None:
     for task, distances in enumerate(task_distances(product, product.costs.tolist())):
         table = backward.cost_to_go([task])
         cells = [(s, q) for q in range(product.sizes[task]) for s in range(backward.nodes)]
-        assert table.tolist() == [distances.get(cell, INFINITE) for cell in cells]
+        assert table.tolist() == [distances.get(cell, UNREACHABLE) for cell in cells]

@@ -23,7 +23,7 @@ from prefplan.heuristics.lagrangian import (
     sparse_layout,
     weights_for,
 )
-from prefplan.models.kernels import INFINITE, kernel
+from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
@@ -61,7 +61,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
                 within = _bound_of(tables, node, automata, growth)
                 assert within <= max(0, bound - growth * weights.mu // weights.cost)
                 assert weights.cost * (bound - 1) < total
-                if 0 < total < INFINITE and (tables.layout.place[node, tasks, automata] >= 0).all():
+                if 0 < total < UNREACHABLE and (tables.layout.place[node, tasks, automata] >= 0).all():
                     looked_up += 1
                     tight += weights.cost * bound >= total
     assert looked_up > 200

@@ -15,7 +15,7 @@ from prefplan import Order, Planner, Problem, Task, TransitionSystem
 from prefplan.heuristics import landmarks as heuristic
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.landmarks import Landmarks, landmarks
-from prefplan.models.kernels import INFINITE, kernel
+from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.scenario.decode import from_dict
@@ -41,6 +41,7 @@ def bounds_and_costs(problem: GraphProblem, seed: int) -> list[tuple[int, int]]:
     graph = contract(whole)
     assert graph is not None
     table = Backward(whole, graph).cost_to_go(range(len(whole.sizes)))
+    table = np.where(table < UNREACHABLE, table.astype(np.int64), INFINITE)
     marks = landmarks(whole, graph)
     found = []
     for each in (marks, repriced(marks, random.Random(seed))):

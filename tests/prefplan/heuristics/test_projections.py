@@ -12,21 +12,19 @@ import pytest
 from random_manipulation import random_problem
 
 from prefplan import Options, Planner
-from prefplan.heuristics import pattern_database, projected_backward, projection
+from prefplan.heuristics import pattern_database, projection
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.prepare import Prepared
-from prefplan.models.kernels import INFINITE, kernel
+from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import whole_graph
 from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
 
 
 @kernel
-def _bound_of(
-    tables: pattern_database.Tables, projections: projection.ProjectionArrays, code: np.int64, states: np.ndarray
-) -> Any:
-    projection.observe(projections, code)
-    return pattern_database.bound_of(tables, projections, code, states, np.int64(0))
+def _bound_of(tables: pattern_database.Tables, code: np.int64, states: np.ndarray) -> Any:
+    projection.observe(tables.projections, code)
+    return pattern_database.bound_of(tables, code, states, np.int64(0))
 
 
 @pytest.mark.parametrize(("seed", "measured"), [(seed, seed >= 24) for seed in (*range(12), *range(24, 30))])
@@ -39,17 +37,18 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
         assert any(task.relax for task in problem.tasks)
         return
     # Of measured costs, locations are merged or not.
-    monkeypatch.setattr(projected_backward, "APART_ENTRIES", seed % 2 * projected_backward.APART_ENTRIES)
+    monkeypatch.setattr(projection, "APART_ENTRIES", seed % 2 * projection.APART_ENTRIES)
     bounds = Prepared(searched, Options()).bounds
     system = replace(searched.model.listed, propositions=problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
-    exact = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())
+    table = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())
+    exact = np.where(table < UNREACHABLE, table.astype(np.int64), INFINITE)
     space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
 
     def cost_bound(code: np.int64, states: np.ndarray) -> int:
-        return int(_bound_of(bounds.tables, bounds.projections, code, states))
+        return int(_bound_of(bounds.tables, code, states))
 
     found = np.empty_like(exact)
     for k, automata in enumerate(product(*(range(size) for size in searched.sizes[::-1]))):

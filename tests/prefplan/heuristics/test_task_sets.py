@@ -60,10 +60,10 @@ def test_tables_deepened_in_mid_search_lose_nothing(
     deepened: list[int] = []
     improve = prepare.Prepared.improve
 
-    def noted(self: prepare.Prepared) -> None:
-        improve(self)
+    def noted(self: prepare.Prepared, lowest: int) -> None:
+        improve(self, lowest)
         tables = self.bounds.tables
-        deepened.append(int(np.count_nonzero(tables.strides[: tables.first], axis=1).max()))
+        deepened.append(int(np.count_nonzero(tables.strides[tables.objective == 0], axis=1).max()))
 
     monkeypatch.setattr(prepare.Prepared, "improve", noted)
     monkeypatch.setattr(prepare, "ENTRIES_EACH", math.inf)

@@ -24,7 +24,7 @@ from prefplan import (
     best_plan,
     pareto_front,
 )
-from prefplan.heuristics import projected_backward
+from prefplan.heuristics import projection
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.symmetry import most_states
@@ -77,7 +77,7 @@ def test_random_fronts_with_measured_costs_are_those_of_the_whole_model(
     whole = pareto_front(draw(random.Random(seed), measured=True))
     problem = draw(random.Random(seed), measured=True, large=True)
     # Places are merged in the bounds, or not.
-    monkeypatch.setattr(projected_backward, "APART_ENTRIES", seed % 2 * projected_backward.APART_ENTRIES)
+    monkeypatch.setattr(projection, "APART_ENTRIES", seed % 2 * projection.APART_ENTRIES)
     front = (Planner if seed % 4 else ListedPlanner)(problem).front()
     assert [plan.objectives for plan in front] == [plan.objectives for plan in whole]
     assert front.reason == whole.reason
