@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from prefplan.errors import PreferenceError
 from prefplan.preferences.expression import ARITHMETIC, Constant, Operation, Tree, Variable, to_text
@@ -53,7 +54,7 @@ def shape(tree: Tree, tasks: Sequence[str]) -> Shape:
     return _combined(tree.name, *parts)
 
 
-def _combined(name: str, *parts: Shape) -> Shape:
+def _combined(name: Any, *parts: Shape) -> Shape:
     """Return the shape of an operation on operands of some shapes; no divisor is 0."""
     one, other, zero = parts[0], parts[-1], Fraction(0)
     rising, falling = all(part.rising for part in parts), all(part.falling for part in parts)
@@ -89,8 +90,6 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
     max(0, c_i - d) and weighted maxima of costs.
     """
     summands = _summands(tree)
-    if summands is None:
-        return None
     terms: list[Term | Fraction] = [summands.pop(_ONE, Fraction(0))]
     for part in list(summands):
         if isinstance(part, Operation) and part.name == "max" and summands[part] > 0:
@@ -114,28 +113,26 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
     return terms
 
 
-def _summands(tree: Tree) -> dict[Tree, Fraction] | None:
-    """Return a sum as {summand: factor}, or None for a product; constants have the summand 1."""
+def _summands(tree: Tree) -> dict[Tree, Fraction]:
+    """Return a sum as {summand: factor}; constants have the summand 1."""
     result: dict[Tree, Fraction] = {}
 
-    def add(node: Tree, by: Fraction) -> bool:
+    def add(node: Tree, by: Fraction) -> None:
         match node:
-            case Constant(value):
-                node, by = _ONE, by * value
-            case Operation("+", (a, b)):
-                return add(a, by) and add(b, by)
-            case Operation("-", (a, b)):
-                return add(a, by) and add(b, -by)
+            case Operation("+" | "-" as name, (a, b)):
+                add(a, by)
+                add(b, by if name == "+" else -by)
             case Operation("*", (Constant(value), other)) | Operation("*", (other, Constant(value))):
-                return add(other, by * value)
+                add(other, by * value)
             case Operation("/", (a, Constant(value))):
-                return add(a, by / value)
-            case Operation("*" | "/", _):
-                return False
-        result[node] = result.get(node, Fraction(0)) + by
-        return True
+                add(a, by / value)
+            case Constant(value):
+                result[_ONE] = result.get(_ONE, Fraction(0)) + by * value
+            case _:
+                result[node] = result.get(node, Fraction(0)) + by
 
-    return result if add(tree, Fraction(1)) else None
+    add(tree, Fraction(1))
+    return result
 
 
 def _lines(operands: Iterable[Tree]) -> list[tuple[dict[int, Fraction], Fraction]] | None:
@@ -143,8 +140,6 @@ def _lines(operands: Iterable[Tree]) -> list[tuple[dict[int, Fraction], Fraction
     lines = []
     for operand in operands:
         summands = _summands(operand)
-        if summands is None:
-            return None
         constant, slopes = summands.pop(_ONE, Fraction(0)), {}
         for part, slope in summands.items():
             if not isinstance(part, Variable) or part.violation:

@@ -41,8 +41,8 @@ Span = tuple[Fraction, Fraction]
 
 SPAN = (Fraction(1), Fraction(2000))
 
-CostLists = tuple[list[Any], list[Any]]
-"""Costs and violation costs: fractions, or floats for a function."""
+CostLists = tuple[list[Fraction], list[Fraction]]
+"""Costs and violation costs."""
 
 
 def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = SPAN) -> None:
@@ -90,9 +90,8 @@ class _Trials:
     """Random costs of N tasks and rules, as multiples of the smallest, at which a formula is evaluated."""
 
     def __init__(self, formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span) -> None:
-        self._formula, self._tasks, self._where, (unit, largest) = formula, tasks, where, span
-        self._rng, self._size, self._most = random.Random(SEED), len(tasks), max(1, int(largest / unit))
-        self._unit = float(unit) if formula.tree is None else unit
+        self._formula, self._tasks, self._where, (self._unit, largest) = formula, tasks, where, span
+        self._rng, self._size, self._most = random.Random(SEED), len(tasks), max(1, int(largest / self._unit))
 
     def draw(self) -> int:
         """Return a random cost of any order of magnitude, sometimes zero and often small."""

@@ -47,9 +47,9 @@ class Variable:
 
 @dataclass(frozen=True)
 class Operation:
-    """`+ - * /` of two operands, or `min max abs` of some."""
+    """`+ - * /` of two operands, `min max abs` of some, or a Python function of floats."""
 
-    name: str
+    name: str | Callable[..., float]
     operands: tuple[Tree, ...]
 
 
@@ -82,7 +82,7 @@ def evaluate(tree: Tree, costs: Sequence[Any], violations: Sequence[Any]) -> Any
         tree,
         lambda value: value,
         lambda variable: (violations if variable.violation else costs)[variable.task],
-        lambda name, *values: ARITHMETIC[name](*values),
+        lambda name, *values: ARITHMETIC.get(name, name)(*values),
     )
 
 
@@ -92,16 +92,18 @@ def variables(tree: Tree) -> frozenset[Variable]:
     return fold(tree, lambda _: none, lambda variable: frozenset({variable}), lambda _, *sets: none.union(*sets))
 
 
-def divides(tree: Tree) -> bool:
-    """Return whether an expression has a division."""
-    return fold(tree, lambda _: False, lambda _: False, lambda name, *parts: name == "/" or any(parts))
+def is_rounded(tree: Tree) -> bool:
+    """Return whether an expression has a division or a Python function."""
+    return fold(
+        tree, lambda _: False, lambda _: False, lambda name, *parts: name == "/" or callable(name) or any(parts)
+    )
 
 
 def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
     """Return an expression over costs as one over multiples of units, and the factor to multiply its value by.
 
-    Without a division all its constants are whole, so that its values are, too. `cost` and `price` are the units of
-    costs and of violation costs.
+    Where nothing is rounded, its constants are whole, so that its values are, too. `cost` and `price` are the units
+    of costs and of violation costs.
     """
     if isinstance(tree, Constant):
         return Constant(Fraction(1)), tree.value
@@ -110,14 +112,16 @@ def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]
     parts, factors = zip(*[scaled(operand, cost, price) for operand in tree.operands], strict=True)
     if tree.name in ("*", "/"):
         return Operation(tree.name, parts), ARITHMETIC[tree.name](*factors)
-    unit = common_unit(factors)
+    unit = Fraction(1) if callable(tree.name) else common_unit(factors)
     return Operation(tree.name, tuple(map(_times_constant, parts, (factor / unit for factor in factors)))), unit
 
 
 def _times_constant(tree: Tree, factor: Fraction) -> Tree:
     if isinstance(tree, Constant):
         return Constant(tree.value * factor)
-    return tree if factor == 1 else Operation("*", (Constant(factor), tree))
+    for name, by in (("*", factor.numerator), ("/", factor.denominator)):
+        tree = tree if by == 1 else Operation(name, (tree, Constant(Fraction(by))))
+    return tree
 
 
 def to_text(tree: Tree, tasks: Sequence[str]) -> str:

@@ -13,6 +13,8 @@ from functools import partial, reduce
 from operator import mul
 from typing import Annotated, Any, Protocol
 
+import numpy as np
+
 from prefplan.errors import ModelError, PreferenceError, check_known, choices, prefixed
 from prefplan.exact_costs import Number, exact
 from prefplan.preferences.analysis import decompose, shape
@@ -166,7 +168,7 @@ class Expression:
         outline, summands = shape(tree, list(amounts)), decompose(tree, len(tasks) + len(rules))
         shown = "componentwise" if outline.rising else "general"
         contract = _contract(self.contract) or shown
-        whole = OpaqueTerm(tree, None, contract, claimed=contract not in (shown, "general"))
+        whole = OpaqueTerm(tree, contract, claimed=contract not in (shown, "general"))
         if (outline.rising and outline.low >= 0) or (summands is not None and evaluate(tree, nothing, nothing) >= 0):
             # It never falls; whether it is too large is seen at large costs.
             large = [SPAN[1]] * len(amounts)
@@ -194,7 +196,13 @@ class Function:
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the function as a term."""
         names, contract = (*tasks, *rules), _contract(self.contract) or "general"
-        whole = OpaqueTerm(None, self.function, contract, claimed=True, tasks=len(tasks), rules=len(rules))
+
+        def call(*amounts: Any) -> float:
+            return float(self.function(*np.split(np.array(amounts, dtype=float), 2)))
+
+        costs: list[Tree] = [Variable(i) if i < len(tasks) else Constant(Fraction(0)) for i in range(len(names))]
+        tree = Operation(call, (*costs, *(Variable(i, True) for i in range(len(names)))))
+        whole = OpaqueTerm(tree, contract, claimed=True)
         check_never_falls(whole, names, "function")
         check_contract(whole, names, "contract")
         return [whole]
@@ -250,7 +258,7 @@ def _total(trees: Sequence[Tree]) -> Tree:
 
 def _terms(tree: Tree, count: int) -> list[Term | Fraction]:
     """Return an expression over a number of tasks and rules, which falls in none of them, as terms."""
-    return decompose(tree, count) or [OpaqueTerm(tree, None, "componentwise")]
+    return decompose(tree, count) or [OpaqueTerm(tree, "componentwise")]
 
 
 def _weight(where: str, weight: Number) -> Fraction:

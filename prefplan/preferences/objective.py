@@ -26,7 +26,7 @@ import numpy as np
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, describe
 from prefplan.exact_costs import Units, common_unit
-from prefplan.preferences.expression import divides, scaled
+from prefplan.preferences.expression import is_rounded, scaled
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import (
     Maximum,
@@ -142,8 +142,6 @@ class Measure:
     def of(cls, parts: Sequence[Term | Fraction], tasks: int, rules: int = 0) -> Measure:
         """Return the measure of a preference's terms and constants, for some numbers of tasks and breakable rules."""
         formulas, violations = _of_kind(parts, OpaqueTerm), _of_kind(parts, Violation)
-        if sum(formula.function is not None for formula in formulas) > 1:
-            raise PreferenceError("terms: a sum can hold one Python function only")
         weights = [sum((term.weights[i] for term in violations), Fraction(0)) for i in range(tasks + rules)]
         return cls(
             tasks,
@@ -185,7 +183,7 @@ class Measure:
     @property
     def is_whole(self) -> bool:
         """Whether all values are whole multiples of `unit`: no term is a Python function or has a division."""
-        return not any(formula.tree is None or divides(formula.tree) for formula in self.formulas)
+        return not any(is_rounded(formula.tree) for formula in self.formulas)
 
     def unit(self, cost: Fraction, price: Fraction) -> Fraction:
         """Return a unit of mu, given those of costs, in which all terms without functions or divisions are whole."""
@@ -193,7 +191,7 @@ class Measure:
         amounts = [weight * cost for term in over_cost for weight in weights_of(term)]
         amounts += [late.weight * late.by for late in self.tardiness]
         amounts += [weight * price for weight in self.violation_weights]
-        amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas if formula.tree]
+        amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas]
         return common_unit(amounts)
 
     @property

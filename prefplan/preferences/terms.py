@@ -111,47 +111,33 @@ class Maximum:
 
 @dataclass(frozen=True)
 class OpaqueTerm:
-    """An expression that is none of the above, or a Python function.
+    """An expression that is none of the above.
 
     Attributes:
-        tree: the expression; None for a function.
-        function: (costs, violations) -> value; None for an expression.
+        tree: the expression.
         contract: `additive`, `convex`, `componentwise` or `general`; see `prefplan.preferences.contracts`.
         weight: factor.
         claimed: whether the contract was declared by the user: tested, not proven.
-        tasks: number of tasks whose costs a function is given.
-        rules: number of rules that may be broken, whose violation costs it is given, too.
     """
 
-    tree: Tree | None
-    function: Callable[[Any, Any], float] | None
+    tree: Tree
     contract: str
     weight: Fraction = Fraction(1)
     claimed: bool = False
-    tasks: int = 0
-    rules: int = 0
 
     @cached_property
     def costs(self) -> tuple[int, ...]:
         """The tasks whose cost matters."""
-        if self.tree is None:
-            return tuple(range(self.tasks))
         return tuple(sorted(v.task for v in variables(self.tree) if not v.violation))
 
     @cached_property
     def violations(self) -> tuple[int, ...]:
         """The tasks and rules whose violation cost matters."""
-        if self.tree is None:
-            return tuple(range(self.tasks + self.rules))
         return tuple(sorted(v.task for v in variables(self.tree) if v.violation))
 
     def value(self, costs: Costs, violations: Costs) -> Any:
-        """Return the value: a fraction for an expression, a float for a function."""
-        if self.tree is not None:
-            return self.weight * evaluate(self.tree, costs, violations)
-        assert self.function is not None
-        arguments = (np.array([float(c) for c in costs]), np.array([float(v) for v in violations]))
-        return float(self.weight) * float(self.function(*arguments))
+        """Return the value: a fraction, or a float where a Python function is called."""
+        return self.weight * evaluate(self.tree, costs, violations)
 
 
 Term = OrderRate | WeightedRate | SpreadRate | Violation | Tardiness | Maximum | OpaqueTerm

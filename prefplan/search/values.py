@@ -64,8 +64,6 @@ class Values(types.WrapperAddressProtocol):
         """
         try:
             return int(self._enter(self._key_of(label)))
-        except ArithmeticError:
-            return int(END.TOO_LARGE)
         except BaseException as error:
             self.error = error
             return int(END.TOO_LARGE)
@@ -74,7 +72,10 @@ class Values(types.WrapperAddressProtocol):
         self.key = exact = key.tolist()
         exact[0] >>= self._shift
         for e, is_whole, value_of in self._each:
-            value = value_of(exact)
+            try:
+                value = value_of(exact)
+            except Exception:  # `require_values` says why
+                return END.TOO_LARGE
             if not 0 <= value <= (INFINITE if is_whole else LARGEST):
                 return END.TOO_LARGE
             entry, slack = (value, 0) if is_whole else (ordered_number(value), FALL)
@@ -86,55 +87,34 @@ class Values(types.WrapperAddressProtocol):
 
     def _value(self, entry: KeyEntry, o: PreferenceObjective) -> ValueOf:
         """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
-        unit = "1" if o.measure.is_whole else repr(float(o.units.mu))
-        functions = {f"f{k}": self._function(o, f) for k, f in enumerate(entry.formulas) if f.tree is None}
+        unit, functions = "1" if o.measure.is_whole else repr(float(o.units.mu)), dict[str, Callable[..., float]]()
         terms = [f"k[{part}] * {unit}" for part in entry.parts]
-        terms += [f"f{k}(k)" if f.tree is None else self._text(o, f) for k, f in enumerate(entry.formulas)]
+        terms += [self._text(o, formula, functions) for formula in entry.formulas]
         value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", functions)
         return value
 
-    def _text(self, o: PreferenceObjective, formula: OpaqueTerm) -> str:
-        """Return an expression as Python over a key."""
-        assert formula.tree is not None
-        whole = o.measure.is_whole
+    def _text(self, o: PreferenceObjective, formula: OpaqueTerm, functions: dict[str, Callable[..., float]]) -> str:
+        """Return an expression as Python over a key, and name the `functions` that it calls."""
         tree, rest = scaled(formula.tree, o.units.cost, o.units.price)
 
         def constant(value: Fraction) -> str:
             return str(int(value)) if value.denominator == 1 else repr(float(value))
 
         def variable(one: Variable) -> str:
-            return f"k[{place}]" if (place := self._place(o, one.task, violation=one.violation)) is not None else "0"
+            how, cost = (VIOLATION, 0) if one.violation else (TASK, o.cost)
+            place = self._layout.place(how, cost, one.task)
+            return "0" if place is None else f"k[{place}]"
 
-        def operation(name: str, *parts: str) -> str:
+        def operation(name: str | Callable[..., float], *parts: str) -> str:
+            if callable(name):
+                functions[called := f"f{len(functions)}"] = name
+                return f"{called}({', '.join(parts)})"
             if name in FUNCTIONS:
                 return f"{name}({', '.join(parts)})" if len(parts) > 1 or name == "abs" else parts[0]
             return f"({parts[0]} {name} {parts[1]})"
 
-        factor = Fraction(formula.weight * rest / (o.units.mu if whole else 1))
+        factor = Fraction(formula.weight * rest / (o.units.mu if o.measure.is_whole else 1))
         return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
-
-    def _place(self, o: PreferenceObjective, i: int, *, violation: bool = False) -> int | None:
-        """Return the entry of a task's cost, or of its violation cost, if there is one."""
-        return self._layout.place(VIOLATION, 0, i) if violation else self._layout.place(TASK, o.cost, i)
-
-    def _function(self, o: PreferenceObjective, formula: OpaqueTerm) -> ValueOf:
-        """Return what calls a Python function; its arguments are the floats nearest to the exact costs."""
-        function, weight, everyone = formula.function, float(formula.weight), range(len(self._layout.problem.priced))
-        assert function is not None
-        costs, prices = ([self._place(o, i, violation=v) for i in everyone] for v in (False, True))
-
-        def amounts(places: list[int | None], unit: Fraction, key: Sequence[int]) -> np.ndarray:
-            by, per = unit.numerator, unit.denominator
-            return np.array([0.0 if e is None else key[e] * by / per for e in places])
-
-        def value_of(key: Sequence[int]) -> float:
-            try:
-                value = weight * float(function(amounts(costs, o.units.cost, key), amounts(prices, o.units.price, key)))
-            except Exception:
-                value = -1
-            return value if value >= 0 else float(self._checked(o, formula))
-
-        return value_of
 
     def _checked(self, o: PreferenceObjective, formula: OpaqueTerm) -> Any:
         """Return the exact value of a formula for the latest label.
