@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import accumulate, combinations
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from experiments.figures.figures import drawing, write_figure
@@ -31,10 +30,6 @@ MARGIN = 0.09
 
 MARGIN_FOR_LABEL = 0.17
 """The same to the left of the first point if points have labels."""
-
-
-TICK_GAP_PX = 1.5
-"""Half the least distance between tick labels, px."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -96,9 +91,6 @@ def draw_front(
     if others:
         x, y, _ = np.array(others).T
         axes.plot(x, y, "o", color="C6", markersize=5, label="best in other objectives", zorder=3)
-    else:
-        axes.set_xticks(costs, [*map(number, costs.tolist())])
-        axes.set_yticks(mu, [*map(number, mu.tolist())])
     axes.set(xlabel=names[0], ylabel=names[1])
     if scenario.problem().is_bi_objective:
         unit = cost_unit(scenario)
@@ -126,8 +118,6 @@ def _label(axes: Axes, points: Mapping[str, tuple[float, float]]) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.draw_without_rendering()
-    _thin_out(axes.get_xticklabels())
-    _thin_out(axes.get_yticklabels())
     taken: list[Bbox] = []
     inside = axes.get_window_extent()
     for text, at in sorted(
@@ -140,13 +130,3 @@ def _label(axes: Axes, points: Mapping[str, tuple[float, float]]) -> None:
                 taken.append(extent)
                 break
             label.remove()
-
-
-def _thin_out(labels: Sequence[Text]) -> None:
-    """Hide tick labels that overlap others; the first and the last stay if they do not overlap."""
-    taken: list[Bbox] = []
-    for i in sorted(range(len(labels)), key=lambda i: (0 < i < len(labels) - 1, i)):
-        extent = labels[i].get_window_extent().padded(TICK_GAP_PX)
-        labels[i].set_visible(not any(extent.overlaps(other) for other in taken))
-        if labels[i].get_visible():
-            taken.append(extent)
