@@ -99,14 +99,14 @@ def report(
     say(page)
     for notice in notices:
         tell(notice)
+    return _status(front, recordings, planner, interrupted=interrupted)
+
+
+def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner, *, interrupted: bool) -> int:
+    """Return the exit status; say on stderr why it is not 0, and how far the front is complete."""
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
-    return _status(front, recordings, planner)
-
-
-def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner) -> int:
-    """Return the exit status; say on stderr why it is not 0, and how far the front is complete."""
     if front.reason:
         return no_plan(front.reason, planner)
     if front.ended:
