@@ -150,7 +150,13 @@ class ParallelCoordinates extends PlanChart {
     const width = Math.max(this.place.clientWidth, sides + count * Math.max(LEAST_GAP, ...beside.slice(1, count)));
     const across = axes.map((_, k) => beside[0] + (k * (width - sides)) / count);
     this.clear(width, LINES_HEIGHT);
-    const top = NAME_HEIGHT * this.names(across, width) + LABEL_HEIGHT;
+    // Names stand above their axes, in rows where side by side they would overlap.
+    const rows = Math.ceil((LETTER + widest(axes.map(({ name }) => name))) / (across[1] - across[0]));
+    const top = NAME_HEIGHT * rows + LABEL_HEIGHT;
+    axes.forEach(({ name }, k) => {
+      const half = widest([name]) / 2, x = Math.max(half, Math.min(across[k], width - half));
+      this.scenery.append(draw("text", { class: "axis-name", x, y: NAME_HEIGHT * ((k % rows) + 0.75) }, name));
+    });
     const places = axes.map(({ values }) => placesOf(values, bottom, top));
     const points = this.ranks.map((ranks) => ranks.map((rank, k) => [across[k], places[k][rank]]));
     axes.forEach((axis, k) => {
@@ -165,20 +171,5 @@ class ParallelCoordinates extends PlanChart {
       const [[x, y], [u, v]] = points[i], share = i === this.state.other ? 0.7 : 0.3;
       mark.querySelector(".disc").setAttribute("transform", `translate(${x + share * (u - x)} ${y + share * (v - y)})`);
     });
-  }
-
-  // Write the names above the axes, in rows where side by side they would overlap; return the number of rows.
-  names(across, width) {
-    const ends = [];
-    this.axes.forEach(({ name }, k) => {
-      const text = draw("text", { class: "axis-name" }, name);
-      this.scenery.append(text);
-      const size = text.getComputedTextLength(), from = Math.max(0, Math.min(across[k] - size / 2, width - size));
-      const free = ends.findIndex((end) => end < from - 8), row = free < 0 ? ends.length : free;
-      ends[row] = from + size;
-      text.setAttribute("x", from + size / 2);
-      text.setAttribute("y", NAME_HEIGHT * (row + 0.75));
-    });
-    return ends.length;
   }
 }
