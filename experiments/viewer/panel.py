@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import viser
 
 from experiments.cli.browser import template
-from experiments.viewer.live_run import LiveRun, Status
+from experiments.viewer.live_run import LiveRun
 from prefplan.plan import objectives_text
-from prefplan.problem import Task
 
 if TYPE_CHECKING:
     from experiments.viewer.session import Session
@@ -70,10 +69,10 @@ class Panel:
             _set(row, color=colours.get(i, "gray"))
         state = "playing" if playback.playing else "paused"
         parts = [
-            status_html(
-                run.problem.tasks,
-                run.status_at(playback.time),
-                playback.time,
+            template(__package__, "panel.html").render(
+                tasks=run.problem.tasks,
+                status=run.status_at(playback.time),
+                time=playback.time,
                 state=state,
                 heading=f"Plan {index}" if len(shown) > 1 else "",
                 colour=colour,
@@ -142,31 +141,3 @@ def announced(run: LiveRun, *, playing: bool) -> list[str]:
     if run.pulled and not playing:
         lines.append(f"pull {run.pulled}: an object moves only while the plan plays")
     return lines
-
-
-def status_html(
-    tasks: Sequence[Task],
-    status: Status,
-    time: float,
-    *,
-    state: str,
-    heading: str = "",
-    colour: str = "",
-    waiting: Sequence[str] = (),
-) -> str:
-    """Return the status of a run as HTML.
-
-    `state` is `playing` or `paused`; once the run has ended, the reason is shown instead. `waiting` are lines on what
-    the user did that has no effect yet.
-    """
-    return template(__package__, "panel.html").render(
-        tasks=tasks,
-        status=status,
-        plan=status.plan,
-        costs=status.costs,
-        time=time,
-        state=status.ended or state,
-        heading=heading,
-        colour=colour,
-        waiting=waiting,
-    )

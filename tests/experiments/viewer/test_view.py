@@ -98,7 +98,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     def clicked(label: str) -> bool:
         buttons = [b for b in browser.find_elements(By.TAG_NAME, "button") if b.text == label]
         for button in buttons:
-            browser.execute_script("arguments[0].scrollIntoView()", button)
+            browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
             button.click()
         return len(buttons) == 1
 
@@ -130,6 +130,7 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     # The parts are read one after the other, and the count of a new run begins again.
     until(lambda: text(".state") == "completed" and "fault" not in text("") and text(".count").startswith("4 of 4"))
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", thumb)
     ActionChains(browser).drag_and_drop_by_offset(thumb, -100, 0).perform()
     # A drag is told in steps, each of which may be shown before the next: only where both come to rest counts.
     until(

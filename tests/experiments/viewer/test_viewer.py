@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import numpy as np
 import pytest
 import viser
 from scenario_texts import cup_scenario, task_tables
 
+from experiments.cli.browser import template
 from experiments.runs.run_plan import begin, scene_of
 from experiments.viewer.live_run import Frame, LiveRun, Status, news_of
-from experiments.viewer.panel import status_html
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
@@ -167,14 +168,16 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     tasks = (Task("a", "F (holding_cup & !cup_tray)"), Task("b", "F x"))
     costs = Entry(3, {"a": 3, "b": 2}, {"a": 0, "b": 0}, frozenset({"b"}), 0)
     status = Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",))
-    html = status_html(tasks, status, 1.25, state="playing", waiting=["knock <cup>: soon"])
+    panel = template("experiments.viewer", "panel.html")
+    show = partial(panel.render, tasks=tasks, status=status, time=1.25, state="playing")
+    html = show(heading="", colour="", waiting=["knock <cup>: soon"])
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
     assert "1 of 2 actions done, 1.2 s" in html and "playing" in html
     assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
     assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
     assert "knock &lt;cup&gt;: soon" in html
-    narrow = status_html(tasks, status, 1.25, state="playing", heading="Plan 1", colour="#228be6")
+    narrow = show(heading="Plan 1", colour="#228be6", waiting=[])
     assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
 
 
