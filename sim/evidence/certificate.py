@@ -23,7 +23,7 @@ from sim.errors import LogError
 from sim.evidence.action_checks import check_actions
 from sim.evidence.fault_checks import check_faults
 from sim.evidence.log import Log
-from sim.evidence.motion_checks import check_events, check_limits, check_rest, check_start
+from sim.evidence.motion_checks import check_events, check_limits, check_rest
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.resimulation import resimulate
 from sim.evidence.scenario_checks import check_scenario
@@ -132,7 +132,6 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
     claims = (
         *given,
-        check_start(log, world),
         *actions,
         check_rest(log, world),
         check_events(log),

@@ -1,4 +1,4 @@
-"""A logged run simulated again from its start and its commands, and compared with what was recorded.
+"""A logged run simulated again from the start that its seed gives, by its commands, and compared with the log.
 
 Two simulations of the same commands are equal bit by bit if they have the same scene, the same version of MuJoCo and
 the same kind of machine; then every recorded digit must be reproduced. Otherwise they would drift apart. So each frame
@@ -117,12 +117,12 @@ def _simulated(
     """
     data, recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
     changes, forced = list[Change](), None
-    # The first frame is rounded; later states are exact, or follow from a recorded frame.
+    # The start is a few digits off on another machine; later states are exact, or follow from a recorded frame.
     first = EXACT["qpos"], EXACT["qvel"]
     slack = (_slack(world.mujoco), SPEED_TOLERANCE) if frame_by_frame else (0.0, 0.0)
     interventions = {int(row[0]): row[1:] for row in log.interventions}
     controls = log.controls / COMMANDS_PER_UNIT
-    data.qpos[:], data.qvel[:] = log.qpos[0], log.qvel[0]
+    data.qpos[:] = world.start
     recorder.begin_period(data, controls)
     recorder.record(data, glow=-1)
     touches.look(data, 0, recorded=True)
@@ -175,8 +175,7 @@ def _objection(log: Log, model: mujoco.MjModel, found: Mapping[str, np.ndarray],
     count = len(log.times)
     if len(found["times"]) < count:
         return f"the commands last {found['times'][-1]:.2f} s, the frames {log.times[-1]:.2f} s"
-    # The first frame is the start, and a fault may act before the first step.
-    off = {name: (getattr(log, name) - found[name]).reshape(count, -1)[1:] for name in EXACT}
+    off = {name: (getattr(log, name) - found[name]).reshape(count, -1) for name in EXACT}
     if exact:
         return _difference(log, model, off, EXACT)
     drift, slack = off["qpos"], _slack(model)
@@ -192,7 +191,7 @@ def _difference(
     off: Mapping[str, np.ndarray],
     tolerances: Mapping[str, float | np.ndarray],
 ) -> str | None:
-    """Return where (T - 1, ...) differences of later frames first exceed a tolerance, in words, or None."""
+    """Return where (T, ...) differences first exceed a tolerance, in words, or None."""
     firsts = list[tuple[int, str]]()
     for name, tolerance in tolerances.items():
         # What is not finite differs, too.
@@ -203,16 +202,16 @@ def _difference(
     frame, name = min(firsts)
     differences = np.abs(off[name][frame])
     what = joint_at(model, int(differences.argmax())) if name == "qpos" else f"one of the {name}"
-    when = f"first at {log.times[frame + 1]:.2f} s"
+    when = f"first at {log.times[frame]:.2f} s"
     return f"{what} is {differences.max():.2g} (m, rad, s) from where the commands lead, {when}"
 
 
 def _allowed_by_impacts(log: Log, model: mujoco.MjModel) -> np.ndarray:
-    """Return (T - 1, nq) differences that are allowed where an object was hit in a frame."""
-    allowed = np.zeros_like(log.qpos[1:])
+    """Return (T, nq) differences that are allowed where an object was hit in a frame."""
+    allowed = np.zeros_like(log.qpos)
     for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):
         place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-        change = np.diff(log.qvel[:, dof : dof + 6], axis=0)
+        change = np.diff(log.qvel[:, dof : dof + 6], axis=0, prepend=0.0)
         hit = (np.linalg.norm(change[:, :3], axis=1) - IMPACT_M_S).clip(min=0.0)
         spin = hit / LEVER_M + np.linalg.norm(change[:, 3:], axis=1)
         allowed[:, place : place + 3] = IMPACT_SHARE * hit[:, None] / FRAME_RATE_HZ
