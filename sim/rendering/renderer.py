@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Sequence
 from types import TracebackType
 
 import mujoco
@@ -94,14 +94,14 @@ class Painter:
         self._context.free()
         self._gl.free()
 
-    def frame(self, qpos: np.ndarray, *, glow: Mapping[str, float], share: float = 0.0) -> np.ndarray:
+    def frame(self, qpos: np.ndarray, *, glow: Sequence[str], share: float = 0.0) -> np.ndarray:
         """Return a picture, (height, width, 3) uint8, of a state when a share, 0 .. 1, of the video has passed.
 
-        `qpos` are the (nq,) positions; `glow` is the brightness of the lamp of each marking location at work, 0 .. 1.
+        `qpos` are the (nq,) positions; `glow` are the marking locations at work.
         """
         for place in self._scene.model.locations:
             if place.marks:
-                self._set_glow(place.name, glow_of(place.kind), glow.get(place.name, 0.0))
+                self._set_glow(place.name, glow_of(place.kind), on=place.name in glow)
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
@@ -115,7 +115,7 @@ class Painter:
         )
         return draw_labels(bare, label_boxes(anchors, self._offsets, self._camera.size), anchors, targets)
 
-    def _bare(self, share: float, glow: Mapping[str, float]) -> np.ndarray:
+    def _bare(self, share: float, glow: Sequence[str]) -> np.ndarray:
         """Return a picture of the current state with smooth edges, without labels.
 
         What cannot have changed since the last picture is kept from it.
@@ -123,7 +123,7 @@ class Painter:
         view, size = self._camera.view(share), self._camera.size
         if self._dirty is None:
             return self._smooth(view, (0, 0, *size))
-        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow.items())
+        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow)
         left, top, right, bottom = self._dirty.update(self._data, share, look)
         if left < right and top < bottom:
             changed = _grown((left, top, right, bottom), size)
@@ -176,13 +176,13 @@ class Painter:
         self._model.light_dir[self._key] = direction / np.linalg.norm(direction)
         self._model.light_pos[self._key] = self._key_home - distance * radius * aside
 
-    def _set_glow(self, location: str, glow: Glow, level: float) -> None:
+    def _set_glow(self, location: str, glow: Glow, *, on: bool) -> None:
         name = f"{location}_glow"
         material, light = self._model.mat(name).id, self._model.light(name).id
-        self._model.mat_rgba[material] = (1 - level) * np.array(glow.off) + level * np.array(glow.on)
-        self._model.mat_emission[material] = level
-        self._model.light_active[light] = level > 0
-        self._model.light_diffuse[light] = level * np.array(glow.light)
+        self._model.mat_rgba[material] = glow.on if on else glow.off
+        self._model.mat_emission[material] = on
+        self._model.light_active[light] = on
+        self._model.light_diffuse[light] = glow.light
 
 
 def _grown(box: PixelBox, size: tuple[int, int]) -> PixelBox:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate, pairwise
@@ -31,9 +31,6 @@ LAST_FRAME_S = 0.5
 OPENING_S = 2.0
 """Time in which the camera moves in, s; the hand needs as long to come down from home."""
 
-LAMP_TIME_CONSTANT_S = 0.15
-"""Time constant of a lamp that is switched on or off, s."""
-
 PART_FRAMES = 100
 """Approximate number of frames of a part: six seconds of work, a fortieth of it to set up the renderer."""
 
@@ -45,7 +42,7 @@ class _Frame:
     time: float
     share: float
     qpos: np.ndarray
-    glow: Mapping[str, float]
+    glow: tuple[str, ...]
 
 
 def render_video(
@@ -130,7 +127,7 @@ def render_frame(
     width, height = size or quality.size
     above = height - strip_height(height) if caption else height
     with Painter(scene, size=(width, above), quality=quality, camera=camera) as painter:
-        picture = painter.frame(qpos, glow=dict.fromkeys(glow, 1.0))
+        picture = painter.frame(qpos, glow=glow)
     return with_strip(picture, caption, height) if caption else picture
 
 
@@ -139,21 +136,11 @@ def _frames(scene: Scene, run: Run, fps: int) -> list[_Frame]:
     duration = run.times[-1] - run.times[0]
     times = run.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
     rows = np.searchsorted(run.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(run.times) - 1)
-    places = {i: place.name for i, place in enumerate(scene.model.locations) if place.marks}
-    levels = np.array([_eased(run.glow[rows] == i, fps) for i in places]).reshape(len(places), len(rows))
+    names = [place.name for place in scene.model.locations]
     return [
-        _Frame(time, share, run.qpos[row], dict(zip(places.values(), level, strict=True)))
-        for time, share, row, level in zip(times, np.linspace(0, 1, len(times)), rows, levels.T.tolist(), strict=True)
+        _Frame(time, share, run.qpos[row], (names[int(run.glow[row])],) if run.glow[row] >= 0 else ())
+        for time, share, row in zip(times, np.linspace(0, 1, len(times)), rows, strict=True)
     ]
-
-
-def _eased(on: np.ndarray, fps: int) -> np.ndarray:
-    """Return the (F,) brightness, 0 .. 1, of a lamp that is switched on and off."""
-    level, share = np.zeros(len(on)), 1 - np.exp(-1 / (fps * LAMP_TIME_CONSTANT_S))
-    for i in range(1, len(on)):
-        level[i] = level[i - 1] + share * (on[i] - level[i - 1])
-    # In hundredths, so that the change ends: as long as a lamp changes, the whole picture is rendered.
-    return level.round(2)
 
 
 def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:

@@ -37,7 +37,7 @@ def states(scene: Scene, count: int, *, seed: int) -> list[np.ndarray]:
 @pytest.mark.parametrize(("camera", "samples"), [("fixed", 1), ("top", 1), ("40,-20,2", 1), ("fixed", 5)])
 def test_pictures_are_those_of_a_renderer_that_keeps_nothing(scene: Scene, gl: None, camera: str, samples: int) -> None:
     quality, shown = replace(DRAFT, samples=samples), states(scene, 8, seed=samples)
-    glows = [{}, {}, {"san": 1.0}, {"san": 1.0}, {"san": 0.3}, {}, {}, {}]
+    glows = [(), (), ("san",), ("san",), (), (), (), ()]
     pictures = []
     with Painter(scene, size=SIZE, quality=quality, camera=camera) as keeping:
         pictures = [keeping.frame(qpos, glow=glow) for qpos, glow in zip(shown, glows, strict=True)]
@@ -57,9 +57,9 @@ def test_shadows_fall_on_a_base_that_stands_beside_the_table(scene: Scene, gl: N
         forgetting._dirty = None
         for qpos in states(fetch, 20, seed=0):
             keeping._gl.make_current()
-            picture = keeping.frame(qpos, glow={})
+            picture = keeping.frame(qpos, glow=())
             forgetting._gl.make_current()
-            whole = forgetting.frame(qpos, glow={})
+            whole = forgetting.frame(qpos, glow=())
             assert (np.abs(whole.astype(int) - picture).max(axis=2) > 12).mean() < 3e-4
 
 
