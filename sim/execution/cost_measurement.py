@@ -19,7 +19,7 @@ from prefplan.models.manipulation.symbolic import Action, at, holding
 from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
-from sim.perception.grounding import hand_over, slot_of
+from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.simulation.run import Effort
 from sim.simulation.workcell import Workcell
@@ -188,16 +188,11 @@ def _put(state: ManipulationState) -> str | None:
 
 
 def _check_effect(cell: Workcell, action: Action) -> None:
-    """Raise SkillError unless an action has had its effect."""
-    effect = cell.scene.model.effect(action)
-    if holding(action.obj) in effect:
-        done = cell.held() == action.obj
-    elif at(action.obj, action.location) in effect:
-        slot = slot_of(cell.scene, true_poses(cell.scene, cell.data), action.obj)
-        done = slot is not None and slot.location == action.location
-    else:
-        done = hand_over(cell.scene, cell.data, action.location)
-    if not done:
+    """Raise SkillError unless an action is observed to have had its effect; that of a transit is where the hand is."""
+    scene, poses, held = cell.scene, true_poses(cell.scene, cell.data), cell.held()
+    effect = scene.model.effect(action) & {holding(action.obj), at(action.obj, action.location)}
+    seen = observe(scene, cell.data, poses, hand=action.location, held=held)
+    if not effect <= seen.label or (not effect and seen.hand != action.location):
         raise SkillError("it had no effect")
 
 
