@@ -35,6 +35,7 @@ class Injection:
         rng: random numbers of this fault alone.
         delay: random time for which the fault waits while it could happen, s; 0 if a user injects it.
         since: time from which it could, s; inf while it cannot.
+        height: of the handled object when it was gripped, m; inf while none is.
     """
 
     cell: Workcell
@@ -43,6 +44,7 @@ class Injection:
     rng: np.random.Generator
     delay: float
     since: float = math.inf
+    height: float = math.inf
 
 
 @dataclass(frozen=True)
