@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -185,19 +185,23 @@ class _Hand:
             self._state = next((state for other, state in outcomes if other == symbolic), None)
         if self._state is not None:
             self._poses = {pose(self._state.hand, self._state.hand_slot)}
-        right = _costs(self._model, symbolic.kind, before, self._poses)
+        right = _costs(self._model, symbolic.kind, before, self._poses, exactly=self._state is not None)
         if exact(action.cost) in right:
             return None
         return f"it costs {to_number(right.pop()) if len(right) == 1 else 'another amount'}, not {action.cost}"
 
 
-def _costs(model: ManipulationModel, kind: str, before: set[str], after: set[str]) -> set[Fraction]:
-    """Return what an action of a kind may cost between some poses of the hand; if unknown, between any."""
+def _costs(model: ManipulationModel, kind: str, before: set[str], after: set[str], *, exactly: bool) -> set[Fraction]:
+    """Return what an action of a kind may cost between some poses of the hand, or any slots of their locations.
+
+    Where that was not measured, it is what any action of the kind may cost.
+    """
     name = model.cost_names[0]
     if not isinstance(model.costs, MeasuredCosts):
         return {exact(by_name(model.costs[kind])[name])}
     table = {(a, b): exact(by_name(cost)[name]) for (other, a, b), cost in model.costs.entries.items() if other == kind}
-    for near in (str, location_of) if ELSEWHERE not in before | after else ():
+    levels: list[Callable[[str], str]] = [str, location_of] if exactly else [location_of]
+    for near in levels if ELSEWHERE not in before | after else []:
         starts, ends = {*map(near, before)}, {*map(near, after)}
         if found := {cost for (a, b), cost in table.items() if near(a) in starts and near(b) in ends}:
             return found

@@ -105,3 +105,7 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     # After a mismatch the arm has observed all objects.
     surprise = Event(actions[k].start, "replan", {})
     assert f"action {k + 1}" not in refutations(telling(log, actions=forged, events=(*log.about.events, surprise)))
+    # From the start on it has, too: the honest transit from the bin costs what it costs from one of its slots.
+    from_bin = f"action {[action.action for action in actions].index('release pink bin1') + 2}"
+    honest = telling(log, events=(Event(0.0, "replan", {}), *log.about.events))
+    assert from_bin not in refutations(honest)
