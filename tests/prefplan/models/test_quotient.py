@@ -128,6 +128,18 @@ def test_what_need_not_be_moved_costs_nothing() -> None:
     assert states_searched(0) == states_searched(10)
 
 
+def test_what_need_not_be_moved_is_where_carrying_it_costs_less_than_nothing_in_the_hand() -> None:
+    costs = {kind: {"time": time, "energy": 1} for kind, time in COSTS.items()} | {"transit": {"time": 3, "energy": 9}}
+    places = (*map(spot, ("shelf", "tray", "s0", "s1")), spot("desk", capacity=2))
+    objects = (Object("box", "shelf"), Object("cup", "desk"))
+    model = ManipulationModel("shelf", costs, places, objects, listed_states=0)
+    front = pareto_front(Problem(model.transition_system(), {"t": "F cup_tray"}, ()))
+    assert [(*plan.objectives.values(), plan.actions[0]) for plan in front] == [
+        (10, 12, "transit desk"),
+        (14, 6, "grasp box"),
+    ]
+
+
 def test_an_object_in_the_way_is_moved() -> None:
     objects = [Object("cup", "a"), Object("jug", "b"), Object("bowl", "c")]
     model = ManipulationModel("home", COSTS, tuple(map(spot, "abcd")), tuple(objects), listed_states=0)
