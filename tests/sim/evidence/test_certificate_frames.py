@@ -14,7 +14,7 @@ from scenario_texts import PAST_A_TOWER
 from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
-from sim.evidence.motion_checks import check_limits
+from sim.evidence.motion_checks import check_limits, check_recording
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import Touches, check_contacts
 from sim.geometry.mjcf import columns
@@ -34,6 +34,21 @@ def test_what_no_location_was_seen_to_mark_was_not_marked(arch_log: Log) -> None
     found = refutations(replace(arch_log, glow=np.full_like(arch_log.glow, -1)))
     assert "log says pink_sanitized" in found["action 4"]
     assert found["completed"] == "not satisfied: phi1, phi2"
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "words"),
+    [
+        (-0.5, 0.0, "action 2 `grasp pink` begins before the one before it ends"),
+        (0.0, 99.0, r"the frames end at .* s, but action 2 `grasp pink` at .* s"),
+    ],
+)
+def test_actions_follow_each_other_within_the_frames(arch_log: Log, start: float, end: float, words: str) -> None:
+    assert check_recording(arch_log).holds
+    first, second, *others = arch_log.about.actions
+    moved = replace(second, start=second.start + start, end=second.end + end)
+    check = check_recording(telling(arch_log, actions=(first, moved, *others)))
+    assert not check.holds and re.fullmatch(words, check.words)
 
 
 @pytest.mark.parametrize(
