@@ -44,7 +44,7 @@ def test_states_tell_in_words_what_they_are() -> None:
     assert str(first) == "hand at home, cup on a, jug on b"
     held = system.states[after(system, "transit a", "grasp cup")]
     assert (held.hand, held.held, held.place) == ("a", "cup", {"jug": "b"})
-    assert system.states[0:2] == [system.states[0], system.states[1]]
+    assert system.states[0:2] == (system.states[0], system.states[1])
 
 
 def test_any_state_may_be_the_start(arch: list[Location]) -> None:
