@@ -40,7 +40,6 @@ def few_pixels_per_m() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         if tabletop:
             patch.setattr(tabletop, "PIXELS_PER_M", 300)
-            patch.setattr(tabletop, "BOARD_PX", 512)
         yield
 
 

@@ -34,15 +34,18 @@ def overlapping(station: Station, other: Station) -> bool:
     return _level(station, other) and overlap(*_claimed(station, other))
 
 
+def space(station: Station) -> Block:
+    """Return the space that the objects and walls at a station need above the surface that carries it."""
+    high, wall = FLOOR[station.kind] + station.size.clear, 0.0
+    if station.kind == "bin":
+        high, wall = max(high, BIN_HEIGHT_M), BIN_WALL_M
+    return Block(station.name, station.outline.grown(wall), station.height, station.height + high)
+
+
 def _level(station: Station, other: Station) -> bool:
     """Return whether objects at two stations overlap in height, rather than lie one above the other."""
-    low, high = sorted((station, other), key=lambda at: at.height)
-    return high.height < low.height + _top(low)
-
-
-def _top(station: Station) -> float:
-    """Return the height that objects and walls at a station need above the surface that carries it, m."""
-    return max(FLOOR[station.kind] + station.size.clear, BIN_HEIGHT_M if station.kind == "bin" else 0.0)
+    one, two = space(station), space(other)
+    return one.low < two.high and two.low < one.high
 
 
 def check_surroundings(station: Station, model: ManipulationModel) -> None:
@@ -50,16 +53,10 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
 
     In a user's scene, `sim.external.user_scene.resolved` has found what carries it.
     """
-    outline, blocks = covered(station), blocks_of(model.fixtures)
+    needed, blocks = space(station), blocks_of(model.fixtures)
     if model.scene is None:
-        check_carried(station.name, outline, station.height, blocks)
-    check_free(station.name, outline, station.height, station.height + _top(station), blocks)
-
-
-def obstructed(station: Station, walls: Sequence[Block]) -> bool:
-    """Return whether a fixture reaches into the space that a station needs."""
-    outline, low = covered(station), station.height
-    return any(block.meets(outline, low, low + _top(station)) for block in walls)
+        check_carried(needed, blocks)
+    check_free(needed, blocks)
 
 
 def _least_distance(station: Station, other: Station) -> float:
@@ -73,20 +70,23 @@ def _least_distance(station: Station, other: Station) -> float:
     return distance
 
 
-def blocked(
-    station: Station, others: Sequence[Station], walls: Sequence[Block], gripper: Gripper, *, alone: bool = False
-) -> bool:
-    """Return whether a station overlaps another, or the fingers at it would collide with a fixture or another station.
+def blockages(
+    station: Station, others: Sequence[Station], walls: Sequence[Block], gripper: Gripper
+) -> tuple[bool, bool, bool, bool]:
+    """Return what blocks a station, the worst first: whether another overlaps it, or a fixture is in its space.
 
-    Unless `alone`, it is also blocked if the fingers at another station would collide with it.
+    Then whether the fingers at it would collide with a fixture or another station, and last whether the fingers at
+    another would collide with it: that one may turn later.
     """
     level = [other for other in others if _level(station, other)]
-    if any(overlapping(station, other) or _fingers_meet(station, other, gripper) for other in level):
-        return True
-    if not alone and any(_fingers_meet(other, station, gripper) for other in level):
-        return True
-    fingers, low = _fingers(station, gripper), station.height + FLOOR[station.kind]
-    return any(block.meets(outline, low, low + station.size.high) for block in walls for outline in fingers)
+    needed, fingers, low = space(station), _fingers(station, gripper), station.height + FLOOR[station.kind]
+    return (
+        any(overlapping(station, other) for other in level),
+        any(block.meets(needed.outline, needed.low, needed.high) for block in walls),
+        any(_fingers_meet(station, other, gripper) for other in level)
+        or any(block.meets(outline, low, low + station.size.high) for block in walls for outline in fingers),
+        any(_fingers_meet(other, station, gripper) for other in level),
+    )
 
 
 def _fingers_meet(station: Station, other: Station, gripper: Gripper) -> bool:
@@ -105,9 +105,4 @@ def _claimed(*pair: Station) -> list[Rectangle]:
     Objects that stand side by side at the start need no gap.
     """
     gap = 0.0 if all(station.size.taken for station in pair) else OBJECT_GAP_M
-    return [covered(station).grown(gap / 2 - MAX_CONTACT_M) for station in pair]
-
-
-def covered(station: Station) -> Rectangle:
-    """Return the area that a station covers, the walls of a bin included."""
-    return station.outline.grown(BIN_WALL_M if station.kind == "bin" else 0.0)
+    return [space(station).outline.grown(gap / 2 - MAX_CONTACT_M) for station in pair]

@@ -37,17 +37,17 @@ MAX_CONTACT_M = 1e-6
 
 @dataclass(frozen=True)
 class Block:
-    """A part of a fixture.
+    """A part of a fixture, or the space that a location needs.
 
     Attributes:
-        fixture: its name.
+        name: of the fixture or location.
         outline: what it covers, seen from above.
         low: height of its underside over the table top, m.
         high: height of its upper side, m.
         carries: whether a location may lie on it: on a box, or on a shelf's board between the walls.
     """
 
-    fixture: str
+    name: str
     outline: Rectangle
     low: float
     high: float
@@ -131,33 +131,33 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
     return found
 
 
-def check_carried(name: str, outline: Rectangle, height: float, blocks: Sequence[Block]) -> None:
+def check_carried(place: Block, blocks: Sequence[Block]) -> None:
     """Raise `SimulationError` unless a location above the table top lies entirely on a block that carries it."""
-    if height <= SAME_HEIGHT_M:
+    if place.low <= SAME_HEIGHT_M:
         return
     surfaces = [block for block in blocks if block.carries and block.high > 0]
-    level = [surface for surface in surfaces if abs(surface.high - height) <= SAME_HEIGHT_M]
-    if any(contains(surface.outline, outline) for surface in level):
+    level = [surface for surface in surfaces if abs(surface.high - place.low) <= SAME_HEIGHT_M]
+    if any(contains(surface.outline, place.outline) for surface in level):
         return
-    where = f"locations.{name}.at"
-    here = [surface for surface in surfaces if overlap(surface.outline, outline)]
+    where = f"locations.{place.name}.at"
+    here = [surface for surface in surfaces if overlap(surface.outline, place.outline)]
     if over := next((surface for surface in level if surface in here), None):
-        raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.fixture!r}")
+        raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.name!r}")
     heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.high, 6) for surface in here)}))
     raise SimulationError(
-        f"{where}: no fixture carries it {height:g} m above the table top; there, it can lie at {heights} m"
+        f"{where}: no fixture carries it {place.low:g} m above the table top; there, it can lie at {heights} m"
     )
 
 
-def check_free(name: str, outline: Rectangle, low: float, high: float, blocks: Sequence[Block]) -> None:
-    """Raise `SimulationError` if a fixture reaches into the space over a location between two heights, m."""
-    inside = next((block for block in blocks if block.meets(outline, low, high)), None)
+def check_free(place: Block, blocks: Sequence[Block]) -> None:
+    """Raise `SimulationError` if a fixture reaches into the space that a location needs."""
+    inside = next((block for block in blocks if block.meets(place.outline, place.low, place.high)), None)
     if inside is None:
         return
-    above = inside.low > low + MAX_CONTACT_M
-    lacking = f"leaves {inside.low - low:.3f} m above it, and its objects need {high - low:.3f} m"
+    above = inside.low > place.low + MAX_CONTACT_M
+    lacking = f"leaves {inside.low - place.low:.3f} m above it, and its objects need {place.high - place.low:.3f} m"
     stands = f"stands in it (its upper side is at {inside.high:g} m)"
-    raise SimulationError(f"locations.{name}: the fixture {inside.fixture!r} {lacking if above else stands}")
+    raise SimulationError(f"locations.{place.name}: the fixture {inside.name!r} {lacking if above else stands}")
 
 
 def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,17 +18,11 @@ from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
-from sim.world.clearance import blocked, check_surroundings, collisions, obstructed, overlapping
+from sim.world.clearance import blockages, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of
 from sim.world.places import (
     AT_RADIUS_M,
-    BIN_MARGIN_M,
     FLOOR,
-    LOCATION_KINDS,
-    PAD_MARGIN_M,
-    PLATE_MARGIN_M,
-    ROW_GAP_M,
-    SUPPORT_OVERLAP_M,
     Extent,
     Slot,
     Station,
@@ -37,14 +32,8 @@ from sim.world.places import (
 from sim.world.robot_clearance import RobotAtSlots, reach
 from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
 
-MAX_HEIGHT_DIFFERENCE_M = 0.001
-"""By how much objects that carry another between them may differ in height, m."""
-
 MIN_MASS_KG = 0.001
 """Least mass of an object, kg. At 0.01 g, contact forces are too small for the fingers to hold it."""
-
-NEIGHBOUR_DISTANCE_M = 0.12
-"""At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
 def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> TableLayout:
@@ -107,19 +96,17 @@ def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], f
         ({name: at[0] for name, at in options.items()}, *alike),
         key=lambda chosen: sum(overlapping(*pair) for pair in itertools.combinations(chosen.values(), 2)),
     )
-    tried: set[str] = set()
+    turned: set[str] = set()
     # The second pass is for stations blocked by others that were turned later.
     for name in (*options, *options):
         others = [station for other, station in stations.items() if other != name]
-        if name in tried and not blocked(stations[name], others, walls, robot.gripper):
+        blocked = partial(blockages, others=others, walls=walls, gripper=robot.gripper)
+        if name in turned and not any(blocked(stations[name])):
             continue
-        free = [at for at in options[name] if not blocked(at, others, walls, robot.gripper)]
-        # Between many others, it is enough if its own fingers are free: the others turn later.
-        free += [at for at in options[name] if not blocked(at, others, walls, robot.gripper, alone=True)]
-        free += [at for at in options[name] if not any(overlapping(at, other) for other in others)]
-        free.sort(key=lambda at: obstructed(at, walls))
-        stations[name] = next((at for at in free if _within_reach(arm, at)), [*free, *options[name]][0])
-        tried.add(name)
+        ranked = sorted(options[name], key=blocked)
+        reached = (at for at in ranked if not blocked(at)[0] and _within_reach(arm, at))
+        stations[name] = next(reached, ranked[0])
+        turned.add(name)
     return stations
 
 
@@ -172,7 +159,7 @@ def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float
     yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing, np.pi / 4, 3 * np.pi / 4]
     apart = [np.array(with_height(other.at or ())) - here for other in grounded if other.name != place.name]
     nearest = min(apart, key=np.linalg.norm, default=np.full(3, np.inf))
-    if np.linalg.norm(nearest) < NEIGHBOUR_DISTANCE_M:
+    if np.linalg.norm(nearest) < 0.12:  # m
         yaws.insert(0, float(np.arctan2(-nearest[0], nearest[1]) % np.pi))
     return yaws
 
@@ -184,19 +171,20 @@ def _within_reach(arm: Arm, station: Station) -> bool:
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:
     kind = _kind(place)
-    check_known(f"locations.{place.name}.kind", "kind", kind, LOCATION_KINDS, SimulationError)
+    check_known(f"locations.{place.name}.kind", "kind", kind, FLOOR, SimulationError)
     centre = np.array(place.at, dtype=float)[:2]
     across = np.array([-np.sin(yaw), np.cos(yaw)])
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
+    # Margins from an object to the edge or to the wall; a plate's is from its corner.
     if kind in ("pad", "stove"):
-        half = half + PAD_MARGIN_M
+        half = half + 0.0375
     elif kind == "bin":
         inside = size.opening / 2 + gripper.finger_depth_m + 0.004
-        half = np.maximum(half + BIN_MARGIN_M, inside)
+        half = np.maximum(half + 0.0125, inside)
     elif kind == "plate":
-        half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
+        half = float(np.hypot(*size.half)) + 0.020 + row
     radius = AT_RADIUS_M if kind == "spot" else min(AT_RADIUS_M, float(half.min()))
     slots = tuple(
         Slot(place.name, i, np.array([*(centre + offset * across), place.height + FLOOR[kind]]), yaw, radius)
@@ -207,7 +195,7 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
 
 def _pitch(gripper: Gripper, size: Extent) -> float:
     """Return the distance between neighbouring slots, m: the palm over a low object must clear a high neighbour."""
-    pitch = 2 * float(size.half[1]) + ROW_GAP_M
+    pitch = 2 * float(size.half[1]) + 0.019
     if size.high > size.low / 2 + gripper.palm_height_m:
         pitch = max(pitch, float(size.half[1] + gripper.palm_half_width_m))
     return pitch
@@ -246,7 +234,7 @@ def _stack(
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
         axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
-        most = sizes[slot.location].slim - SUPPORT_OVERLAP_M
+        most = sizes[slot.location].slim - 0.010  # 1 cm of it at least rests on each support
         if all(np.any(np.abs(axes @ apart) > most + half) for half in sides):
             longest = max(float(half.max()) for half in sides)
             raise SimulationError(
@@ -265,8 +253,7 @@ def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, Ob
     under = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start in place.on)]
     under.sort(key=heights.__getitem__)
     level = any(
-        heights[high] - heights[low] <= MAX_HEIGHT_DIFFERENCE_M
-        for low, high in zip(under, under[len(place.on) - 1 :], strict=False)
+        heights[high] - heights[low] <= 0.001 for low, high in zip(under, under[len(place.on) - 1 :], strict=False)
     )
     if under and not level:
         low, high = under[0], under[-1]

@@ -37,16 +37,12 @@ class Glow:
     light: tuple[float, float, float]
 
 
-LAMP_GLOW = Glow((0.55, 0.53, 0.62, 1), (0.52, 0.36, 1.0, 1), (0.52, 0.36, 1.0))
-"""A sanitizer's tubes: frosted glass, and the violet that people know from ultraviolet lamps."""
-
-STOVE_GLOW = Glow((0.16, 0.155, 0.16, 1), (1.0, 0.24, 0.05, 1), (0.75, 0.20, 0.05))
-"""A stove's plate: rings printed on the glass, and red heat."""
-
-
 def glow_of(kind: str | None) -> Glow:
     """Return the colours in which a location of a kind glows."""
-    return STOVE_GLOW if kind == "stove" else LAMP_GLOW
+    if kind == "stove":  # rings printed on the glass, and red heat
+        return Glow((0.16, 0.155, 0.16, 1), (1.0, 0.24, 0.05, 1), (0.75, 0.20, 0.05))
+    # A sanitizer's tubes: frosted glass, and the violet that people know from ultraviolet lamps.
+    return Glow((0.55, 0.53, 0.62, 1), (0.52, 0.36, 1.0, 1), (0.52, 0.36, 1.0))
 
 
 ASSETS = Path(__file__).parents[2] / "assets"
@@ -54,17 +50,8 @@ ASSETS = Path(__file__).parents[2] / "assets"
 KEY_LIGHT = "studio_key"
 """The light that casts the shadows."""
 
-SHADOW_WIDTH = 1.55
-"""Half width of the shadow map, in halves of the table's longer side: it covers the corners."""
-
-ARM_SHADOW_M = 0.85
-"""Least half width of the shadow map, m: it covers the arm."""
-
 WRIST = "wrist"
 """The camera on the hand."""
-
-WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
-"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
 
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
@@ -74,17 +61,17 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """
     studio = mujoco.MjSpec.from_file(str(ASSETS / "studio.xml"))
     spec.visual = studio.visual
-    spec.visual.map.shadowclip = max(ARM_SHADOW_M, SHADOW_WIDTH * span)
+    spec.visual.map.shadowclip = max(0.85, 1.55 * span)  # the arm, and the corners of the table
     spec.stat.center, spec.stat.extent = target, 1.0
     spec.attach(studio, prefix="studio_", frame=spec.worldbody.add_frame(pos=target))
 
 
 def add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Add a camera beside the fingers that looks between them."""
-    tool = spec.site(robot.tool)
-    ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
+    tool, eye = spec.site(robot.tool), np.array([0.11, 0.0, 0.05])
+    ahead = tool.pos + [0.0, 0.0, 0.01] - eye
     ahead /= np.linalg.norm(ahead)
     right = np.array([0.0, -1.0, 0.0])
-    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=70.0)
+    view = tool.parent.add_camera(name=WRIST, pos=eye, fovy=70.0)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]

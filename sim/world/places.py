@@ -14,9 +14,6 @@ from sim.world.shapes import CUBE_EDGE_M, ObjectShape, opening
 AT_RADIUS_M = 0.045
 """Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
 
-ROW_GAP_M = 0.019
-"""Distance between neighbouring objects of one location, m."""
-
 OBJECT_GAP_M = 0.005
 """Least gap between objects that rest side by side, m: nearer to another, no object is put down."""
 
@@ -26,35 +23,12 @@ START_OFFSET_M = 0.005
 START_TURN_RAD = np.radians(5)
 """Greatest random turn of objects at the start, rad."""
 
-BIN_MARGIN_M = 0.0125
-"""Distance from the last object of a row to a bin's wall, m."""
-
-PAD_MARGIN_M = 0.0375
-"""Distance from an object to the edge of a pad or of a stove, m."""
-
-PLATE_MARGIN_M = 0.020
-"""Distance from the corner of an object to the edge of a plate, m."""
-
-SUPPORT_OVERLAP_M = 0.010
-"""Least length by which an object rests on each of its supports, m."""
-
-LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
-"""Distances to try from the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared one at 17 cm."""
-
-LAMP_TOP_M = 0.235
-"""Greatest height of a lamp's head above the table, m."""
-
-LAMP_HEAD_M = np.array([0.045, 0.086])
-"""Half sides of a lamp's head seen from above, with 6 mm to spare, m."""
-
 LAMP_HALF_M = 0.04
 """Half the width of a lamp's foot, m."""
 
-LOCATION_KINDS = ("spot", "pad", "bin", "stove", "plate")
-"""What a location on the table may look like: an outline, a sheet of metal, a box with walls, a hob, a dish."""
-
 FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
-"""Height above the table of the surface on which objects rest, m."""
+"""What a location may look like (an outline, a sheet of metal, a box with walls, a hob, a dish), and the height above
+the table of the surface on which objects rest there, m."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +81,7 @@ class Station:
     """A location on the table or on a fixture, with what stands there.
 
     Attributes:
-        kind: one of `LOCATION_KINDS`.
+        kind: a key of `FLOOR`.
         outline: what it covers of the table, walls left out.
         slots: side by side across the closing direction.
         size: bounds on the objects that may come there.

@@ -20,17 +20,17 @@ from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.import_mjcf import PREFIX
 from sim.robots.robot import Robot
-from sim.world.clearance import covered
+from sim.world.clearance import space
 from sim.world.contacts import set_margins
 from sim.world.fixtures import blocks_of
-from sim.world.places import LAMP_DISTANCES_M, LAMP_HALF_M, LAMP_HEAD_M, LAMP_TOP_M, Extent, Slot, Station
+from sim.world.places import LAMP_HALF_M, Extent, Slot, Station
 from sim.world.shapes import about_z
 
-HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
-"""Half width and height of the space over a slot that a hand pointing down needs at most, wrist included, m."""
+LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
+"""Distances to try from the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared one at 17 cm."""
 
-TILTS_RAD = np.radians([0, 15, 30, 45, 60, 75, 90])
-"""Tilts of the hand with which a slot may be reached."""
+LAMP_HEAD_M = np.array([0.045, 0.086, 0.1175])
+"""Half sides of the space below the top of a lamp's head, with 6 mm to spare, m."""
 
 HOME_CLEARANCE_M = 0.004
 """Least clearance of the robot, m: at home, with its hand open, from everything else, and at a slot from lamps."""
@@ -90,9 +90,10 @@ def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
 
 def _reach_tilted(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
     """Return a configuration as `reach` does, with another heading or tilt of the hand; None if there is none."""
+    tilts = np.radians([0, 15, 30, 45, 60, 75, 90])
     outwards = slot.position - arm.robot.position
     across = float(np.arctan2(outwards[1], outwards[0])) + np.pi / 2
-    for tilt, turn in itertools.product(TILTS_RAD, (0.0, np.pi / 2)):
+    for tilt, turn in itertools.product(tilts, (0.0, np.pi / 2)):
         pose = ToolPose.down(np.array([*slot.position[:2], height]), across)
         for side in (-1.0, 1.0):
             tilted = pose.leaning(tilt, side * outwards * [1, 1, 0])
@@ -145,9 +146,10 @@ class RobotAtSlots:
 
     def _enclosed(self, slot: Slot) -> bool:
         """Return whether a fixture stands beside or over a slot, so that the hand may have to come from the side."""
-        around = Rectangle(slot.position[:2], np.full(2, HAND_SPACE_M), slot.yaw)
+        # A hand that points down needs at most this space, wrist included.
+        around = Rectangle(slot.position[:2], np.full(2, 0.12), slot.yaw)
         low = float(slot.position[2])
-        return any(block.meets(around, low, low + HAND_HEIGHT_M) for block in self._blocks)
+        return any(block.meets(around, low, low + 0.35) for block in self._blocks)
 
     def lamp_foot(self, station: Station) -> np.ndarray:
         """Return the (2,) foot of a station's lamp, m: clear of the robot, near the station, and away from the base.
@@ -167,12 +169,13 @@ class RobotAtSlots:
             nearest = min(float(np.hypot(*(slot.position[:2] - foot))) for row in self._slots.values() for slot in row)
             if nearest < LAMP_DISTANCES_M[0] - LAMP_HALF_M / 2:
                 continue
-            if any(overlap(stand, covered(at)) for at in self._stations):
+            if any(overlap(stand, space(at).outline) for at in self._stations):
                 continue
-            head = Rectangle(foot, np.maximum(LAMP_HEAD_M, LAMP_HALF_M), outwards + turn)
-            if any(block.meets(head, 0.0, LAMP_TOP_M) for block in self._blocks):
+            # The foot is within these sides.
+            head = Rectangle(foot, LAMP_HEAD_M[:2], outwards + turn)
+            if any(block.meets(head, 0.0, 2 * LAMP_HEAD_M[2]) for block in self._blocks):
                 continue
-            if self._is_clear_of_lamp(Rectangle(foot, LAMP_HEAD_M, outwards + turn)):
+            if self._is_clear_of_lamp(head):
                 return foot
         raise SimulationError(
             f"locations.{station.name}: no room for its lamp {LAMP_DISTANCES_M[0]:.2f} m away; move other locations off"
@@ -181,7 +184,7 @@ class RobotAtSlots:
     def _is_clear_of_lamp(self, head: Rectangle) -> bool:
         """Return whether the robot at every slot, its hand open as for the objects there, clears a lamp's head."""
         data = self._beside_lamp
-        data.mocap_pos[0], data.mocap_quat[0] = [*head.centre, LAMP_TOP_M / 2], yaw_quat(head.yaw)
+        data.mocap_pos[0], data.mocap_quat[0] = [*head.centre, LAMP_HEAD_M[2]], yaw_quat(head.yaw)
         for location, q in self._configurations:
             self._robot.put(data, q, width=self._sizes[location].opening)
             mujoco.mj_kinematics(data.model, data)
@@ -195,7 +198,7 @@ class RobotAtSlots:
         """The robot and a lamp's head, with contacts between the two alone."""
         spec = self._robot.spec()
         lamp = spec.worldbody.add_body(mocap=True)
-        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
+        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=LAMP_HEAD_M)
         spec.compiler.discardvisual = True
         model = spec.compile()
         model.geom_margin[:] = model.body_margin[:] = HOME_CLEARANCE_M

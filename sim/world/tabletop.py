@@ -23,17 +23,6 @@ PIXELS_PER_M = 1500
 MAX_SIDE_PX = 4096
 """Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
 
-BOARD_PX = 2048
-"""Side of a board of wood; larger tables have more of them."""
-
-WOOD = np.array([0.50, 0.365, 0.255], dtype=np.float32)
-"""Mean colour of the wood."""
-
-INK = (250, 244, 232)
-"""Colour of outlines and names."""
-
-PLANK_M = 0.13
-"""Width of a plank, m."""
 
 LETTERS_M = 0.026
 """Height of the names' letters, m."""
@@ -95,29 +84,26 @@ def picture(table: Rectangle, markings: Sequence[Marking], show: Callable[[str],
             draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
         if show is not None:
             draw.text(pixels(marking.middle[None])[0], show(marking.location), fill=215, font=font, anchor="mm")
-    image.paste(Image.new("RGB", image.size, INK), mask=ink)
+    image.paste(Image.new("RGB", image.size, (250, 244, 232)), mask=ink)
     return np.asarray(image).transpose(1, 0, 2)
 
 
 @lru_cache(maxsize=2)  # drawing wood takes a fifth of the time of building a scene
 def _wood(width: int, height: int) -> np.ndarray:
-    """Return (height, width, 3) planks along the rows, each with its own tone and grain, cut from boards."""
+    """Return (height, width, 3) planks along the rows, each with its own tone and grain."""
     rng = np.random.default_rng(3)
-    plank = round(PLANK_M * PIXELS_PER_M)
-    board_width, board_height = (-(-side // BOARD_PX) * BOARD_PX for side in (width, height))
+    plank, colour = round(0.13 * PIXELS_PER_M), np.array([0.50, 0.365, 0.255], dtype=np.float32)
     wood = np.empty((height, width, 3), dtype=np.uint8)
+    growth = np.linspace(0, 3.0, plank, dtype=np.float32)[:, None]
     for top in range(0, height, plank):
         check_limits()
-        rows = min(plank, board_height - top)
-        warp = _noise(rng, (4, 6), (board_width, rows))
-        growth = np.linspace(0, 3.0, rows, dtype=np.float32)[:, None]
+        warp = _noise(rng, (4, 2 + width // 700), (width, plank))
         rings = np.sin(2 * np.pi * (growth + 1.6 * warp + rng.uniform(0, 1)))
-        fibre = _noise(rng, (rows, 24), (board_width, rows))
-        fine = _noise(rng, (rows, 160), (board_width, rows))
+        fibre = _noise(rng, (plank, 2 + width // 170), (width, plank))
+        fine = _noise(rng, (plank, 2 + width // 25), (width, plank))
         tone = 0.035 * rings + 0.07 * fibre + 0.035 * fine + rng.uniform(-0.05, 0.05)
         tone[:2] -= 0.22
-        shown = tone[: height - top, :width, None]
-        wood[top : top + plank] = 255 * np.clip(WOOD * (1 + shown), 0, 1)
+        wood[top : top + plank] = 255 * np.clip(colour * (1 + tone[: height - top, :, None]), 0, 1)
     return wood
 
 
