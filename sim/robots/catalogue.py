@@ -53,26 +53,22 @@ def robot_named(name: str) -> Robot:
         ) from None
 
 
-def robot_for(setup: RobotSetup, name: str | None = None) -> Robot:
-    """Return the robot that a scenario sets up, or the one called `name` in its place.
+def robot_for(setup: RobotSetup, robot: Robot | str | None = None) -> Robot:
+    """Return the robot that a scenario sets up, or another or the one of a name in its place.
 
     Raises:
-        RobotError: `name` is unknown, or the robot cannot be loaded.
-        SimulationError: the scenario's robot is unknown, or its MJCF does not fit its table; the message begins with
-            the key.
+        RobotError: `robot` is unknown, or the robot cannot be loaded.
+        SimulationError: the scenario's robot is unknown or its pose impossible, or its MJCF does not fit its table; the
+            message begins with the key.
     """
-    if setup.mjcf is not None and name is None:
-        own = user_robot(setup)
-        if own.name in ROBOTS:  # logs tell robots apart by their names
-            own = replace(own, name=Path(setup.mjcf).name)
-        return placed(own, setup)
-    if name is None:
-        check_known("robot", "name", setup.name, ROBOTS, SimulationError)
-    return placed(robot_named(name or setup.name), setup)
-
-
-def placed(robot: Robot, setup: RobotSetup) -> Robot:
-    """Return a robot with its base where a scenario puts it; errors as in `check_robot`."""
     check_robot(setup)
+    if robot is None and setup.mjcf is not None:
+        robot = user_robot(setup)
+        if robot.name in ROBOTS:  # logs tell robots apart by their names
+            robot = replace(robot, name=Path(setup.mjcf).name)
+    elif robot is None:
+        check_known("robot", "name", setup.name, ROBOTS, SimulationError)
+    if not isinstance(robot, Robot):
+        robot = robot_named(robot or setup.name)
     position = robot.position if setup.position is None else np.array(setup.position)
     return replace(robot, position=position, yaw=float(np.radians(setup.yaw)))

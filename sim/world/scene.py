@@ -18,7 +18,7 @@ from sim.external.user_scene import UserScene, read_scene, resolved
 from sim.geometry.mjcf import yaw_quat
 from sim.geometry.rectangle import Rectangle
 from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
-from sim.robots.catalogue import placed, robot_for
+from sim.robots.catalogue import robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
 from sim.world.fixtures import add_fixture, blocks_of, body_name, check_fixtures
@@ -119,8 +119,7 @@ def build_scene(
     """
     check_fixtures(model)
     check_matter(model)
-    setup = model.robot_setup
-    robot = placed(robot, setup) if isinstance(robot, Robot) else robot_for(setup, robot)
+    robot = robot_for(model.robot_setup, robot)
     own = read_scene(model)
     if own is not None:
         model = resolved(model, own)
