@@ -9,11 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel
-from sim.geometry.rectangle import Rectangle, overlap
+from sim.errors import SimulationError
+from sim.geometry.rectangle import Rectangle, contains, overlap
 from sim.robots.gripper import Gripper
-from sim.world.fixtures import MAX_CONTACT_M, Block, blocks_of, check_carried, check_free
+from sim.world.fixtures import MAX_CONTACT_M, Block, blocks_of
 from sim.world.furniture import BIN_HEIGHT_M, BIN_WALL_M
 from sim.world.places import FLOOR, OBJECT_GAP_M, Station
+
+SAME_HEIGHT_M = 0.001
+"""Greatest difference in height between a location and the surface that it lies on, m."""
 
 
 def collisions(stations: Sequence[Station]) -> Iterator[str]:
@@ -55,8 +59,32 @@ def check_surroundings(station: Station, model: ManipulationModel) -> None:
     """
     needed, blocks = space(station), blocks_of(model.fixtures)
     if model.scene is None:
-        check_carried(needed, blocks)
-    check_free(needed, blocks)
+        _check_carried(needed, blocks)
+    inside = next((block for block in blocks if block.meets(needed.outline, needed.low, needed.high)), None)
+    if inside is None:
+        return
+    above = inside.low > needed.low + MAX_CONTACT_M
+    lacking = f"leaves {inside.low - needed.low:.3f} m above it, and its objects need {needed.high - needed.low:.3f} m"
+    stands = f"stands in it (its upper side is at {inside.high:g} m)"
+    raise SimulationError(f"locations.{needed.name}: the fixture {inside.name!r} {lacking if above else stands}")
+
+
+def _check_carried(place: Block, blocks: Sequence[Block]) -> None:
+    """Raise `SimulationError` unless a location above the table top lies entirely on a block that carries it."""
+    if place.low <= SAME_HEIGHT_M:
+        return
+    surfaces = [block for block in blocks if block.carries and block.high > 0]
+    level = [surface for surface in surfaces if abs(surface.high - place.low) <= SAME_HEIGHT_M]
+    if any(contains(surface.outline, place.outline) for surface in level):
+        return
+    where = f"locations.{place.name}.at"
+    here = [surface for surface in surfaces if overlap(surface.outline, place.outline)]
+    if over := next((surface for surface in level if surface in here), None):
+        raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.name!r}")
+    heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.high, 6) for surface in here)}))
+    raise SimulationError(
+        f"{where}: no fixture carries it {place.low:g} m above the table top; there, it can lie at {heights} m"
+    )
 
 
 def _least_distance(station: Station, other: Station) -> float:

@@ -1,9 +1,9 @@
-"""Fixtures: the blocks that they are made of, the surfaces that they offer, and the space that they leave free."""
+"""Fixtures: what the scenario says of them, and the blocks that they are made of."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import mujoco
@@ -15,7 +15,7 @@ from prefplan.models.manipulation.surroundings import Fixture, check_point
 from prefplan.text.names import check_names
 from sim.errors import SimulationError
 from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
-from sim.geometry.rectangle import Rectangle, contains, overlap
+from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import rounded
 from sim.world.shapes import about_z
 
@@ -28,14 +28,11 @@ MAX_FIXTURE_M = 20.0
 PANEL_M = 0.012
 """Thickness of a shelf's boards, sides and back."""
 
-SAME_HEIGHT_M = 0.001
-"""Greatest difference in height between a location and the surface that it lies on, m."""
-
 MAX_CONTACT_M = 1e-6
 """Greatest overlap of two bodies that counts as mere contact, m."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """A part of a fixture, or the space that a location needs.
 
@@ -129,35 +126,6 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
         tops = [z + board for board in fixture.boards if z + board > 0]
         found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top, carries=True) for top in tops]
     return found
-
-
-def check_carried(place: Block, blocks: Sequence[Block]) -> None:
-    """Raise `SimulationError` unless a location above the table top lies entirely on a block that carries it."""
-    if place.low <= SAME_HEIGHT_M:
-        return
-    surfaces = [block for block in blocks if block.carries and block.high > 0]
-    level = [surface for surface in surfaces if abs(surface.high - place.low) <= SAME_HEIGHT_M]
-    if any(contains(surface.outline, place.outline) for surface in level):
-        return
-    where = f"locations.{place.name}.at"
-    here = [surface for surface in surfaces if overlap(surface.outline, place.outline)]
-    if over := next((surface for surface in level if surface in here), None):
-        raise SimulationError(f"{where}: it reaches over the edge of the fixture {over.name!r}")
-    heights = " or ".join(f"{other:g}" for other in sorted({0.0, *(round(surface.high, 6) for surface in here)}))
-    raise SimulationError(
-        f"{where}: no fixture carries it {place.low:g} m above the table top; there, it can lie at {heights} m"
-    )
-
-
-def check_free(place: Block, blocks: Sequence[Block]) -> None:
-    """Raise `SimulationError` if a fixture reaches into the space that a location needs."""
-    inside = next((block for block in blocks if block.meets(place.outline, place.low, place.high)), None)
-    if inside is None:
-        return
-    above = inside.low > place.low + MAX_CONTACT_M
-    lacking = f"leaves {inside.low - place.low:.3f} m above it, and its objects need {place.high - place.low:.3f} m"
-    stands = f"stands in it (its upper side is at {inside.high:g} m)"
-    raise SimulationError(f"locations.{place.name}: the fixture {inside.name!r} {lacking if above else stands}")
 
 
 def add_fixture(spec: mujoco.MjSpec, fixture: Fixture) -> None:

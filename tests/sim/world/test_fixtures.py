@@ -101,6 +101,11 @@ def test_the_camera_looks_into_a_shelf(shelf: Scene) -> None:
         ((SHELF,), (0.6, 0.3, 0.2), "it can lie at 0 or 0.25 m"),
         ((SHELF,), (0.51, 0.3, 0.25), "locations.new.at: it reaches over the edge of the fixture 'shelf'"),
         (
+            (replace(SHELF, boards=(0.0, 0.2, 0.4)),),
+            (0.51, 0.3, 0.4),
+            "locations.new.at: it reaches over the edge of the fixture 'shelf'",
+        ),
+        (
             (Fixture("wall", "box", (0.6, 0.3, 0.1), (0.1, 0.1, 0.2)),),
             (0.6, 0.3),
             "locations.new: the fixture 'wall' stands in it (its upper side is at 0.2 m)",
