@@ -13,34 +13,31 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from prefplan.models.manipulation.model import Object
 from sim.external.user_scene import UserScene, bounds, scene_files
 from sim.geometry.mjcf import as_utf8
 
 
-def add_user_scene(
-    spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[Object, np.ndarray]]
-) -> list[str]:
+def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[str, bool]]) -> list[str]:
     """Add a user's scene to the whole one; its bodies that are objects get the objects' names.
 
-    Objects are given by name, with the (3,) half sides of their shapes, m. Returns warnings for the user.
+    Objects are given by name, with their body and whether its y axis is their x axis. Returns warnings for the user.
     """
     world = mujoco.MjSpec.from_file(as_utf8(scene.path))
     _find_files(world, scene.path)
     without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]
-    notes = _hold_still(world, {obj.body for obj, _ in objects.values()})
+    notes = _hold_still(world, {part for part, _ in objects.values()})
     if without_effect:
         notes.append(f"scene: without effect here: {', '.join(without_effect)}")
     bodies: dict[str, str] = {}
-    for name, (obj, half) in objects.items():
-        body = world.body(obj.body)
+    for name, (moved, turned) in objects.items():
+        body = world.body(moved)
         explicit = any(part.explicitinertial for part in (body, *body.find_all("body")))
-        bodies |= {f"{scene.prefix}{part}": name for part in (obj.body, *_join(body))}
-        _centre(body, scene, half, explicit=explicit)
+        bodies |= {f"{scene.prefix}{part}": name for part in (moved, *_join(body))}
+        _centre(body, scene, turned=turned, explicit=explicit)
     spec.attach(world, prefix=scene.prefix, frame=spec.worldbody.add_frame())
     geoms: dict[str, str] = {}
-    for name, (obj, _) in objects.items():
-        geoms |= _rename(spec.body(f"{scene.prefix}{obj.body}"), name)
+    for name, (moved, _) in objects.items():
+        geoms |= _rename(spec.body(f"{scene.prefix}{moved}"), name)
     for exclude in spec.excludes:
         exclude.bodyname1, exclude.bodyname2 = (bodies.get(n, n) for n in (exclude.bodyname1, exclude.bodyname2))
     for pair in spec.pairs:
@@ -56,7 +53,7 @@ def add_user_scene(
     return notes
 
 
-def _hold_still(world: mujoco.MjSpec, moving: Collection[str | None]) -> list[str]:
+def _hold_still(world: mujoco.MjSpec, moving: Collection[str]) -> list[str]:
     """Remove the joints of all but the bodies that move; return a warning if there were any."""
     still = [joint for joint in world.joints if joint.parent.name not in moving]
     told = sorted({joint.parent.name or joint.name or "a body without a name" for joint in still})
@@ -127,13 +124,12 @@ def _join(body: mujoco.MjsBody) -> list[str]:
     return names
 
 
-def _centre(body: mujoco.MjsBody, scene: UserScene, half: np.ndarray, *, explicit: bool) -> None:
+def _centre(body: mujoco.MjsBody, scene: UserScene, *, turned: bool, explicit: bool) -> None:
     """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close.
 
-    `half` are the object's (3,) half sides, m; `explicit` is whether the file gives the inertia of any of its parts.
+    `explicit` is whether the file gives the inertia of any of its parts.
     """
     low, high = bounds(scene, body.name)
-    turned = not np.isclose(2 * half[0], high[0] - low[0])
     turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if turned else np.eye(3)
     quat, offset = np.zeros(4), -turn @ (low + high) / 2
     mujoco.mju_mat2Quat(quat, turn.ravel())

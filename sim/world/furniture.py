@@ -50,6 +50,7 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
     outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
     points = np.array([*(corner for outline in outlines for corner in outline.corners), *lamps]).reshape(-1, 2)
     foot = robot.position[:2]
+    # What stands on it is 10 cm from its edge at least, and half of it is 35 cm wide at least.
     low, high = points.min(axis=0, initial=np.inf) - 0.10, points.max(axis=0, initial=-np.inf) + 0.10
     if robot.floor_front_m is None:
         low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
@@ -61,6 +62,7 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
 
 def _plinth_for(table: Rectangle, robot: Robot) -> Rectangle:
     """Return the block that carries a table; the table overhangs the base of a robot on the floor."""
+    # 5 cm from the edge.
     low, high = table.centre - table.half + 0.05, table.centre + table.half - 0.05
     if robot.floor_front_m is not None:
         heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])

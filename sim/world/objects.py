@@ -60,7 +60,7 @@ def add_objects(
     """
     _check_names(spec, model)
     warnings: list[str] = []
-    bodies = {obj.name: (obj, shapes[obj.name].half) for obj in model.objects if obj.body is not None}
+    bodies = {obj.name: (obj.body, shapes[obj.name].turned) for obj in model.objects if obj.body is not None}
     if own is not None:
         warnings += add_user_scene(spec, own, bodies)
     for i, (name, slot) in enumerate(start_slots(model, slots, shapes).items()):
@@ -175,8 +175,7 @@ def _add_object(
 
 def _add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: ObjectShape, mesh: MeshParts) -> None:
     """Give an object its convex collision parts, each with its share of the mass, and its visual mesh."""
-    # The shape's x axis is the closing direction, which may be the mesh's y axis.
-    turn = yaw_quat(0.0 if np.isclose(2 * shape.half[0], mesh.size[0]) else -np.pi / 2)
+    turn = yaw_quat(-np.pi / 2 if shape.turned else 0.0)
     volume = sum(part.volume for part in mesh.parts)
     for i, part in enumerate(mesh.parts):
         name = f"{body.name} {i}" if i else body.name

@@ -119,10 +119,8 @@ class TableLayout:
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:
     """Return the bounds on the dimensions of shapes; without any, those of a cube of `CUBE_EDGE_M`."""
-    known = list(shapes)
-    if not known:
-        edge = CUBE_EDGE_M
-        return Extent(np.full(2, edge / 2), edge / 2, low=edge, high=edge, clear=edge, opening=opening(edge))
+    cube = ObjectShape("cube", np.full(3, CUBE_EDGE_M / 2), (CUBE_EDGE_M,), symmetry=np.pi / 2, mass=0.0)
+    known = list(shapes) or [cube]
     half = np.array([shape.half for shape in known])
     return Extent(
         half=half[:, :2].max(axis=0),

@@ -57,6 +57,7 @@ class ObjectShape:
         widths: in the closing directions of fingers from above, the preferred one first, m; none for a suction cup.
         symmetry: the turn about z after which it looks the same, rad; 0 for any.
         mass: kg.
+        turned: whether its x axis is the y axis of its file or of its body in the user's scene.
         surface: of a mesh, if the gripper has fingers; else None.
         pairs: opposite patches of that surface, which pads can press.
         seats: flat places of a mesh, if the gripper is a suction cup; else none.
@@ -68,6 +69,7 @@ class ObjectShape:
     widths: tuple[float, ...]
     symmetry: float
     mass: float
+    turned: bool = False
     surface: PointCloud | None = None
     pairs: tuple[Antipodes, ...] = ()
     seats: tuple[Seat, ...] = ()
@@ -197,18 +199,18 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
     # About as dense as beech: a cube of `CUBE_EDGE_M` weighs 55 g.
     mass = obj.mass or float(np.clip(0.055 / CUBE_EDGE_M**3 * volume, *MASSES_KG))
-    shape = ObjectShape(obj.kind, np.array([along, across, height]) / 2, closing, symmetry, mass)
+    half = np.array([along, across, height]) / 2
+    shape = ObjectShape(obj.kind, half, closing, symmetry, mass, turned=along != x)
     if mesh is None:
         _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
         return shape
     _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
-    return _held_mesh(
-        shape, mesh if along == x else mesh.turned_back, gripper, f"{where}.{'body' if obj.body else 'file'}"
-    )
+    return _held_mesh(shape, mesh, gripper, f"{where}.{'body' if obj.body else 'file'}")
 
 
 def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:
     """Return the shape of a mesh with the places that a gripper can press; raise `SimulationError` if it has none."""
+    mesh = mesh.turned_back if shape.turned else mesh
     shape = replace(shape, corners=mesh.corners)
     if isinstance(gripper, SuctionGripper):
         found = seats(
