@@ -282,7 +282,7 @@ IN_OPTIONS = [
     ("automaton 'F(a'", "prefplan: '(' is never closed, at column 2"),
     (
         "draw tidy.toml a.png",
-        f"prefplan draw: {WRONG} 'WHAT': unknown value 'tidy.toml' (valid: plans, automata, system)",
+        f"prefplan draw: {WRONG} 'WHAT': unknown value 'tidy.toml' (valid: plans, automata)",
     ),
     ("init tidy --kind gird", f"prefplan init: {WRONG} '--kind': unknown value 'gird' (did you mean 'grid'?)"),
     ("init ''", "prefplan: .: is a folder; name a file"),
