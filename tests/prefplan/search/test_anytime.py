@@ -71,7 +71,7 @@ def test_weighted_search_of_generated_states_has_the_bounds_of_their_projections
         prepared = drafts.prepared
         assert prepared is not None
         # Without them, a state itself is looked up in the tables, beyond their end.
-        assert prepared.guided(0.5).bounds.projections is prepared.bounds.projections is not None
+        assert prepared.guided(0.5).bounds.tables.projections is prepared.bounds.tables.projections is not None
         looked.append(1)
         return found
 
