@@ -152,10 +152,10 @@ class RecordedWorld:
                 if self._rests(obj, place, carriers, slack=doubt * NOISE_FACTOR * self.noise):
                     off = min(np.hypot(*(slot - self._observed(obj))[:2]) for slot in self._slots(place))
                     found[obj] = min(found.get(obj, (np.inf, "")), (float(off), place.name))
-        room, kept = {place.name: place.capacity for place in self.model.locations}, dict[str, str]()
+        free, kept = {place.name: place.capacity for place in self.model.locations}, dict[str, str]()
         for obj, (_, name) in sorted(found.items(), key=lambda item: item[1]):
-            if room[name]:
-                room[name] -= 1
+            if free[name]:
+                free[name] -= 1
                 kept[obj] = name
         return kept
 

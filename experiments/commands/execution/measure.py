@@ -61,8 +61,6 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         model = loaded.model
         assert isinstance(model, pp.ManipulationModel)
         file = out or measurements_file(loaded.path)
-        if file.is_dir():  # else that is known only after everything was measured
-            raise pp.PrefplanError(f"{file}: is a folder; name a file")
         make_folder(file.parent)
         wanted = trials(scene.model)
         digest = digest_of_sources()
@@ -100,9 +98,15 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
 
 def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:
-    """Return the measurements in a file of the same model and robot by the same sources; none if it is damaged."""
+    """Return the measurements in a file of the same model and robot by the same sources; none if it is damaged.
+
+    Raises:
+        PrefplanError: it is a folder, which otherwise would be known only after everything was measured.
+    """
     from prefplan.models.manipulation.measured_costs import read_measurements
 
+    if file.is_dir():
+        raise pp.PrefplanError(f"{file}: is a folder; name a file")
     with suppress(ModelError):
         earlier = read_measurements(file, model)
         if (earlier.robot, earlier.sources) == (robot, sources):
