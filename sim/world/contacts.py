@@ -18,6 +18,9 @@ import numpy as np
 
 from sim.geometry.mjcf import solid_geoms
 
+OBJECT_FRICTION = 0.8
+"""Sliding friction of two objects."""
+
 HEAVY_IMPEDANCE = 0.85
 """Impedance (`solimp[0]`) of contacts of heavy objects with pads. At the same impedance, a heavier object penetrates
 less: at the pads' 0.95, a contact is sometimes lost for a step, and torque rates of the Panda reach 225 % of their
@@ -54,7 +57,7 @@ def declare_contacts(
             _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if name in heavy else None)
     for parts, others in combinations(solids.values(), 2):
         for geom, other in product(parts, others):
-            _declare(spec, geom, other, slide=0.8)  # the friction of two objects
+            _declare(spec, geom, other, slide=OBJECT_FRICTION)
 
 
 def scale_friction(

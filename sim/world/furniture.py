@@ -19,8 +19,21 @@ from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 TABLE_THICKNESS_M = 0.045
 """Thickness of the table's board, m."""
 
+PLINTH_HEIGHT_M, PLINTH_INSET_M = 1.0, 0.05
+"""Height of the block that carries the board, and its inset, m: it extends below the picture, so that no floor has to
+be rendered (a quarter of the time)."""
+
+TABLE_MARGIN_M = 0.10
+"""Least distance from what stands on the table to its edge, m."""
+
+MIN_TABLE_SIDE_M = 0.35
+"""Least half width of the table, m."""
+
 FOOT_M = 0.22
 """Half side of the square of the table that is kept free for a robot's foot; the Panda's reaches 0.155 m back."""
+
+PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
+"""Name of the body that carries a base above the table (no object's name contains a space), and its half width, m."""
 
 BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
 """Thickness of a bin's walls, and radius of its corners, m."""
@@ -50,20 +63,21 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
     outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
     points = np.array([*(corner for outline in outlines for corner in outline.corners), *lamps]).reshape(-1, 2)
     foot = robot.position[:2]
-    # What stands on it is 10 cm from its edge at least, and half of it is 35 cm wide at least.
-    low, high = points.min(axis=0, initial=np.inf) - 0.10, points.max(axis=0, initial=-np.inf) + 0.10
+    low, high = (
+        points.min(axis=0, initial=np.inf) - TABLE_MARGIN_M,
+        points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M,
+    )
     if robot.floor_front_m is None:
         low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
     if not robot.yaw:
-        side = max(0.35, float(foot[1] - low[1]), float(high[1] - foot[1]))
+        side = max(MIN_TABLE_SIDE_M, float(foot[1] - low[1]), float(high[1] - foot[1]))
         low[1], high[1] = foot[1] - side, foot[1] + side
     return Rectangle((low + high) / 2, (high - low) / 2, 0.0)
 
 
 def _plinth_for(table: Rectangle, robot: Robot) -> Rectangle:
     """Return the block that carries a table; the table overhangs the base of a robot on the floor."""
-    # 5 cm from the edge.
-    low, high = table.centre - table.half + 0.05, table.centre + table.half - 0.05
+    low, high = table.centre - table.half + PLINTH_INSET_M, table.centre + table.half - PLINTH_INSET_M
     if robot.floor_front_m is not None:
         heading = np.array([np.cos(robot.yaw), np.sin(robot.yaw)])
         along = int(np.abs(heading).argmax())
@@ -77,11 +91,10 @@ def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Add a pedestal if the robot's base is above the table."""
     height = float(robot.position[2])
     if height and robot.floor_front_m is None:
-        half = np.array([0.14, 0.14, height / 2])
-        name = "robot pedestal"  # no object's name contains a space
-        body = spec.worldbody.add_body(name=name, pos=[*robot.position[:2], height / 2], quat=yaw_quat(robot.yaw))
-        body.add_geom(name=name, type=BOX, size=half, group=HIDDEN)
-        draw_solid(spec, body, f"{name}_block", rounded(half, corner=0.02, edge=EDGE_M), "studio_plinth")
+        half = np.array([PEDESTAL_HALF_M, PEDESTAL_HALF_M, height / 2])
+        body = spec.worldbody.add_body(name=PEDESTAL, pos=[*robot.position[:2], height / 2], quat=yaw_quat(robot.yaw))
+        body.add_geom(name=PEDESTAL, type=BOX, size=half, group=HIDDEN)
+        draw_solid(spec, body, f"{PEDESTAL}_block", rounded(half, corner=0.02, edge=EDGE_M), "studio_plinth")
 
 
 def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple[Marking, ...]:
@@ -112,8 +125,7 @@ def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]
     mesh.usertexcoord = (0.5 + 0.5 * board.vertices[:, :2] / table.half).ravel()
     mesh.userfacetexcoord = board.faces.ravel()
     plinth = _plinth_for(table, robot)
-    # It extends below the picture, so that no floor has to be rendered (a quarter of the time).
-    base = np.array([*plinth.half, 0.5])
+    base = np.array([*plinth.half, PLINTH_HEIGHT_M / 2])
     at = [*plinth.centre - table.centre, -TABLE_THICKNESS_M - base[2]]
     body.add_geom(type=BOX, size=base, pos=at, material="studio_plinth")
 

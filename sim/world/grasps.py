@@ -15,9 +15,28 @@ from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import MAX_LIFT_M, PAD_CLEARANCE_M, Gripper, SuctionGripper
 from sim.world.shapes import ObjectShape, opening
 
-CLEARANCES_M = (None, PAD_CLEARANCE_M, 0.0025)
-"""Clearances of the open hand to try in turn, m; None for the usual opening. The least is larger than the error of a
-sensed position."""
+TIGHT_CLEARANCE_M = 0.0025
+"""Least distance from an object to either pad where space is tight, m: larger than the error of a sensed position."""
+
+CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
+"""Clearances of the open hand to try in turn; None for the usual opening."""
+
+TILTED_LIFTS_M = (0.0, 0.004, 0.010)
+"""Distances of the pads' middle from an object's in a tilted grasp, m, so that the fingertips clear what is below."""
+
+MAX_SHIFT_M, END_M, MAX_OFFSET_M = 0.018, 0.02, 0.027
+"""Grasp of a high object away from its middle by a tilted hand, m: greatest shift along the object, least distance to
+its end, and greatest distance of the pads' middle from its own. The palm clears its end, and the hand the table."""
+
+MAX_OFF_LINE_M = 0.0075
+"""Greatest distance of the pads' middle from the line on which they touch a round object, m; the Panda's
+pads are 18 mm high."""
+
+PALM_TOLERANCE_M = 0.004
+"""By how much an object may exceed the gripper's `palm_height_m` in a tilted grasp, m."""
+
+MAX_BULGE_M = 0.0015
+"""How far a surface may protrude beside the patch that a pad presses, m."""
 
 TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -135, 150, -150, 180])
 """Rotations of the hand about the closing direction; at 0, it points down at the upright object."""
@@ -81,9 +100,8 @@ def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
             off_line = lift * float(np.hypot(*approach[:2])) if shape.is_round and not closing[2] else 0.0
             position = shift - lift * approach
             palm = shape.support(-approach) + float(position @ approach)
-            near = not shift.any() or np.linalg.norm(position) <= 0.027
-            # The Panda's pads are 18 mm high: a round object must touch them near their middle.
-            if off_line <= 0.0075 and palm <= gripper.palm_height_m + 0.004 and near:
+            near = not shift.any() or np.linalg.norm(position) <= MAX_OFFSET_M
+            if off_line <= MAX_OFF_LINE_M and palm <= gripper.palm_height_m + PALM_TOLERANCE_M and near:
                 key = off_top, rank > 1, order, bool(shift.any()), lift, rank
                 found.append((key, GraspPose(position, rotation, width, clearance)))
     found.sort(key=lambda entry: entry[0])
@@ -118,13 +136,10 @@ def _on_surface(shape: ObjectShape, surface: PointCloud, gripper: Gripper) -> tu
 
 
 def _obstructing(points: np.ndarray, grasp: GraspPose, gripper: Gripper) -> np.ndarray:
-    """Return which of (N, 3) points in the tool frame, m, are in the palm or in the space swept by a closing finger.
-
-    Beside the patch that a pad presses, a surface may protrude by 1.5 mm.
-    """
+    """Return which of (N, 3) points in the tool frame, m, are in the palm or in the space swept by a closing finger."""
     x, y, z = np.abs(points[:, 0]), np.abs(points[:, 1]), points[:, 2]
     end = min(grasp.opening, gripper.opening_m) / 2 + gripper.finger_depth_m
-    finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + 0.0015) & (y < end)
+    finger = (x < gripper.finger_half_width_m) & (y > grasp.width / 2 + MAX_BULGE_M) & (y < end)
     palm = (x < gripper.palm_half_width_m) & (z < -gripper.palm_height_m)
     return palm | finger & (z < gripper.fingertip_m)
 
@@ -156,8 +171,8 @@ def _faces(shape: ObjectShape, gripper: SuctionGripper) -> list[Seat]:
 def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.ndarray, float]]:
     """Yield each closing direction: its rank, the direction itself, (3,) in the object's frame, and the width, m."""
     if shape.is_round:
-        turns = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
-        closings = [np.array([np.cos(turn), np.sin(turn), 0.0]) for turn in turns]
+        headings = np.radians([0, 90, 45, 135, 22.5, 67.5, 112.5, 157.5])
+        closings = [np.array([np.cos(heading), np.sin(heading), 0.0]) for heading in headings]
     else:
         closings = [*np.eye(3)[:2]]
     low, high = gripper.held_widths
@@ -174,8 +189,7 @@ def _shifts(shape: ObjectShape, closing: np.ndarray, approach: np.ndarray, gripp
     along = np.round(approach[2], 6)
     if shape.half[2] <= gripper.palm_height_m or closing[2] or abs(along) == 1:
         return [np.zeros(3)]
-    # 2 cm from its end at least: the palm clears that, and the hand the table.
-    shift = min(0.018, float(shape.half[2]) - 0.02)
+    shift = min(MAX_SHIFT_M, float(shape.half[2]) - END_M)
     return [np.zeros(3), *(np.array([0.0, 0.0, end * shift]) for end in (1.0, -1.0) if end * along <= 0)]
 
 
@@ -186,8 +200,7 @@ def _variants(
     top = shape.support(approach)
     low, high = max(0.0, top - gripper.palm_height_m), min(top, MAX_LIFT_M)
     for order, clearance in enumerate(CLEARANCES_M):
-        # The fingertips of a tilted hand clear what is below.
-        lifts = ((low,) if clearance is None else (low, high)) if straight else (0.0, 0.004, 0.010)
+        lifts = ((low,) if clearance is None else (low, high)) if straight else TILTED_LIFTS_M
         for lift in lifts:
             yield order, lift, clearance
 

@@ -20,20 +20,33 @@ from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 from sim.world.clearance import blockages, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of
-from sim.world.places import (
-    AT_RADIUS_M,
-    FLOOR,
-    Extent,
-    Slot,
-    Station,
-    TableLayout,
-    extent,
-)
+from sim.world.places import AT_RADIUS_M, FLOOR, Extent, Slot, Station, TableLayout, extent
 from sim.world.robot_clearance import RobotAtSlots, reach
 from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
 
+ROW_GAP_M = 0.019
+"""Distance between neighbouring objects of one location, m."""
+
+BIN_MARGIN_M = 0.0125
+"""Distance from the last object of a row to a bin's wall, m."""
+
+PAD_MARGIN_M = 0.0375
+"""Distance from an object to the edge of a pad or of a stove, m."""
+
+PLATE_MARGIN_M = 0.020
+"""Distance from the corner of an object to the edge of a plate, m."""
+
+SUPPORT_OVERLAP_M = 0.010
+"""Least length by which an object rests on each of its supports, m."""
+
+MAX_HEIGHT_DIFFERENCE_M = 0.001
+"""By how much objects that carry another between them may differ in height, m."""
+
 MIN_MASS_KG = 0.001
 """Least mass of an object, kg. At 0.01 g, contact forces are too small for the fingers to hold it."""
+
+NEIGHBOUR_DISTANCE_M = 0.12
+"""At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
 def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> TableLayout:
@@ -159,7 +172,7 @@ def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float
     yaws = [np.pi / 2, 0.0, bearing + np.pi / 2, bearing, np.pi / 4, 3 * np.pi / 4]
     apart = [np.array(with_height(other.at or ())) - here for other in grounded if other.name != place.name]
     nearest = min(apart, key=np.linalg.norm, default=np.full(3, np.inf))
-    if np.linalg.norm(nearest) < 0.12:  # m
+    if np.linalg.norm(nearest) < NEIGHBOUR_DISTANCE_M:
         yaws.insert(0, float(np.arctan2(-nearest[0], nearest[1]) % np.pi))
     return yaws
 
@@ -177,14 +190,13 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
     offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
-    # Margins from an object to the edge or to the wall; a plate's is from its corner.
     if kind in ("pad", "stove"):
-        half = half + 0.0375
+        half = half + PAD_MARGIN_M
     elif kind == "bin":
         inside = size.opening / 2 + gripper.finger_depth_m + 0.004
-        half = np.maximum(half + 0.0125, inside)
+        half = np.maximum(half + BIN_MARGIN_M, inside)
     elif kind == "plate":
-        half = float(np.hypot(*size.half)) + 0.020 + row
+        half = float(np.hypot(*size.half)) + PLATE_MARGIN_M + row
     radius = AT_RADIUS_M if kind == "spot" else min(AT_RADIUS_M, float(half.min()))
     slots = tuple(
         Slot(place.name, i, np.array([*(centre + offset * across), place.height + FLOOR[kind]]), yaw, radius)
@@ -195,7 +207,7 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
 
 def _pitch(gripper: Gripper, size: Extent) -> float:
     """Return the distance between neighbouring slots, m: the palm over a low object must clear a high neighbour."""
-    pitch = 2 * float(size.half[1]) + 0.019
+    pitch = 2 * float(size.half[1]) + ROW_GAP_M
     if size.high > size.low / 2 + gripper.palm_height_m:
         pitch = max(pitch, float(size.half[1] + gripper.palm_half_width_m))
     return pitch
@@ -234,7 +246,7 @@ def _stack(
             raise SimulationError(f"{where}.on: {below[0].location!r} and {slot.location!r} differ in height")
         apart = position[:2] - slot.position[:2]
         axes = Rectangle(slot.position[:2], np.zeros(2), slot.yaw).axes
-        most = sizes[slot.location].slim - 0.010  # 1 cm of it at least rests on each support
+        most = sizes[slot.location].slim - SUPPORT_OVERLAP_M
         if all(np.any(np.abs(axes @ apart) > most + half) for half in sides):
             longest = max(float(half.max()) for half in sides)
             raise SimulationError(
@@ -253,7 +265,8 @@ def _check_level(place: Location, model: ManipulationModel, shapes: dict[str, Ob
     under = [obj.name for obj in model.objects if obj.name in shapes and (not obj.fixed or obj.start in place.on)]
     under.sort(key=heights.__getitem__)
     level = any(
-        heights[high] - heights[low] <= 0.001 for low, high in zip(under, under[len(place.on) - 1 :], strict=False)
+        heights[high] - heights[low] <= MAX_HEIGHT_DIFFERENCE_M
+        for low, high in zip(under, under[len(place.on) - 1 :], strict=False)
     )
     if under and not level:
         low, high = under[0], under[-1]

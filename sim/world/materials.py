@@ -50,8 +50,17 @@ ASSETS = Path(__file__).parents[2] / "assets"
 KEY_LIGHT = "studio_key"
 """The light that casts the shadows."""
 
+SHADOW_WIDTH = 1.55
+"""Half width of the shadow map, in halves of the table's longer side: it covers the corners."""
+
+ARM_SHADOW_M = 0.85
+"""Least half width of the shadow map, m: it covers the arm."""
+
 WRIST = "wrist"
 """The camera on the hand."""
+
+WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
+"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
 
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
@@ -61,17 +70,17 @@ def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """
     studio = mujoco.MjSpec.from_file(str(ASSETS / "studio.xml"))
     spec.visual = studio.visual
-    spec.visual.map.shadowclip = max(0.85, 1.55 * span)  # the arm, and the corners of the table
+    spec.visual.map.shadowclip = max(ARM_SHADOW_M, SHADOW_WIDTH * span)
     spec.stat.center, spec.stat.extent = target, 1.0
     spec.attach(studio, prefix="studio_", frame=spec.worldbody.add_frame(pos=target))
 
 
 def add_wrist_camera(spec: mujoco.MjSpec, robot: Robot) -> None:
     """Add a camera beside the fingers that looks between them."""
-    tool, eye = spec.site(robot.tool), np.array([0.11, 0.0, 0.05])
-    ahead = tool.pos + [0.0, 0.0, 0.01] - eye
+    tool = spec.site(robot.tool)
+    ahead = tool.pos + WRIST_AIM_M - WRIST_EYE_M
     ahead /= np.linalg.norm(ahead)
     right = np.array([0.0, -1.0, 0.0])
-    view = tool.parent.add_camera(name=WRIST, pos=eye, fovy=70.0)
+    view = tool.parent.add_camera(name=WRIST, pos=WRIST_EYE_M, fovy=70.0)
     view.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
     view.alt.xyaxes = [*right, *np.cross(right, ahead)]

@@ -16,6 +16,15 @@ from sim.world.contacts import scale_friction
 from sim.world.places import START_OFFSET_M, START_TURN_RAD
 from sim.world.scene import TIMESTEP_S, Scene, initial_state
 
+MATTER_STREAM = 1
+"""Random stream for friction and mass; with or without them, a seed gives the same start poses."""
+
+DEVICE_STREAM = 4
+"""Random stream for the table, the gripper, delays, the camera and centres of mass; faults have streams 2 and 3."""
+
+MAX_CENTRE_SHARE = 0.7
+"""Greatest offset of a centre of mass along an axis, as a share of half the object's side: it stays inside."""
+
 
 @dataclass(frozen=True)
 class PerturbationKey:
@@ -126,8 +135,7 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
     if replace(perturbation, position=0.0, angle=0.0, noise=0.0, bias=0.0) == NONE:
         return scene
     objects = [obj.name for obj in scene.model.objects]
-    # With or without these, a seed gives the same start poses; faults have the streams 2 and 3.
-    rng = np.random.default_rng([seed, 1])
+    rng = np.random.default_rng([seed, MATTER_STREAM])
     matter = rng.uniform(-1, 1, (len(objects), 2)) * [perturbation.friction, perturbation.mass]
     pads = rng.uniform(-1, 1) * perturbation.pads
     devices, centres = _device_draws(seed, len(objects))
@@ -172,7 +180,7 @@ def camera_bias(perturbation: Perturbation, *, seed: int) -> np.ndarray:
 
 def _device_draws(seed: int, objects: int) -> tuple[dict[str, float], np.ndarray]:
     """Return a number from -1 to 1 for each device, and (objects, 3) such numbers for the centres of mass."""
-    rng = np.random.default_rng([seed, 4])
+    rng = np.random.default_rng([seed, DEVICE_STREAM])
     names = ("table", "force", "latency", "bias_x", "bias_y", "bias_z")
     return dict(zip(names, rng.uniform(-1, 1, len(names)).tolist(), strict=True)), rng.uniform(-1, 1, (objects, 3))
 
@@ -185,7 +193,7 @@ def _with_centres(scene: Scene, offsets: Mapping[str, np.ndarray], amount: float
     spec = scene.spec.copy()
     for name, offset in offsets.items():
         body, nominal = spec.body(name), scene.mujoco.body(name)
-        greatest = np.minimum(amount, 0.7 * scene.shapes[name].half)  # it stays inside
+        greatest = np.minimum(amount, MAX_CENTRE_SHARE * scene.shapes[name].half)
         body.explicitinertial, body.mass, body.inertia = True, nominal.mass[0], nominal.inertia
         body.ipos, body.iquat = nominal.ipos + offset * greatest, nominal.iquat
     return spec.compile()

@@ -29,8 +29,14 @@ from sim.world.shapes import about_z
 LAMP_DISTANCES_M = (0.19, 0.24, 0.29)
 """Distances to try from the nearest slot to a lamp's post, m: the hand hit one at 11 cm and cleared one at 17 cm."""
 
-LAMP_HEAD_M = np.array([0.045, 0.086, 0.1175])
-"""Half sides of the space below the top of a lamp's head, with 6 mm to spare, m."""
+LAMP_TOP_M = 0.235
+"""Greatest height of a lamp's head above the table, m."""
+
+LAMP_HEAD_M = np.array([0.045, 0.086])
+"""Half sides of a lamp's head seen from above, with 6 mm to spare, m."""
+
+HAND_SPACE_M, HAND_HEIGHT_M = 0.12, 0.35
+"""Half width and height of the space over a slot that a hand pointing down needs at most, wrist included, m."""
 
 HOME_CLEARANCE_M = 0.004
 """Least clearance of the robot, m: at home, with its hand open, from everything else, and at a slot from lamps."""
@@ -146,10 +152,9 @@ class RobotAtSlots:
 
     def _enclosed(self, slot: Slot) -> bool:
         """Return whether a fixture stands beside or over a slot, so that the hand may have to come from the side."""
-        # A hand that points down needs at most this space, wrist included.
-        around = Rectangle(slot.position[:2], np.full(2, 0.12), slot.yaw)
+        around = Rectangle(slot.position[:2], np.full(2, HAND_SPACE_M), slot.yaw)
         low = float(slot.position[2])
-        return any(block.meets(around, low, low + 0.35) for block in self._blocks)
+        return any(block.meets(around, low, low + HAND_HEIGHT_M) for block in self._blocks)
 
     def lamp_foot(self, station: Station) -> np.ndarray:
         """Return the (2,) foot of a station's lamp, m: clear of the robot, near the station, and away from the base.
@@ -172,8 +177,8 @@ class RobotAtSlots:
             if any(overlap(stand, space(at).outline) for at in self._stations):
                 continue
             # The foot is within these sides.
-            head = Rectangle(foot, LAMP_HEAD_M[:2], outwards + turn)
-            if any(block.meets(head, 0.0, 2 * LAMP_HEAD_M[2]) for block in self._blocks):
+            head = Rectangle(foot, LAMP_HEAD_M, outwards + turn)
+            if any(block.meets(head, 0.0, LAMP_TOP_M) for block in self._blocks):
                 continue
             if self._is_clear_of_lamp(head):
                 return foot
@@ -184,7 +189,7 @@ class RobotAtSlots:
     def _is_clear_of_lamp(self, head: Rectangle) -> bool:
         """Return whether the robot at every slot, its hand open as for the objects there, clears a lamp's head."""
         data = self._beside_lamp
-        data.mocap_pos[0], data.mocap_quat[0] = [*head.centre, LAMP_HEAD_M[2]], yaw_quat(head.yaw)
+        data.mocap_pos[0], data.mocap_quat[0] = [*head.centre, LAMP_TOP_M / 2], yaw_quat(head.yaw)
         for location, q in self._configurations:
             self._robot.put(data, q, width=self._sizes[location].opening)
             mujoco.mj_kinematics(data.model, data)
@@ -198,7 +203,7 @@ class RobotAtSlots:
         """The robot and a lamp's head, with contacts between the two alone."""
         spec = self._robot.spec()
         lamp = spec.worldbody.add_body(mocap=True)
-        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=LAMP_HEAD_M)
+        lamp.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[*LAMP_HEAD_M, LAMP_TOP_M / 2])
         spec.compiler.discardvisual = True
         model = spec.compile()
         model.geom_margin[:] = model.body_margin[:] = HOME_CLEARANCE_M

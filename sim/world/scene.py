@@ -34,8 +34,22 @@ from sim.world.tabletop import Marking
 TIMESTEP_S = CONTROL_PERIOD_S / STEPS
 """Simulation step, s."""
 
+COLLISION_TOLERANCE = 1e-8
+"""Tolerance of MuJoCo's convex collision detection. With its default of 1e-6, a cylinder between the pads is sometimes
+reported for one step as 11 mm deep in a pad, which would push it out on the far side. It still is near some poses, but
+ten times as rarely near that of a can that the hand presses on a plate."""
+
+FOCUS_HEIGHT_M = 0.21
+"""Height above the table of what the lights point at: half the arm at work, m."""
+
 MAX_OVERLAP_M = 0.001
 """Greatest overlap at the start of objects with one another or with a wall, m."""
+
+SETTLE_DURATION_S = 1.0
+"""How long the objects of a random start are simulated; if one moves, tips over or falls, all are drawn again."""
+
+MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
+"""Greatest movement and tilt in that time of an object that stands."""
 
 
 @dataclass(frozen=True)
@@ -131,8 +145,7 @@ def build_scene(
     add_wrist_camera(spec, robot)
     blocks = blocks_of(model.fixtures)
     table = table_for(layout.stations, blocks, robot)
-    # The lights point at half the arm at work.
-    focus = np.array([*table.centre, 0.21 + min((s.height for s in layout.stations), default=0.0)])
+    focus = np.array([*table.centre, FOCUS_HEIGHT_M + min((s.height for s in layout.stations), default=0.0)])
     add_studio(spec, target=focus, span=float(table.half.max()))
     markings: tuple[Marking, ...] = ()
     if own is None:
@@ -269,14 +282,14 @@ def _overlaps(scene: Scene, data: mujoco.MjData) -> bool:
 
 
 def _unsettled(scene: Scene, data: mujoco.MjData) -> list[str]:
-    """Return the objects that move by 3 mm, or tip over by 3 degrees, within a second in the nominal world."""
+    """Return the objects that move or tip over within `SETTLE_DURATION_S` in the nominal world."""
     model = scene.nominal or scene.mujoco
     names = [obj.name for obj in scene.model.objects]
     bodies, later = [model.body(name).id for name in names], copy.copy(data)
-    mujoco.mj_step(model, later, round(1.0 / TIMESTEP_S))
+    mujoco.mj_step(model, later, round(SETTLE_DURATION_S / TIMESTEP_S))
     moved = np.linalg.norm(later.xpos[bodies] - data.xpos[bodies], axis=1)
     tilted = np.linalg.norm(later.xmat[bodies, 6:] - data.xmat[bodies, 6:], axis=1)
-    stands = (moved < 0.003) & (tilted < np.radians(3))
+    stands = (moved < MAX_SETTLING_M) & (tilted < MAX_SETTLING_RAD)
     return [name for name, still in zip(names, stands, strict=True) if not still]
 
 
@@ -288,8 +301,5 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
-    # With the default of 1e-6, a cylinder between the pads is sometimes reported for one step as 11 mm deep in a pad,
-    # which would push it out on the far side. It still is near some poses, but ten times as rarely near that of a can
-    # that the hand presses on a plate.
-    option.ccd_tolerance = 1e-8
+    option.ccd_tolerance = COLLISION_TOLERANCE
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE

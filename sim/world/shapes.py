@@ -33,8 +33,17 @@ SIZES = {
 CUBE_EDGE_M = 0.045
 """Edge of an object without a given size, m: the open hand has clearance on both sides."""
 
+DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
+"""Density, about that of beech: a cube of `CUBE_EDGE_M` weighs 55 g."""
+
 MASSES_KG = (0.020, 0.250)
 """Least and greatest default mass of an object."""
+
+USUAL_OPENING_M = 0.07
+"""Width of the open hand, m: 12 mm to either side of a `CUBE_EDGE_M`, and the fingers still fit into a bin."""
+
+ROUND_TURNS = 16
+"""Number of turns of a round object about the vertical that are tried."""
 
 _MIRRORED = [
     np.eye(3)[list(order)] * np.array(signs)[:, None]
@@ -143,7 +152,7 @@ class ObjectShape:
 
     def standing(self, yaw: float) -> np.ndarray:
         """Return the (K, 3, 3) rotations in which it stands on a face, aligned with a heading, rad."""
-        turns = yaw + (np.arange(16) * np.pi / 8 if self.is_round else np.zeros(1))
+        turns = yaw + (np.arange(ROUND_TURNS) * 2 * np.pi / ROUND_TURNS if self.is_round else np.zeros(1))
         return np.concatenate([about_z(turn) @ self.symmetries for turn in turns])
 
     def standing_near(self, rotation: np.ndarray, yaw: float) -> np.ndarray:
@@ -168,8 +177,8 @@ def about_z(turn: float) -> np.ndarray:
 
 
 def opening(width: float) -> float:
-    """Return how wide the hand opens, m, for an object of a width, m: the fingers still fit into a bin."""
-    return max(0.07, width + 2 * PAD_CLEARANCE_M)
+    """Return how wide the hand opens, m, for an object of a width, m."""
+    return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
 def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | None = None) -> ObjectShape:
@@ -197,8 +206,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     fingers = not isinstance(gripper, SuctionGripper)
     closing = tuple(width for width in (along, across) if fingers and low <= width <= high)
     symmetry = {"cylinder": 0.0, "mesh": 2 * math.pi}.get(obj.kind, math.pi / 2 if along == across else math.pi)
-    # About as dense as beech: a cube of `CUBE_EDGE_M` weighs 55 g.
-    mass = obj.mass or float(np.clip(0.055 / CUBE_EDGE_M**3 * volume, *MASSES_KG))
+    mass = obj.mass or float(np.clip(DENSITY_KG_M3 * volume, *MASSES_KG))
     half = np.array([along, across, height]) / 2
     shape = ObjectShape(obj.kind, half, closing, symmetry, mass, turned=along != x)
     if mesh is None:

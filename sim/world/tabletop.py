@@ -23,6 +23,8 @@ PIXELS_PER_M = 1500
 MAX_SIDE_PX = 4096
 """Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
 
+PLANK_M = 0.13
+"""Width of a plank, m."""
 
 LETTERS_M = 0.026
 """Height of the names' letters, m."""
@@ -92,7 +94,7 @@ def picture(table: Rectangle, markings: Sequence[Marking], show: Callable[[str],
 def _wood(width: int, height: int) -> np.ndarray:
     """Return (height, width, 3) planks along the rows, each with its own tone and grain."""
     rng = np.random.default_rng(3)
-    plank, colour = round(0.13 * PIXELS_PER_M), np.array([0.50, 0.365, 0.255], dtype=np.float32)
+    plank, colour = round(PLANK_M * PIXELS_PER_M), np.array([0.50, 0.365, 0.255], dtype=np.float32)
     wood = np.empty((height, width, 3), dtype=np.uint8)
     growth = np.linspace(0, 3.0, plank, dtype=np.float32)[:, None]
     for top in range(0, height, plank):
