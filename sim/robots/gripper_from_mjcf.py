@@ -47,9 +47,9 @@ RIGID_PRESS_M = 0.0003
 """How far a cup without a spring moves on after its lip has touched an object: a millimetre pushes the object away."""
 
 
-def set_pad(pad: mujoco.MjsGeom, *, friction: float) -> None:
-    """Give a pad stiff contacts with torsional friction; `friction` is the sliding friction."""
-    pad.condim, pad.priority, pad.friction = 4, 1, [friction, 0.02, 0.0005]
+def _set_pad(pad: mujoco.MjsGeom) -> None:
+    """Give a pad stiff contacts with torsional friction, and a sliding friction of at least 1."""
+    pad.condim, pad.priority, pad.friction = 4, 1, [max(1.0, float(pad.friction[0])), 0.02, 0.0005]
     pad.solref, pad.solimp[:3] = [0.004, 1], [0.95, 0.99, 0.001]
 
 
@@ -96,10 +96,9 @@ def gripper_from_mjcf(
     lengths = np.array([state.actuator(actuator).length[0] for state in kept])
     squeeze = _set_force(spec, actuator, linkage, lengths, force_n)
     for pad in map(spec.geom, pads):
-        set_pad(pad, friction=max(1.0, float(pad.friction[0])))
-    firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
+        _set_pad(pad)
     sizes = _dimensions(states, joints, pads, tool)
-    return Gripper(actuator, joints, pads, opening_m, squeeze, firm, **sizes, linkage=linkage)
+    return Gripper(actuator, joints, pads, opening_m, squeeze, _firm(force_n), **sizes, linkage=linkage)
 
 
 def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str) -> list[mujoco.MjData]:
@@ -151,18 +150,22 @@ def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: st
     motor.set_to_adhesion(force_n)
     motor.ctrllimited, motor.ctrlrange = mujoco.mjtLimited.mjLIMITED_TRUE, [0.0, 1.0]
     (lip,) = lips
-    set_pad(lip, friction=max(1.0, float(lip.friction[0])))
+    _set_pad(lip)
     model = spec.compile()
     data = mujoco.MjData(model)
     for name, value in arm.items():
         data.joint(name).qpos[0] = value
     mujoco.mj_kinematics(model, data)
     joints = tuple(model.joint(i).name for i in range(model.njnt) if model.joint(i).name not in arm)
-    firm = min(FIRM_FORCE_N, FIRM_SHARE * force_n)
     sizes = _dimensions([data], joints, (lip.name,), tool)
     sizes |= {"finger_depth_m": sizes["finger_half_width_m"], "fingertip_m": 0.0, "force_n": force_n}
     sizes["press_m"] = SuctionGripper.press_m if spec.body(motor.target).joints else RIGID_PRESS_M
-    return SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, firm, **sizes)
+    return SuctionGripper(actuator, joints, (lip.name,), SUCTION_OPENING_M, SUCTION_SQUEEZE_M, _firm(force_n), **sizes)
+
+
+def _firm(force_n: float) -> float:
+    """Return the least force of a firm grip of a gripper with a greatest force, N."""
+    return min(FIRM_FORCE_N, FIRM_SHARE * force_n)
 
 
 def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
