@@ -16,7 +16,7 @@ from sim.robots.gripper import SuctionGripper
 from sim.simulation.kinematic_cell import PRESSED_N
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
-from sim.skills.hand import OPEN_DURATION_S, SIDEWAYS, free_pose, move_tool
+from sim.skills.hand import OPEN_DURATION_S, SIDEWAYS, free_pose, most_central, move_tool
 from sim.skills.placing import obstacles
 from sim.skills.skill import SkillError
 from sim.skills.transfer import travel
@@ -230,8 +230,4 @@ def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
             for heading in headings
             if not any(meets(replace(pose, position=pose.position + step * heading)) for step in steps)
         ]
-        middle = np.sum(free, axis=0) if free else np.zeros(3)
-        yield from (
-            distance * heading
-            for heading in sorted(free, key=lambda heading: -float(heading @ middle))[:MAX_DIRECTIONS]
-        )
+        yield from (distance * heading for heading in most_central(free)[:MAX_DIRECTIONS])

@@ -25,6 +25,7 @@ from sim.skills.hand import (
     PLANNING_CLEARANCE_M,
     SIDEWAYS,
     check_held,
+    most_central,
     move_tool,
     pregrasps,
 )
@@ -220,8 +221,7 @@ def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
     """Return the most central (3,) shift, m, that frees the held object from what is beside it; None if none does."""
     here, shifts = cell.arm.tool(cell.reference), OFF_WALL_M[0] * SIDEWAYS + [0.0, 0.0, OFF_WALL_M[1]]
     free = [shift for shift in shifts if not _is_beside(cell, obj, here.shifted(shift), PLANNING_CLEARANCE_M)]
-    middle = np.sum(free, axis=0)
-    return max(free, key=lambda shift: float(shift @ middle), default=None)
+    return next(iter(most_central(free)), None)
 
 
 def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bool:

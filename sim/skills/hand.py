@@ -266,6 +266,12 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     return GraspPose(position, rotation, similar.width)
 
 
+def most_central(shifts: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return (3,) shifts that are free, those nearest to the middle of all of them first."""
+    middle = np.sum(shifts, axis=0)
+    return sorted(shifts, key=lambda shift: -float(shift @ middle))
+
+
 def check_held(cell: Workcell, obj: str) -> None:
     """Check that the hand holds an object; wait until it is observed, since otherwise it might have slipped.
 

@@ -20,7 +20,6 @@ from sim.skills.hand import (
     LIFT_M,
     OPEN_DURATION_S,
     check_held,
-    frame_of,
     free_pose,
     held_grasp,
     move_tool,
@@ -32,6 +31,7 @@ from sim.skills.skill import Skill
 from sim.skills.transfer import leave
 from sim.world.grasps import openings
 from sim.world.places import Slot
+from sim.world.shapes import about_z
 
 GLOW_DURATION_S = 1.5
 """How long the lamp of a location that marks objects glows after a release; the hand rises as slowly as that."""
@@ -124,8 +124,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
     if held.posture == Posture.UPRIGHT and not (shape.pairs or shape.seats):
-        frame = frame_of(held, slot.yaw)
-        turn, width = shape.standing_near(frame, slot.yaw) @ frame.T, None
+        turn, width = about_z(slot.yaw - shape.yaw_near(held.yaw, slot.yaw)), None
     else:
         # A leaning object, or a mesh held away from its middle, leaves less space for the hand.
         _, placing, width = choose_placement_of_held(cell, obj, slot)

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from prefplan.errors import check_known
 from prefplan.models.manipulation.model import Object
@@ -154,14 +153,6 @@ class ObjectShape:
         """Return the (K, 3, 3) rotations in which it stands on a face, aligned with a heading, rad."""
         turns = yaw + (np.arange(ROUND_TURNS) * 2 * np.pi / ROUND_TURNS if self.is_round else np.zeros(1))
         return np.concatenate([about_z(turn) @ self.symmetries for turn in turns])
-
-    def standing_near(self, rotation: np.ndarray, yaw: float) -> np.ndarray:
-        """Return the rotation nearest to a (3, 3) one in which it stands aligned with a heading, rad, unless round."""
-        options = self.standing(yaw)
-        if self.is_round:
-            up = np.copysign([0.0, 0.0, 1.0], rotation[2, 2])
-            options = np.array([Rotation.align_vectors([up], [rotation[:, 2]])[0].as_matrix() @ rotation])
-        return np.asarray(options[int(np.einsum("kij,ij->k", options, rotation).argmax())])
 
     def yaw_near(self, yaw: float, heading: float) -> float:
         """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a heading, rad."""
