@@ -291,7 +291,6 @@ IN_OPTIONS = [
     (f"front {LONG}.toml", f"prefplan: {LONG}.toml: cannot be read (File name too long)"),
     (f"init {LONG}", f"prefplan: {LONG}.toml: cannot be written (File name too long)"),
     (f"export {LONG}.npz --to glb", f"prefplan: {LONG}.npz: broken, or not a log of `prefplan run`"),
-    (f"film {LONG}.mp4 a.mp4", f"prefplan: {LONG}.mp4: no such file"),
 ]
 """The arguments of the program, and the message; `tidy.toml` is a grid."""
 

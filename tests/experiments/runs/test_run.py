@@ -112,7 +112,7 @@ def test_a_surprise_is_planned_around(run: Run, cup: Path, monkeypatch: pytest.M
     printed = json.loads(Path("out/cup/cost.json").read_text())
     assert printed["replans"] == 1 and printed["task_costs"] == {"tidy": 10}
     # No seed puts the cup there: the log is not one of this scenario.
-    assert result.status == 4 and printed["reason"].startswith("the log refutes it: start: cup is 0.15")
+    assert result.status == 4 and printed["reason"].startswith("the log refutes it: simulated again: cup is 0.15")
     assert printed["executed"] == printed["plan"]["plan"] == ["transit shelf", *PLAN[1:]]
     (event,) = (event for event in printed["events"] if event["kind"] == "replan")
     assert event["reason"] == "expected cup on desk, but it rests on shelf"
