@@ -16,7 +16,7 @@ from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import drag_free, find_drag
-from sim.skills.grasp_choice import choose_grasp
+from sim.skills.grasp_choice import Choice, choose_grasp
 from sim.skills.hand import (
     BLEND_M,
     LIFT_DURATION_S,
@@ -32,7 +32,6 @@ from sim.skills.hand import (
 from sim.skills.regrasp import find_regrasp, set_down
 from sim.skills.skill import Skill, SkillError, next_release
 from sim.skills.transfer import travel
-from sim.world.grasps import GraspPose
 from sim.world.places import AT_RADIUS_M, Slot
 
 CLOSING_DISTANCE_M = 0.015
@@ -120,8 +119,7 @@ class GraspSkill(Grasp, Skill):
             return shift is not None
         regrasp = find_regrasp(cell, obj, pose, destination)
         if regrasp is not None:
-            self._approach(cell, obj, pose, regrasp.grasp, regrasp.before, regrasp.tool)
-            self._close(cell, obj, regrasp.grasp, regrasp.before)
+            self._pick_up(cell, obj, pose, regrasp.taken)
             set_down(cell, obj, regrasp)
         return regrasp is not None
 
@@ -132,17 +130,16 @@ class GraspSkill(Grasp, Skill):
         failure: BlockedError | None = None
         for tilted in (not came_down, *[True] * MORE_GRASPS):
             try:
-                grasp, before, target = choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
+                choice = choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
             except SimulationError as error:
                 raise failure or error from None
             try:
-                self._approach(cell, obj, pose, grasp, before, target)
-                return self._close(cell, obj, grasp, before)
+                return self._pick_up(cell, obj, pose, choice)
             except BlockedError as error:
                 # A way straight down may be blocked though the hand would be free at its end: tilted grasps are next.
-                if not target.points_down:
+                if not choice.tool.points_down:
                     failure = failure or error
-                    tried.append(target)
+                    tried.append(choice.tool)
                     cell.wait(LET_GO_WAIT_S)
                     pose = cell.measure(obj)
             except SkillError as error:
@@ -150,20 +147,17 @@ class GraspSkill(Grasp, Skill):
         assert failure is not None
         raise failure
 
-    def _approach(
-        self, cell: Workcell, obj: str, pose: ObjectPose, grasp: GraspPose, before: ToolPose, target: ToolPose
-    ) -> None:
-        """Move the open hand from the pre-grasp pose `before` to the pose in which its fingers close on an object."""
-        _open_at(cell, before, target, grasp.opening)
-        _check_still(cell, obj, pose)
-        move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
-
-    def _close(self, cell: Workcell, obj: str, grasp: GraspPose, before: ToolPose) -> np.ndarray:
-        """Close the hand on an object and raise it; return the pads' contact forces, (pads,) N.
+    def _pick_up(self, cell: Workcell, obj: str, pose: ObjectPose, choice: Choice) -> np.ndarray:
+        """Open the hand, close it on an object and raise it; return the pads' contact forces, (pads,) N.
 
         Raises `SkillError` without a firm grip, or if the object is lost; `BlockedError` where it was let go, since
         bodies are in the way of raising it.
         """
+        grasp, before, target = choice
+        cell.set_width(grasp.opening, OPEN_DURATION_S)
+        travel(cell, [before], height=float(before.position[2]), onward=target)
+        _check_still(cell, obj, pose)
+        move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
         cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
         pressing = cell.scene.robot.gripper.pressing(grasp.width, cell.scene.shapes[obj].mass)
@@ -231,12 +225,6 @@ def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bo
     except SimulationError:
         return True
     return any(one == obj for one, _ in cell.collision_checker(held=obj).touches(q, clearance=clearance))
-
-
-def _open_at(cell: Workcell, before: ToolPose, target: ToolPose, width: float) -> None:
-    """Open the hand to a width, m, and meanwhile bring it to the pose from which it moves straight to its target."""
-    cell.set_width(width, OPEN_DURATION_S)
-    travel(cell, [before], height=float(before.position[2]), onward=target)
 
 
 def _slot_below(cell: Workcell, obj: str) -> Slot:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +34,12 @@ TILT_STEP_RAD = np.radians(15)
 """Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
 
 
-Choice = tuple[GraspPose, ToolPose, ToolPose]
-"""A grasp, its pre-grasp pose, and the pose in which the fingers close."""
+class Choice(NamedTuple):
+    """A grasp, its pre-grasp pose, and the pose of the tool in which the fingers close."""
+
+    grasp: GraspPose
+    before: ToolPose
+    tool: ToolPose
 
 
 @dataclass
@@ -77,7 +82,7 @@ def choose_grasp(
     frame = frame_of(pose, yaw)
     for grasp in refusals.inside:
         with suppress(SimulationError):
-            _freely(cell, obj, pose, frame, grasp, refusals.blockers)
+            freely(cell, obj, pose, frame, grasp, refusals.blockers)
     if refusals.blockers:
         raise BlockedError.beside_fingers(refusals.blockers)
     if next(ranked(cell, obj, frame), None) is None:
@@ -116,19 +121,19 @@ def find_grasp(
     """
     frame, refusals = frame_of(pose, yaw), refusals or Refusals()
     slot, others = _next_slot(cell, obj, destination), dict[bytes, Choice]()
-    for grasp, before, tool in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
-        if any(tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
+    for choice in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
+        if any(choice.tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
         if slot is None:
-            return grasp, before, tool
-        alike = _placed_alike(cell.scene.shapes[obj], grasp)
-        if alike not in others and _can_place(cell, obj, slot, grasp):
-            return grasp, before, tool
-        others.setdefault(alike, (grasp, before, tool))
+            return choice
+        alike = _placed_alike(cell.scene.shapes[obj], choice.grasp)
+        if alike not in others and _can_place(cell, obj, slot, choice.grasp):
+            return choice
+        others.setdefault(alike, choice)
     refusals.unplaceable = bool(others)
     if slot is None or pose.posture != Posture.UPRIGHT or certain:
         return None
-    barely = (other for other in others.values() if _can_place(cell, obj, slot, other[0], barely=True))
+    barely = (other for other in others.values() if _can_place(cell, obj, slot, other.grasp, barely=True))
     return next(barely, next(iter(others.values()), None))
 
 
@@ -148,10 +153,10 @@ def _free_grasps(
             refusals.inside.append(grasp)
             continue
         with suppress(SimulationError):
-            yield _freely(cell, obj, pose, frame, grasp, refusals.blockers)
+            yield freely(cell, obj, pose, frame, grasp, refusals.blockers)
 
 
-def _freely(
+def freely(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]
 ) -> Choice:
     """Return a grasp with its poses by `free_pose`, which may raise; add the bodies in the way to the blockers."""
@@ -161,7 +166,7 @@ def _freely(
     except BlockedError as error:
         blockers.update(error.by)
         raise
-    return replace(grasp, rotation=frame.T @ tool.rotation), before, tool
+    return Choice(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
 
 
 def choose_placement(

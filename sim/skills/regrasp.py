@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,7 +15,7 @@ from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import find_grasp, ranked
+from sim.skills.grasp_choice import Choice, find_grasp, freely, ranked
 from sim.skills.hand import check_held, frame_of, free_pose, transfer_height
 from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower
@@ -36,18 +38,14 @@ class Regrasp:
     """How an object is grasped and set down on another face, or on the same face elsewhere.
 
     Attributes:
-        grasp: the grasp.
-        before: the pre-grasp pose.
-        tool: the pose of the tool in which the fingers close.
+        taken: how it is grasped.
         above: the pose from which the hand moves straight to the placement.
         placing: the pose of the tool in which the fingers open.
         pose: of the object after that.
         over: whether the object is turned over onto another face.
     """
 
-    grasp: GraspPose
-    before: ToolPose
-    tool: ToolPose
+    taken: Choice
     above: ToolPose
     placing: ToolPose
     pose: ObjectPose
@@ -60,14 +58,18 @@ def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | 
     `destination` is the location at which it is put down then; None if that is not known.
     """
     frame = frame_of(pose, pose.yaw)
-    taken: dict[int, tuple[GraspPose, ToolPose, ToolPose] | None] = {}
+
+    @cache
+    def reached(grasp: GraspPose) -> Choice | None:
+        with suppress(SimulationError):
+            return freely(cell, obj, pose, frame, grasp, set())
+        return None
+
     for grasp, turned in _options(cell, obj, frame):
-        if id(grasp) not in taken:
-            taken[id(grasp)] = _reached(cell, obj, pose.position, frame, grasp)
-        found = taken[id(grasp)]
-        if found is None:
+        taken = reached(grasp)
+        if taken is None:
             continue
-        held, before, tool = found
+        held = taken.grasp
         for centre in _centres(cell, obj, pose, turned):
             poses = tuple(held.at(centre, about_z(heading) @ turned) for heading in HEADINGS_RAD)
             try:
@@ -78,7 +80,7 @@ def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | 
             rests = replace(pose, position=centre, rotation=rotation)
             if find_grasp(cell, obj, rests, pose.yaw, destination=destination, certain=True) is not None:
                 over = not np.allclose(turned, frame)
-                return Regrasp(held, before, tool, above, placing, rests, over)
+                return Regrasp(taken, above, placing, rests, over)
     return None
 
 
@@ -97,7 +99,7 @@ def set_down(cell: Workcell, obj: str, regrasp: Regrasp) -> None:
     lower(cell, obj, placing, watch=lambda: check_held(cell, obj))
     cell.unload()
     opening, rising = TILTED_DURATIONS_S
-    cell.set_width(regrasp.grasp.opening, opening)
+    cell.set_width(regrasp.taken.grasp.opening, opening)
     cell.wait(rising)
     leave(cell, regrasp.above)
     cell.settle()
@@ -121,17 +123,6 @@ def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[Gras
     for _, _, grasp, turned in sorted(options, key=lambda option: option[:2]):
         if next(ranked(cell, obj, turned), None) is not None:
             yield grasp, turned
-
-
-def _reached(
-    cell: Workcell, obj: str, position: np.ndarray, frame: np.ndarray, grasp: GraspPose
-) -> tuple[GraspPose, ToolPose, ToolPose] | None:
-    """Return a grasp with the hand's rotation, its pre-grasp pose and its pose; None if they are not collision-free."""
-    try:
-        before, tool = free_pose(cell, grasp.at(position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
-    except SimulationError:
-        return None
-    return replace(grasp, rotation=frame.T @ tool.rotation), before, tool
 
 
 def _centres(cell: Workcell, obj: str, pose: ObjectPose, turned: np.ndarray) -> Iterator[np.ndarray]:

@@ -14,7 +14,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import find_grasp
+from sim.skills.grasp_choice import Choice, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
@@ -54,8 +54,7 @@ class TransitSkill(Transit, Skill):
             # If the hand cannot be above the location, it goes to the pre-grasp pose of an object there.
             found = _tilted_grasp(cell, action.location, ahead)
             if found is not None:
-                before, tool = found
-                travel(cell, [before], height=height, onward=tool)
+                travel(cell, [found.before], height=height, onward=found.tool)
                 return
             other = _clear_pose(cell, pose, float(centre[2]))
             if other is None:
@@ -87,8 +86,8 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
         raise BlockedError.on_the_way({str(model.body(body).name)})
 
 
-def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> tuple[ToolPose, ToolPose] | None:
-    """Return the pre-grasp and grasp poses of a tilted hand for an object at a location; None if there are none."""
+def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> Choice | None:
+    """Return a grasp by a tilted hand of an object at a location; None if there is none."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
         offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}
@@ -97,5 +96,5 @@ def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> tup
             destination = next_release(obj, ahead)
             found = find_grasp(cell, obj, poses[obj], slot.yaw, destination=destination, tilted=True)
             if found is not None:
-                return found[1:]
+                return found
     return None
