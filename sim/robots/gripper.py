@@ -82,20 +82,16 @@ class Gripper:
     linkage: Linkage | None = None
 
     @property
-    def held_widths(self) -> tuple[float, float]:
-        """The least and the greatest width of an object that it can grasp, m."""
-        return self.squeeze_m + MIN_HELD_WIDTH_M, self.opening_m - 2 * PAD_CLEARANCE_M
+    def held_lengths(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest lengths of an object that it can grasp, m: how wide, high, and long across the fingers.
 
-    @property
-    def held_heights(self) -> tuple[float, float]:
-        """The least and the greatest height of an object that it can grasp from above, m."""
-        # The fingertips would touch the surface below a lower object, and the palm a higher one.
-        return 2 * self.fingertip_m, 2 * (self.palm_height_m + MAX_LIFT_M)
-
-    @property
-    def held_lengths(self) -> tuple[float, float]:
-        """The least and the greatest length of an object across the closing direction, m."""
-        return 0.0, MAX_LENGTH_M
+        From above, the fingertips would touch the surface below a lower object, and the palm a higher one.
+        """
+        return {
+            "wide": (self.squeeze_m + MIN_HELD_WIDTH_M, self.opening_m - 2 * PAD_CLEARANCE_M),
+            "high": (2 * self.fingertip_m, 2 * (self.palm_height_m + MAX_LIFT_M)),
+            "long": (0.0, MAX_LENGTH_M),
+        }
 
     def held_mass(self, height: float) -> float:
         """Return the greatest mass, kg, of an object of a height, m, that it can hold; fingers press as needed."""
@@ -158,19 +154,9 @@ class SuctionGripper(Gripper):
     force_n: float = math.inf
 
     @property
-    def held_widths(self) -> tuple[float, float]:
-        """See `Gripper.held_widths`: at least as wide as its lip."""
-        return 2 * self.finger_half_width_m, math.inf
-
-    @property
-    def held_heights(self) -> tuple[float, float]:
-        """See `Gripper.held_heights`."""
-        return 0.0, math.inf
-
-    @property
-    def held_lengths(self) -> tuple[float, float]:
-        """See `Gripper.held_lengths`."""
-        return 0.0, math.inf
+    def held_lengths(self) -> dict[str, tuple[float, float]]:
+        """See `Gripper.held_lengths`: at least as wide as its lip."""
+        return {"wide": (2 * self.finger_half_width_m, math.inf)} | dict.fromkeys(("high", "long"), (0.0, math.inf))
 
     def held_mass(self, height: float) -> float:
         """See `Gripper.held_mass`: the suction left over from the weight keeps the object from tilting off the lip."""

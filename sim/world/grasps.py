@@ -175,7 +175,7 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
         closings = [np.array([np.cos(heading), np.sin(heading), 0.0]) for heading in headings]
     else:
         closings = [*np.eye(3)[:2]]
-    low, high = gripper.held_widths
+    low, high = gripper.held_lengths["wide"]
     for rank, closing in enumerate([*closings, np.array([0.0, 0.0, 1.0])]):
         width = (
             2 * float(shape.half[0]) if shape.is_round and not closing[2] else 2 * float(np.abs(closing) @ shape.half)

@@ -192,7 +192,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     else:
         x, y, height = size * 3 if len(size) == 1 else size
         volume = x * y * height
-    low, high = gripper.held_widths
+    low, high = gripper.held_lengths["wide"]
     along, across = (y, x) if low <= y <= high else (x, y)
     fingers = not isinstance(gripper, SuctionGripper)
     closing = tuple(width for width in (along, across) if fingers and low <= width <= high)
@@ -222,7 +222,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
             width = 2 * gripper.finger_half_width_m
             raise SimulationError(f"{where}: it is nowhere flat over {width:g} x {width:g} m, as the suction cup needs")
         return replace(shape, seats=found)
-    low, high = gripper.held_widths
+    low, high = gripper.held_lengths["wide"]
     pairs = antipodes(mesh.surface, low, high)
     if not any(pair.direction[2] == 0 for pair in pairs):
         raise SimulationError(
@@ -233,9 +233,8 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
     """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close."""
-    limits_of = {"wide": gripper.held_widths, "high": gripper.held_heights, "long": gripper.held_lengths}
     for adjective, length in lengths.items():
-        low, high = limits_of[adjective]
+        low, high = gripper.held_lengths[adjective]
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m" if math.isfinite(high) else f"at least {low:g} m"
             key = "body" if obj.body else "scale" if obj.kind == "mesh" else "size"
