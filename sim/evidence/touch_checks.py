@@ -37,7 +37,8 @@ class Touches:
         self._is_finger = world.robot.fingers(model)
         # The simulation ignores collisions between the robot's own links.
         world.robot.let_links_collide(model)
-        self._owner = np.array([_name(model, int(body)) for body in model.geom_bodyid], dtype=object)
+        # Of each geom, the nearest body above that has a name.
+        self._owner = np.array([_named(model, int(body)) for body in model.geom_bodyid])
         self._starts = [action.start for action in log.about.actions]
         self._of_robot = list[tuple[float, str, str]]()
         # Contacts of the objects of actions, with the action and the frame.
@@ -55,15 +56,15 @@ class Touches:
             mujoco.mj_kinematics(self._model, data)
             mujoco.mj_collision(self._model, data)
         action = bisect_right(self._starts, float(self._log.times[frame])) - 1
-        obj = self.world.actions[action].obj if action >= 0 else ""
+        is_load = self._is_of(self.world.actions[action].obj if action >= 0 else "")
         pairs = data.contact.geom[data.contact.dist < 0]
-        for pair in pairs[(self._is_robot | (self._owner == obj))[pairs].any(axis=1)]:
-            moves = self._is_robot[pair] if self._is_robot[pair].any() else self._owner[pair] == obj
-            first, other = pair if moves[0] else pair[::-1]
-            contact = time, str(self._owner[first]), str(self._owner[other])
+        for first, other in pairs[(self._is_robot | is_load)[pairs].any(axis=1)].tolist():
+            if not self._is_robot[first] and (self._is_robot[other] or not is_load[first]):
+                first, other = other, first
+            contact = time, self._name(first), self._name(other)
             if not self._is_robot[first]:
                 self._of_load.append((contact, action, frame))
-            elif not (self._is_finger[first] and (self._is_finger[other] or self._owner[other] == obj)):
+            elif not (self._is_finger[first] and (self._is_finger[other] or is_load[other])):
                 self._of_robot.append(contact)
 
     def unwanted(self) -> list[tuple[float, str, str]]:
@@ -84,14 +85,21 @@ class Touches:
         found = set[str]()
         if self.world.model.operator(symbolic.kind).travels:
             return found
-        own = np.flatnonzero(self._owner == symbolic.obj).tolist()
-        others = np.flatnonzero(~self._is_robot & (self._owner != symbolic.obj)).tolist()
+        is_load = self._is_of(symbolic.obj)
+        own, others = np.flatnonzero(is_load).tolist(), np.flatnonzero(~self._is_robot & ~is_load).tolist()
         during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
         for frame in np.flatnonzero(during & pressed)[[0, -1]] if np.any(during & pressed) else ():
             self._data.qpos[:] = log.qpos[frame]
             mujoco.mj_kinematics(self._model, self._data)
-            found |= {self._owner[other] for other in others for geom in own if touching(self._data, geom, other)}
+            found |= {self._name(other) for other in others for geom in own if touching(self._data, geom, other)}
         return found
+
+    def _is_of(self, obj: str) -> np.ndarray:
+        """Return (ngeom,) bool, which geoms are an object's; none if it has no name."""
+        return np.asarray(self._owner == (mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, obj) if obj else -1))
+
+    def _name(self, geom: int) -> str:
+        return str(self._model.body(self._owner[geom]).name)
 
 
 def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]]) -> Check:
@@ -110,8 +118,8 @@ def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]
     return Check("contacts", True, f"only with the grasped object; {touches.checked} states checked, with {shapes}")
 
 
-def _name(model: mujoco.MjModel, body: int) -> str:
-    """Return the name of a body, or of the nearest one above that has one."""
+def _named(model: mujoco.MjModel, body: int) -> int:
+    """Return a body, or the nearest one above that has a name."""
     while not model.body(body).name:
         body = int(model.body_parentid[body])
-    return str(model.body(body).name)
+    return body
