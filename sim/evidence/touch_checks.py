@@ -14,7 +14,7 @@ import numpy as np
 
 from prefplan.claims import Check
 from sim.evidence.log import Log
-from sim.evidence.replay import HOLD_FORCE_N, RecordedWorld, touching
+from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld, touching
 
 REST_TIMEOUT_S = 2.0
 """For this long after a fault has moved an object, it may touch anything."""
@@ -71,8 +71,8 @@ class Touches:
         """Return time, s, and the names of the bodies of each unwanted contact, the one that moves first.
 
         The fingers may touch the object of the current action. While both pads press it, the object may touch what it
-        touches when they first or last press it in the action: its supports and neighbours. While it is carried, it may
-        touch nothing.
+        touches when they begin or cease to press it in the action, which may set it down and grasp it again: its
+        supports and neighbours. While it is carried, it may touch nothing.
         """
         pressed = self.world.pad_forces.min(axis=1) > HOLD_FORCE_N
         knocks = [(knock, action) for knock, action, frame in self._of_load if pressed[frame : frame + 2].all()]
@@ -88,7 +88,9 @@ class Touches:
         is_load = self._is_of(symbolic.obj)
         own, others = np.flatnonzero(is_load).tolist(), np.flatnonzero(~self._is_robot & ~is_load).tolist()
         during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
-        for frame in np.flatnonzero(during & pressed)[[0, -1]] if np.any(during & pressed) else ():
+        frames = np.flatnonzero(during & pressed)
+        begins, ceases = np.diff(frames, prepend=-np.inf), np.diff(frames, append=np.inf)
+        for frame in frames[np.maximum(begins, ceases) > PRESS_MEMORY_FRAMES]:
             self._data.qpos[:] = log.qpos[frame]
             mujoco.mj_kinematics(self._model, self._data)
             found |= {self._name(other) for other in others for geom in own if touching(self._data, geom, other)}

@@ -93,6 +93,27 @@ def touched_by(log: Log, frame: int, qpos: np.ndarray) -> str:
     return check_contacts(log, touches, []).words
 
 
+@pytest.mark.parametrize(("gap", "holds"), [(20, True), (3, False)])
+def test_an_object_that_is_set_down_and_grasped_again_may_touch_its_support(
+    arch_log: Log, gap: int, holds: bool
+) -> None:
+    grasp = arch_log.about.actions[1]
+    first, last = (int(np.searchsorted(arch_log.times, time)) for time in (grasp.start, grasp.end))
+    assert last - first > 40
+    # The pads press it in the air, after a gap at its place, and in the air again.
+    again = first + 10 + gap
+    height, qpos = arch_log.about.joints["pink"] + 2, arch_log.qpos.copy()
+    qpos[first:again, height] += 0.1
+    qpos[again + 1 : last + 1, height] += 0.1
+    log = replace(arch_log, qpos=qpos)
+    world = RecordedWorld(log)
+    touches, data = Touches(log, world), mujoco.MjData(world.mujoco)
+    world.pad_forces[[*range(first, first + 10), *range(again, last + 1)]] = 5.0
+    data.qpos[:], data.time = qpos[again], log.times[again]
+    touches.look(data, again, recorded=True)
+    assert check_contacts(log, touches, []).holds == holds
+
+
 def test_an_arm_in_the_wrong_place_touches_what_it_should_not(arch_log: Log) -> None:
     first = arch_log.about.joints["joint1"]
     qpos = arch_log.qpos.copy()
