@@ -16,7 +16,7 @@ from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import drag_free, find_drag
-from sim.skills.grasp_choice import Choice, choose_grasp
+from sim.skills.grasp_choice import ChosenGrasp, choose_grasp
 from sim.skills.hand import (
     BLEND_M,
     LIFT_DURATION_S,
@@ -147,7 +147,7 @@ class GraspSkill(Grasp, Skill):
         assert failure is not None
         raise failure
 
-    def _pick_up(self, cell: Workcell, obj: str, pose: ObjectPose, choice: Choice) -> np.ndarray:
+    def _pick_up(self, cell: Workcell, obj: str, pose: ObjectPose, choice: ChosenGrasp) -> np.ndarray:
         """Open the hand, close it on an object and raise it; return the pads' contact forces, (pads,) N.
 
         Raises `SkillError` without a firm grip, or if the object is lost; `BlockedError` where it was let go, since

@@ -34,7 +34,7 @@ TILT_STEP_RAD = np.radians(15)
 """Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
 
 
-class Choice(NamedTuple):
+class ChosenGrasp(NamedTuple):
     """A grasp, its pre-grasp pose, and the pose of the tool in which the fingers close."""
 
     grasp: GraspPose
@@ -66,7 +66,7 @@ def choose_grasp(
     *,
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
-) -> Choice:
+) -> ChosenGrasp:
     """Return what `find_grasp` finds for these arguments, or raise an error that says why it finds none.
 
     Raises:
@@ -101,7 +101,7 @@ def find_grasp(
     unlike: Sequence[ToolPose] = (),
     certain: bool = False,
     refusals: Refusals | None = None,
-) -> Choice | None:
+) -> ChosenGrasp | None:
     """Return the first suitable grasp, or None.
 
     A grasp is suitable if it is possible both where the object is and where it is released next, provided that this is
@@ -120,7 +120,7 @@ def find_grasp(
         refusals: the reasons why other grasps are not suitable are added here.
     """
     frame, refusals = frame_of(pose, yaw), refusals or Refusals()
-    slot, others = _next_slot(cell, obj, destination), dict[bytes, Choice]()
+    slot, others = _next_slot(cell, obj, destination), dict[bytes, ChosenGrasp]()
     for choice in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
         if any(choice.tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
             continue
@@ -139,7 +139,7 @@ def find_grasp(
 
 def _free_grasps(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: Refusals, *, tilted: bool
-) -> Iterator[Choice]:
+) -> Iterator[ChosenGrasp]:
     """Yield grasps that the arm reaches without a collision where the object is; add why not others to `refusals`.
 
     The arguments are those of `find_grasp`, with the object's (3, 3) axes. Of two symmetric poses of the hand one is
@@ -158,7 +158,7 @@ def _free_grasps(
 
 def freely(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]
-) -> Choice:
+) -> ChosenGrasp:
     """Return a grasp with its poses by `free_pose`, which may raise; add the bodies in the way to the blockers."""
     goals = grasp.at(pose.position, frame).symmetric_poses()
     try:
@@ -166,7 +166,7 @@ def freely(
     except BlockedError as error:
         blockers.update(error.by)
         raise
-    return Choice(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
+    return ChosenGrasp(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
 
 
 def choose_placement(

@@ -15,7 +15,7 @@ from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import Choice, find_grasp, freely, ranked
+from sim.skills.grasp_choice import ChosenGrasp, find_grasp, freely, ranked
 from sim.skills.hand import check_held, frame_of, free_pose, transfer_height
 from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower
@@ -45,7 +45,7 @@ class Regrasp:
         over: whether the object is turned over onto another face.
     """
 
-    taken: Choice
+    taken: ChosenGrasp
     above: ToolPose
     placing: ToolPose
     pose: ObjectPose
@@ -60,7 +60,7 @@ def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | 
     frame = frame_of(pose, pose.yaw)
 
     @cache
-    def reached(grasp: GraspPose) -> Choice | None:
+    def reached(grasp: GraspPose) -> ChosenGrasp | None:
         with suppress(SimulationError):
             return freely(cell, obj, pose, frame, grasp, set())
         return None

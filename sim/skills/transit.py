@@ -14,7 +14,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import Choice, find_grasp
+from sim.skills.grasp_choice import ChosenGrasp, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
@@ -86,7 +86,7 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
         raise BlockedError.on_the_way({str(model.body(body).name)})
 
 
-def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> Choice | None:
+def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> ChosenGrasp | None:
     """Return a grasp by a tilted hand of an object at a location; None if there is none."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
