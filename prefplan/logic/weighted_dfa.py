@@ -52,6 +52,11 @@ class WeightedAutomaton:
         return self.automaton.size + (self.skip is not None)
 
     @property
+    def live(self) -> int:
+        """Number of states in which a plan may be: not that in which a rule is broken that no plan may break."""
+        return self.size - (self.price is None and self.automaton.accepting is not None)
+
+    @property
     def skipped(self) -> int | None:
         """The state of a skipped task, None if the task may not be skipped."""
         return None if self.skip is None else self.automaton.size

@@ -102,7 +102,8 @@ class Product:
                 "can be searched: let fewer tasks have relax"
             )
         # Where a detour may be worth its cost, paths have any number of actions.
-        self.shift = _tie_bits(costs, states) if counts_actions and not problem.is_general else 0
+        live = self.nodes * math.prod(dfa.live for dfa in self.followers)
+        self.shift = _tie_bits(costs, live) if counts_actions and not problem.is_general else 0
         self.costs = (costs << self.shift) + (self.shift > 0)
         if states > INTERPRETED_STATES:
             compile_kernels()

@@ -14,7 +14,20 @@ from judge.preferences import reference
 from judge.problems import GraphProblem
 from judge.rules import JudgedRule, front_with_rules
 
-from prefplan import GridModel, Order, PrefplanError, Rule, Sum, Task, WeightedSum, cheapest_plan, pareto_front
+from prefplan import (
+    GridModel,
+    Order,
+    Plan,
+    Planner,
+    PrefplanError,
+    Rule,
+    Sum,
+    Task,
+    TransitionSystem,
+    WeightedSum,
+    cheapest_plan,
+    pareto_front,
+)
 from prefplan.claims import Claims
 from prefplan.claims import judge as judged
 from prefplan.front import NoPlanError
@@ -375,3 +388,25 @@ def test_many_tasks_and_a_start_that_breaks_a_rule_have_no_plan() -> None:
     tasks = [Task(f"t{k}", f"F p{k}") for k in range(8)]
     front = pareto_front(Problem(system, tasks, Order(), rules=[Rule("away", "G !home")]))
     assert (front.plans, front.complete) == ((), True) and front.reason is not None
+
+
+def test_of_equally_cheap_plans_that_keep_many_rules_the_one_with_fewest_actions_is_found() -> None:
+    chosen = random.Random(3)
+    cells = [(x, y) for x in range(20) for y in range(20)]
+    steps = [
+        ((x, y), name, (x + dx, y + dy), chosen.choice([0, 0, 1]))
+        for x, y in cells
+        for name, (dx, dy) in {"E": (1, 0), "W": (-1, 0), "N": (0, 1), "S": (0, -1)}.items()
+        if (x + dx, y + dy) in cells
+    ]
+    labels = {cell: [f"p{i}"] for i, cell in enumerate(chosen.sample(cells, 12))}
+    tasks = {f"t{i}": f"F (p{2 * i} & F p{2 * i + 1})" for i in range(3)}
+    rules = [Rule(f"r{k}", f"!p{6 + k} W p{k}") for k in range(4)]
+
+    def cheapest(factor: int, each: int) -> Plan:
+        priced = [(s, name, t, factor * cost + each) for s, name, t, cost in steps]
+        system = TransitionSystem.from_transitions(priced, start=(0, 0), labels=labels)
+        return Planner(Problem(system, tasks, Order(), rules=rules)).cheapest()
+
+    plan, counted = cheapest(1, 0), cheapest(1000, 1)
+    assert (plan.cost, len(plan.actions)) == divmod(int(counted.cost), 1000)
