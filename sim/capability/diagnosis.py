@@ -11,7 +11,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from sim.capability.arrangement import positions, staged
 from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met, is_solid, opaque
@@ -94,7 +93,7 @@ class FailureDiagnosis:
 
     def _too_close(self, refused: Rehearsal, error: BlockedError) -> str | None:
         """Return by how much the object in the way is too close; None if moving the location away does not help."""
-        self._arrange(refused)
+        refused.arrange(self._cell, self._scene)
         centre = self._scene.slots[refused.location][0].position
         beside = {other: self._cell.observe(other).position - centre for other in error.by if other in refused.places}
         if not beside:
@@ -131,7 +130,7 @@ class FailureDiagnosis:
 
     def _roof(self, refused: Rehearsal) -> int | None:
         """Return the lowest geom of a fixture above the object; None if there is none."""
-        self._arrange(refused)
+        refused.arrange(self._cell, self._scene)
         pose = self._cell.observe(refused.obj)
         top = pose.position + [0.0, 0.0, self._scene.shapes[refused.obj].half[2] + ROOF_START_M]
         geom, _ = first_met(self._fixtures, self._cell.data, top, np.array([0.0, 0.0, 1.0]))
@@ -157,7 +156,7 @@ class FailureDiagnosis:
 
     def _joint_limit(self, refused: Rehearsal) -> str | None:
         """Return which joints would have to turn how much farther; None if that would not suffice."""
-        self._arrange(refused)
+        refused.arrange(self._cell, self._scene)
         cell, obj = self._cell, refused.obj
         pose = cell.observe(obj)
         frame = frame_of(pose, pose.yaw)
@@ -171,8 +170,3 @@ class FailureDiagnosis:
         wrist = set(least) <= set(robot.joints[len(robot.joints) - robot.wrist_joints :])
         what = " and ".join(f"{name} lacks {np.degrees(turn):.0f} degrees" for name, turn in least.items())
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
-
-    def _arrange(self, refused: Rehearsal) -> None:
-        """Put the objects where they are at the start of a rehearsal."""
-        arrangement = staged(self._scene, refused.places)
-        self._cell.begin(arrangement, positions(self._scene, arrangement))

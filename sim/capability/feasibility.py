@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from prefplan.errors import ModelError
-from sim.capability.arrangement import Places, arranged, positions, staged
+from sim.capability.arrangement import Places, arranged
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
-from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, dispensable, unable_to_begin
+from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, unable_to_begin
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
@@ -109,12 +109,10 @@ class Feasibility:
 
         A rehearsal takes far longer to find that out, and only for the grasps that are possible where it begins.
         """
-        others = dispensable(staying, self._scene.model)
         try:
-            alone = staged(self._scene, {name: at for name, at in staying.places.items() if name not in others})
+            staying.alone(self._scene.model).arrange(self._cell, self._scene)
         except ModelError:  # fixed objects may rest on movable ones
             return True
-        self._cell.begin(alone, positions(self._scene, alone))
         return is_placeable(self._cell, staying.obj, staying.location)
 
     def _stayed(self, staying: Rehearsal) -> Attempt:
@@ -194,9 +192,7 @@ class Feasibility:
             return Attempt(rehearsal, done, succeeds_alone=True)
         if done < TAKEN and _is_at_goal(error) and not self._depends_on_others(error, rehearsal.obj):
             return Attempt(rehearsal, done, error, for_good=True)
-        others = dispensable(rehearsal, self._scene.model)
-        places = {name: place for name, place in rehearsal.places.items() if name not in others}
-        alone, succeeds = replace(rehearsal, places=places), False
+        alone, succeeds = rehearsal.alone(self._scene.model), False
         with suppress(ModelError):  # fixed objects may rest on movable ones
             went, left = self._run(alone)
             if left is not None and not self._depends_on_others(left, rehearsal.obj):

@@ -41,14 +41,27 @@ class Rehearsal:
         """Return the rehearsal of the first actions alone."""
         return replace(self, actions=self.actions[:count])
 
-    def run(self, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> tuple[int, SimulationError | None]:
-        """Return how many actions succeed in a cell of a scene, and the error of the next one, or None.
+    def alone(self, model: ManipulationModel) -> Rehearsal:
+        """Return the rehearsal without the movable objects that carry neither its own nor what is put down."""
+        others = dispensable(self, model)
+        return replace(self, places={name: place for name, place in self.places.items() if name not in others})
+
+    def arrange(self, cell: KinematicCell, scene: Scene) -> None:
+        """Put the objects in a cell of a scene where they are before the first action.
 
         Raises:
             ModelError: the model does not allow these places.
         """
         arrangement = staged(scene, self.places)
         cell.begin(arrangement, positions(scene, arrangement))
+
+    def run(self, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> tuple[int, SimulationError | None]:
+        """Return how many actions succeed in a cell of a scene, and the error of the next one, or None.
+
+        Raises:
+            ModelError: the model does not allow these places.
+        """
+        self.arrange(cell, scene)
         for done, action in enumerate(self.actions):
             try:
                 if self.via and not done:
