@@ -39,7 +39,10 @@ DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
 and the (3,) shift upwards, m."""
 
 APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
-"""Number of IK steps along the straight approach of a tilted hand, and how far a joint may turn in each, rad."""
+"""Number of IK steps along a straight approach, and how far a joint may turn in each, rad."""
+
+FINE_STEPS = 16
+"""Number of such steps where a movement must begin as the arm is: near the base, joints turn fast, but do not jump."""
 
 FORESEEN_MARGIN_RAD, CHOSEN_MARGIN_RAD, PLACING_MARGIN_RAD = 0.15, 0.12, 0.09
 """Distances of poses of a tilted hand from the joints' position limits, rad: for the placement of an object that is not
@@ -119,10 +122,12 @@ def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) 
         SimulationError: the arm reaches none of the poses.
     """
     goal, pose = None, goals[0]
-    if len(goals) == 1:
-        # IK in small steps keeps the elbow's configuration; from a distant seed, a joint may end at its limit.
+    # IK in small steps keeps the elbow's configuration; from a distant seed, a joint may end at its limit.
+    for steps in (APPROACH_STEPS, FINE_STEPS) if len(goals) == 1 else ():
         with contextlib.suppress(SimulationError):
-            goal = _followed(cell, cell.reference, cell.arm.tool(cell.reference), pose, margin=TILTED_MARGIN_RAD)[-1]
+            now = cell.arm.tool(cell.reference)
+            goal = _followed(cell, cell.reference, now, pose, margin=TILTED_MARGIN_RAD, steps=steps)[-1]
+            break
     if goal is None:
         goal, pose = cell.arm.reach(goals, near=cell.reference)
     return pose, cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending, load=cell.load)
@@ -189,7 +194,13 @@ def free_pose(
 
 
 def _followed(
-    cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPose, *, margin: float = PLACING_MARGIN_RAD
+    cell: Workcell,
+    q: np.ndarray,
+    before: ToolPose,
+    pose: ToolPose,
+    *,
+    margin: float = PLACING_MARGIN_RAD,
+    steps: int = APPROACH_STEPS,
 ) -> list[np.ndarray]:
     """Return (n,) joint angles, rad, along the straight path from the pose `before`, reached at `q`, to another pose.
 
@@ -197,7 +208,7 @@ def _followed(
     arm would have to change its configuration.
     """
     path = [q]
-    for share in np.linspace(0, 1, APPROACH_STEPS + 1)[1:]:
+    for share in np.linspace(0, 1, steps + 1)[1:]:
         step = ToolPose(before.position + share * (pose.position - before.position), pose.rotation)
         there = cell.arm.nearby(step, path[-1], margin)
         if there is None or np.abs(there - path[-1]).max() > MAX_APPROACH_STEP_RAD:

@@ -15,7 +15,7 @@ from sim.execution.executor import execute
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
-from sim.skills.hand import PATH_CLEARANCE_M
+from sim.skills.hand import PATH_CLEARANCE_M, move_tool
 from sim.skills.transfer import travel
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -53,6 +53,17 @@ def test_near_the_base_an_object_is_taken_and_put_back_without_long_movements(di
             assert cell.data.time - began < 8.0, action
     assert contacts(cell.events) == []
     assert_placed(cell, "cup", "a")
+
+
+def test_the_hand_is_lowered_straight_where_joints_turn_fast() -> None:
+    scene = table(Location("a", at=(0.5, 0.3)))
+    start = initial_state(scene, seed=1)
+    start.qpos[scene.robot.qpos(scene.mujoco)] = [0.832, 0.250, -1.763, -2.627, -2.669, 3.723, 2.596]
+    cell = Workcell(scene, start)
+    low = cell.arm.tool(cell.reference).shifted([0.0, 0.0, -0.12])
+    move_tool(cell, [low])
+    cell.settle()
+    assert cell.arm.tool(cell.angles).position == pytest.approx(low.position, abs=0.001)
 
 
 @pytest.mark.slow
