@@ -21,6 +21,9 @@ CHECK_STEP_M = 0.008
 """Bound on how far a point of the robot or its load moves between two checks along a path (or twice the clearance if
 that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
 
+LINK_CLEARANCE_M = 0.003
+"""Least clearance of the arm's links, if any is asked for: braking, the stretched arm overshoots by 2 mm."""
+
 MAX_NEARING_M = 0.001
 """By how much the arm may approach a body that is within the clearance at the start, m."""
 
@@ -44,6 +47,8 @@ class CollisionChecker:
         self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
         self._tool = self._data.site(robot.tool)
         self._hand = _rigid_with(model, int(model.site(robot.tool).bodyid[0]))
+        links = [model.joint(name).bodyid[0] for name in robot.joints]
+        self._is_link = np.isin(model.geom_bodyid, links) & (model.geom_contype != 0)
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
         self._names = [str(model.body(body).name) for body in range(model.nbody)]
         self._handled = self._load = -1
@@ -109,7 +114,8 @@ class CollisionChecker:
     ) -> frozenset[tuple[str, str]]:
         """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
-        Bodies nearer than a clearance, m, count; a width between the pads, m, stays for the next checks.
+        Bodies nearer than a clearance, m, count (`LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
+        checks.
         """
         if width is not None:
             self._data.qpos[self._widths] = self._robot.gripper.positions(width)
@@ -204,6 +210,8 @@ class CollisionChecker:
             self._clearance = clearance
             margins = np.zeros(self._model.ngeom)
             margins[self._moving] = clearance
+            if clearance > 0:
+                margins[self._is_link] = max(clearance, LINK_CLEARANCE_M)
             set_margins(self._model, margins)
 
     def _place(self, q: np.ndarray) -> None:

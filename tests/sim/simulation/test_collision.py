@@ -11,6 +11,7 @@ import pytest
 from walls import with_boxes
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.geometry.mjcf import solid_geoms
 from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import true_poses
@@ -87,6 +88,31 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
         assert {pair for pair in check.touches(q, clearance=0.006) if pair[1] in links} == met - adjacent
         seen |= met
     assert seen & adjacent and len(seen - adjacent) > 5
+
+
+@pytest.mark.parametrize(("part", "counts"), [("link7", True), ("left_finger", False)])
+def test_links_keep_farther_away_than_fingers(part: str, counts: bool) -> None:
+    cube = Object("cube", "a", size=(0.03,))
+    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), (cube,)), meshes=False)
+    data, model, q = initial_state(scene), scene.mujoco, SWEEP[0]
+    scene.robot.put(data, q, width=0.03)
+    mujoco.mj_kinematics(model, data)
+    own, geom = solid_geoms(model, part), int(solid_geoms(model, "cube")[0])
+
+    def gap() -> float:
+        mujoco.mj_kinematics(model, data)
+        return min(mujoco.mj_geomDistance(model, data, int(one), geom, 1.0, None) for one in own)
+
+    outward = np.array([np.cos(q[0]), np.sin(q[0]), 0.0])
+    place = data.joint("cube").qpos
+    place[:3] = data.geom_xpos[own].mean(axis=0) + 0.3 * outward
+    while gap() > 0.0025:
+        place[:3] -= (gap() - 0.002) / 2 * outward
+    assert gap() > 0.0017
+    check = CollisionChecker(scene)
+    check.see(data, true_poses(scene, data))
+    assert ((part, "cube") in check.touches(q, clearance=0.0015)) == counts
+    assert (part, "cube") not in check.touches(q)
 
 
 def test_a_load_that_hangs_lower_than_the_fingers_is_in_the_way() -> None:
