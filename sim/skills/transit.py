@@ -18,7 +18,7 @@ from sim.skills.grasp_choice import ChosenGrasp, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
-from sim.world.places import extent
+from sim.world.places import extent, under
 
 TRANSFER_RADIUS_M = 0.2
 """Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
@@ -27,7 +27,10 @@ RAISES_M, TURNS_RAD = (0.0, 0.1, 0.2), np.radians([0, 90, 45, -45])
 """Additional heights of the hand over a location, m, and turns about the vertical, to try in turn."""
 
 PILE_HEIGHT_M = 0.2
-"""Height above a location's floor up to which objects belong to the location: those on a board above it do not."""
+"""Height above the lowest location's floor up to which objects are piled: those on a board above it are not."""
+
+PASSED_M = 1e-4
+"""Distance behind a surface from which a search for another one goes on, m."""
 
 ROOF_HEIGHT_M = 0.05
 """Height above a location's floor from which a fixture counts as a roof: a bin's walls are lower."""
@@ -47,16 +50,18 @@ class TransitSkill(Transit, Skill):
         height = max(centre[2] + middle + HOVER_HEIGHT_M, transfer_height(cell, piled))
         pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)
         height = transfer_height(cell, cell.shapes)
+        lowest = [action.location, *under(cell.scene.model, action.location)][-1]
+        floor = float(cell.scene.slots[lowest][0].position[2])
         try:
-            _check_open(cell, pose, float(centre[2]))
+            _check_open(cell, pose, floor)
             travel(cell, pose.symmetric_poses(), height=height)
         except SimulationError:
             # If the hand cannot be above the location, it goes to the pre-grasp pose of an object there.
-            found = _tilted_grasp(cell, action.location, ahead)
+            found = _tilted_grasp(cell, action.location, floor, ahead)
             if found is not None:
                 travel(cell, [found.before], height=height, onward=found.tool)
                 return
-            other = _clear_pose(cell, pose, float(centre[2]))
+            other = _clear_pose(cell, pose, floor)
             if other is None:
                 raise
             travel(cell, other.symmetric_poses(), height=height)
@@ -80,17 +85,20 @@ def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None
 def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
     """Raise BlockedError if a fixture, such as a shelf's board, is between the hand and the floor below it, m."""
     model, below = cell.scene.mujoco, pose.position - [0.0, 0.0, cell.scene.robot.gripper.fingertip_m]
-    geom, distance = first_met(model, cell.data, below, np.array([0.0, 0.0, -1.0]))
-    body = int(model.geom_bodyid[geom])
-    if geom >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M and not model.body_weldid[body]:
-        raise BlockedError.on_the_way({str(model.body(body).name)})
+    down = np.array([0.0, 0.0, -1.0])
+    geom, distance = first_met(model, cell.data, below, down)
+    while geom >= 0 and model.body_weldid[model.geom_bodyid[geom]]:  # an object, or the arm where it is now
+        below = below + (distance + PASSED_M) * down
+        geom, distance = first_met(model, cell.data, below, down)
+    if geom >= 0 and below[2] - distance > floor + ROOF_HEIGHT_M:
+        raise BlockedError.on_the_way({str(model.body(int(model.geom_bodyid[geom])).name)})
 
 
-def _tilted_grasp(cell: Workcell, location: str, ahead: Sequence[Action]) -> ChosenGrasp | None:
-    """Return a grasp by a tilted hand of an object at a location; None if there is none."""
+def _tilted_grasp(cell: Workcell, location: str, floor: float, ahead: Sequence[Action]) -> ChosenGrasp | None:
+    """Return a grasp by a tilted hand of the highest object that has one at a location above a floor, m, or None."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
-        offsets = {obj: pose.position - slot.position for obj, pose in poses.items()}
+        offsets = {obj: pose.position - [*slot.position[:2], floor] for obj, pose in poses.items()}
         there = [obj for obj, off in offsets.items() if np.hypot(*off[:2]) < slot.radius and 0 < off[2] < PILE_HEIGHT_M]
         for obj in sorted(there, key=lambda obj: -float(poses[obj].position[2])):
             destination = next_release(obj, ahead)

@@ -1,11 +1,14 @@
 import mujoco
 import numpy as np
+import pytest
 from scenario_texts import shipped
 from scipy.spatial.transform import Rotation
 from skill_runs import assert_clean, assert_placed, perform_all
 
 from prefplan import ManipulationModel
+from prefplan.models.manipulation.model import Fixture, Location, Object
 from prefplan.scenario.decode import loads
+from sim.errors import BlockedError
 from sim.geometry.rectangle import Rectangle, contains
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
@@ -22,6 +25,42 @@ def test_the_hand_takes_what_stands_under_a_board_from_the_front_and_puts_it_dow
         perform(cell, action)
     assert_clean(cell)
     assert_placed(cell, "jam", "aside")
+
+
+COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
+
+SHELF = Fixture("shelf", "shelf", at=(0.62, -0.3, 0.0), size=(0.24, 0.5, 0.386), yaw=180, boards=(0.0, 0.186))
+LOW, HIGH = Location("low", at=(0.55, -0.21)), Location("high", at=(0.55, -0.3, 0.186))
+
+
+@pytest.mark.parametrize("empty", [False, True])
+def test_a_hand_above_a_board_does_not_hide_it(empty: bool) -> None:
+    places = LOW, HIGH, Location("top", on=("low",)), Location("a", at=(0.45, 0.2)), Location("b", at=(0.45, 0.4))
+    block, can = Object("block", "b" if empty else "low"), Object("can", "a", kind="cylinder", size=(0.04, 0.098))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (block, can), fixtures=(SHELF,)), meshes=False)
+    cell = perform_all(scene, "transit high")
+    if empty:
+        with pytest.raises(BlockedError, match="shelf"):
+            perform(cell, "transit top")
+    else:
+        perform(cell, "transit top")
+        assert cell.arm.tool(cell.angles).position[2] < scene.slots["high"][0].position[2]
+
+
+def test_what_lies_on_a_low_object_below_a_board_is_taken_though_a_tall_one_could_be_there() -> None:
+    places = (
+        LOW,
+        HIGH,
+        Location("top", on=("low",)),
+        Location("table", at=(0.45, 0.2)),
+        Location("free", at=(0.45, 0.4)),
+    )
+    low, tall = Object("block", "low", size=(0.034,)), Object("can", "table", kind="cylinder", size=(0.04, 0.098))
+    lid = Object("lid", "top", kind="cylinder", size=(0.044, 0.033))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (low, tall, lid), fixtures=(SHELF,)), meshes=False)
+    cell = perform_all(scene, "transit top", "grasp lid", "transport lid free", "release lid free")
+    assert_clean(cell)
+    assert_placed(cell, "lid", "free")
 
 
 BESIDE = """
