@@ -30,8 +30,11 @@ class Carriers:
 
     @classmethod
     def found(cls, own: np.ndarray, data: mujoco.MjData, *, clearance: float, without: np.ndarray) -> Carriers:
-        """Return those that are within a clearance of the load now, m, except for (ngeom,) bool that are none."""
-        contact, found = data.contact, dict[int, float]()
+        """Return those that are within a clearance of the load now, m, except for (ngeom,) bool that are none.
+
+        What is beside it counts only where something carries it.
+        """
+        contact, found, carried = data.contact, dict[int, float](), False
         for (one, other), distance, frame in zip(contact.geom.tolist(), contact.dist, contact.frame, strict=True):
             # The normal points from the first geom to the second.
             carrier, lift = (other, -frame[2]) if own[one] else (one, frame[2])
@@ -39,7 +42,8 @@ class Carriers:
                 continue
             if lift > LEAST_LIFT or (lift > -LEAST_LIFT and distance > -CARRIER_NEARING_M):
                 found[carrier] = min(found.get(carrier, np.inf), float(distance) - CARRIER_NEARING_M)
-        return cls(own, found)
+                carried |= lift > LEAST_LIFT
+        return cls(own, found if carried else {})
 
     def touching(self, data: mujoco.MjData) -> np.ndarray:
         """Return which of the N contacts are of the load with one of these geoms, no nearer than it may be: (N,)."""
