@@ -7,14 +7,14 @@ system.without(answer.barred)                   # the model without what the arm
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from prefplan.errors import ModelError
-from sim.capability.arrangement import Places, arranged
+from sim.capability.arrangement import Places, arranged, vacated
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, unable_to_begin
@@ -136,8 +136,8 @@ class Feasibility:
     def _bringable(self, obj: str, location: str, places: Places, first: Attempt | None) -> tuple[bool, Neighbours]:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
-        It may also be put down at one of the nearest free locations in between: where it starts, walls may leave only
-        grasps that do not fit at the location.
+        It may also be put down at one of the nearest locations in between, without the objects there: where it starts,
+        walls may leave only grasps that do not fit at the location.
 
         Args:
             obj: the object.
@@ -149,16 +149,17 @@ class Feasibility:
         if first is not None and first.done < TAKEN:
             return start != location, ()  # what cannot be grasped at its start is never brought anywhere
         may_change = first is not None and not first.for_good
-        for origin in self._beside(location, {**places, obj: start}.values()):
-            other = self._attempt(bringing(obj, origin, location, places))
-            if other.done >= BROUGHT or not (may_change or other.for_good):
-                return True, ()
+        for origin in self._beside(location, start):
+            with suppress(ModelError):  # fixed objects may stand there
+                other = self._attempt(bringing(obj, origin, location, vacated(self._scene.model, places, origin)))
+                if other.done >= BROUGHT or not (may_change or other.for_good):
+                    return True, ()
         return may_change, self._neighbours(first) if first is not None else ()
 
-    def _beside(self, location: str, occupied: Iterable[str] = ()) -> list[str]:
-        """Return the nearest other locations that rest on no objects and are not occupied."""
+    def _beside(self, location: str, *tried: str) -> list[str]:
+        """Return the nearest other locations that rest on no objects, apart from those that were tried."""
         slots, model = self._scene.slots, self._scene.model
-        taken = {location, *under(model, location), *occupied}
+        taken = {location, *under(model, location), *tried}
         others = [place.name for place in model.locations if place.name not in taken and not place.on]
         here = slots[location][0].position
         return sorted(others, key=lambda other: float(np.linalg.norm(slots[other][0].position - here)))[:MORE_ORIGINS]
