@@ -168,6 +168,7 @@ def test_a_load_may_touch_the_floor_of_a_bin_but_not_its_wall(blocks: Scene) -> 
     [
         pytest.param((0.0, 0.052, 0.144), id="in a board above"),
         pytest.param((0.0, 0.066, 0.12), id="deep in a wall"),
+        pytest.param((0.0, 0.0695, 0.12), id="a little in a wall, in the air"),
     ],
 )
 def test_a_load_may_not_end_in_what_does_not_carry_it(end: tuple[float, float, float]) -> None:
