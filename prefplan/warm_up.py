@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from prefplan.heuristics.prepare import Options, Prepared
-from prefplan.limits import Limits
 from prefplan.logic.tasks import Task
 from prefplan.models.kernels import SEARCH_CODE, compile_kernels
 from prefplan.models.manipulation.description import Location, Object
@@ -45,16 +44,13 @@ def warm_up() -> None:
         planner.front(max_cost=9)
         planner.cheapest()
     problem = Problem(system, tasks, Order())
-    whole = Planner(problem, options=Options(contraction=False))
-    whole.front()
-    whole.cheapest()
+    Planner(problem, options=Options(contraction=False)).front()
     Planner(problem, options=Options(heuristic=1)).cheapest()  # with landmarks
     pareto_front(Problem(_arm(), [Task("x", "F b_there")], Order()))
     prepared = Prepared(Product(problem), Options())
     search = LabelSearch(prepared, bounds={})
     rehash(search.memory.states, 0)
     prepared.improve(1)
-    search.run(Limits())
 
 
 def _arm() -> ManipulationModel:

@@ -60,6 +60,10 @@ class Lagrangian(NamedTuple):
     table: np.ndarray
 
 
+NO_ENTRIES = Lagrangian(Weights(1, 1, 1), Layout(np.zeros((0, 0, 0), np.int64), 0), np.zeros(0, np.uint16))
+"""A table before it is filled. It has the type of others, so that the search is compiled once for both."""
+
+
 def sparse_layout(stages: Stages) -> Layout:
     """Return the layout of a table for all tasks, with entries only for states that reading a node's label leads to.
 
@@ -115,7 +119,7 @@ def lagrangian_bound(lagrangian: Lagrangian | None, node: Integer, automata: np.
     entry = np.int64(0)
     for i in range(lagrangian.layout.place.shape[1]):
         entry += lagrangian.layout.place[node, i, automata[i]]
-    if entry < 0:
+    if not 0 <= entry < lagrangian.layout.entries:
         return np.int64(0)
     weights = lagrangian.weights
     total = np.int64(lagrangian.table[entry]) * weights.unit

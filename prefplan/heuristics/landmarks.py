@@ -19,7 +19,7 @@ import numpy as np
 
 from prefplan.heuristics.backward import steps_of
 from prefplan.limits import check_limits
-from prefplan.models.kernels import INFINITE, Integer, inner_kernel, kernel
+from prefplan.models.kernels import INFINITE, Integer, bare_kernel, inner_kernel
 from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product
 
@@ -60,36 +60,48 @@ class Landmarks(NamedTuple):
     order: np.ndarray
 
 
-class Degrees(NamedTuple):
-    """Degrees in a spanning tree: of: (M + 1,), of the landmarks, then of the start. nearest: (M,) int64, scratch."""
+NO_LANDMARKS = Landmarks(*np.zeros((3, 0, 0), np.int64), *np.zeros((4, 0), np.int64))
+"""Of no use. They are of the same type as others, so that the search need not be compiled once more without them."""
 
-    of: np.ndarray
+
+class Ascent(NamedTuple):
+    """Memory of a subgradient ascent, (M + 1,) each, of the landmarks and then of the start's node.
+
+    Attributes:
+        degrees: in a spanning tree; 2 for landmarks that need not be visited.
+        exact: multipliers before they are rounded. before: the last direction.
+        best: int64, the multipliers of the best bound. nearest: int64, scratch.
+    """
+
+    degrees: np.ndarray
+    exact: np.ndarray
+    before: np.ndarray
+    best: np.ndarray
     nearest: np.ndarray
 
 
-def landmarks(product: Product, graph: Graph) -> Landmarks | None:
-    """Return the landmarks of a product; none unless its graph is contracted, or if costs are too large."""
-    if not graph.contracted or not product.starts:
-        return None
+def landmarks(product: Product, graph: Graph) -> Landmarks:
+    """Return the landmarks of a product over a contracted graph; none if costs are too large."""
     least = graph.least
-    if ((least < INFINITE) & (least >= DISCONNECTED // SCALE)).any():
-        return None
+    if not product.starts or ((least < INFINITE) & (least >= DISCONNECTED // SCALE)).any():
+        return NO_LANDMARKS
     remaining, sets = _sets(product, graph)
     if not sets:
-        return None
+        return NO_LANDMARKS
     costs = np.where(least < INFINITE, least * SCALE, DISCONNECTED)
-    ahead = np.stack([costs[:, nodes].min(axis=1) for nodes in sets], axis=1)
-    between = np.stack([ahead[nodes].min(axis=0) for nodes in sets])
-    member = np.stack([np.isin(np.arange(len(least)), nodes) for nodes in sets])
+    ahead = np.ascontiguousarray(np.array([costs[:, nodes].min(axis=1) for nodes in sets]).T)
+    between = np.array([ahead[nodes].min(axis=0) for nodes in sets])
+    member = np.array([np.isin(np.arange(len(least)), nodes) for nodes in sets])
     between = np.where(member @ member.T, 0, np.minimum(between, between.T))
     price, node_price = np.zeros(len(sets), dtype=np.int64), np.zeros(len(least), dtype=np.int64)
-    plain = Landmarks(remaining, between, ahead, price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
+    marks = Landmarks(remaining, between, ahead.copy(), price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
     codes = [start.automata[: len(remaining)] for start in product.starts]
     at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
-    *price[:], node_price[graph.start] = ascent(plain, graph.start, max(at_start, key=int.bit_count))
+    ascent = Ascent(*np.zeros((3, len(sets) + 1)), *np.zeros((2, len(sets) + 1), dtype=np.int64))
+    ascend(marks, graph.start, max(at_start, key=int.bit_count), ascent)
     for m, nodes in reversed(list(enumerate(sets))):
         node_price[nodes] = price[m]
-    return priced(plain, price, node_price)
+    return marks._replace(ahead=ahead + node_price[:, None] + price)
 
 
 def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -144,38 +156,49 @@ def _without(leads: np.ndarray, ends: np.ndarray, avoided: frozenset[int]) -> np
     return ~reached
 
 
-@kernel
-def priced(plain: Landmarks, price: np.ndarray, node_price: np.ndarray) -> Landmarks:
-    """Return landmarks with multipliers, given those without."""
-    between = plain.between + price.reshape(-1, 1) + price
-    ahead = plain.ahead + node_price.reshape(-1, 1) + price
-    return Landmarks(plain.remaining, between, ahead, price, node_price, plain.least, plain.order)
-
-
-@kernel
-def ascent(plain: Landmarks, node: Integer, bits: Integer) -> np.ndarray:
-    """Return (M,) multipliers of the landmarks, then that of the start's node, by subgradient ascent of its bound."""
-    count, node_price = plain.price.shape[0], np.zeros_like(plain.node_price)
-    exact, before, counts = np.zeros(count + 1), np.zeros(count + 1), np.ones(count + 1)
-    for m in range(count):
-        counts[m] = bits >> m & 1
-    best_price, best = np.zeros(count + 1, dtype=np.int64), -1.0
-    degrees = Degrees(np.zeros(count + 1), np.zeros(count, dtype=np.int64))
-    length = FIRST_STEP
+@bare_kernel
+def ascend(marks: Landmarks, node: Integer, bits: Integer, ascent: Ascent) -> None:
+    """Set the multipliers of the landmarks and a node by subgradient ascent of the node's bound, all 0 at first."""
+    count, highest, length = marks.price.shape[0], -1.0, FIRST_STEP
     for _ in range(ROUNDS):
-        price = np.rint(exact).astype(np.int64)
-        node_price[node] = price[count]
-        bound = float(_tree_bound(priced(plain, price[:count], node_price), node, bits, degrees))
-        if bound > best:
-            best, best_price = bound, price
-        slack = counts * (degrees.of - 2.0)
-        norm = (slack * slack).sum()
-        if norm == 0.0 or best >= DISCONNECTED / 2:
+        bound = float(_tree_bound(marks, node, bits, ascent))
+        if bound > highest:
+            highest = bound
+            for m in range(count):
+                ascent.best[m] = marks.price[m]
+            ascent.best[count] = marks.node_price[node]
+        norm = 0.0
+        for m in range(count + 1):
+            norm += (ascent.degrees[m] - 2.0) ** 2
+        if norm == 0.0 or highest >= DISCONNECTED / 2:
             break
-        exact += length * max(HOPED * best - bound, 1.0) / norm * (0.7 * slack + 0.3 * before)
-        before = slack
+        step = length * max(HOPED * highest - bound, 1.0) / norm
+        for m in range(count + 1):
+            slack = ascent.degrees[m] - 2.0
+            ascent.exact[m] += step * (0.7 * slack + 0.3 * ascent.before[m])
+            ascent.before[m] = slack
+            _set_price(marks, node, m, np.int64(np.rint(ascent.exact[m])))
         length *= SHRINKING
-    return best_price
+    for m in range(count + 1):
+        _set_price(marks, node, m, ascent.best[m])
+
+
+@inner_kernel
+def _set_price(marks: Landmarks, node: Integer, m: Integer, price: Integer) -> None:
+    """Set the multiplier of a landmark, or, beyond them, of a node."""
+    count = marks.price.shape[0]
+    if m == count:
+        for k in range(count):
+            marks.ahead[node, k] += price - marks.node_price[node]
+        marks.node_price[node] = price
+        return
+    change = price - marks.price[m]
+    for k in range(count):
+        marks.between[m, k] += change
+        marks.between[k, m] += change
+    for v in range(marks.node_price.shape[0]):
+        marks.ahead[v, m] += change
+    marks.price[m] = price
 
 
 @inner_kernel
@@ -195,19 +218,21 @@ def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray)
 
 
 @inner_kernel
-def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees | None) -> Integer:
+def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, ascent: Ascent | None) -> Integer:
     """Return the scaled bound by a minimum spanning tree over a node and some landmarks (Prim's algorithm).
 
-    Degrees are written if wanted; the path's end counts as joined to its start, so that on a path all degrees are 2.
+    For an ascent, degrees are written; the path's end counts as joined to its start: all degrees on a path are 2.
     """
     start = marks.price.shape[0]
     count, best, last, m = 0, 0, 0, 0
     total, cheapest = -marks.node_price[node], np.int64(DISCONNECTED)
+    if ascent is not None:
+        ascent.degrees[:] = 2.0
     while bits:
         if bits & 1:
             marks.order[count], marks.least[count] = m, marks.ahead[node, m]
-            if degrees is not None:
-                degrees.nearest[count] = start
+            if ascent is not None:
+                ascent.degrees[m], ascent.nearest[count] = 0.0, start
             if marks.least[count] < marks.least[best]:
                 best = count
             total -= 2 * marks.price[m]
@@ -216,25 +241,24 @@ def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, degrees: Degrees
             count += 1
         bits >>= 1
         m += 1
-    if degrees is not None:
-        degrees.of[:] = 0.0
-        degrees.of[last] += 1.0
-        degrees.of[start] += 1.0
+    if ascent is not None:
+        ascent.degrees[start] = 1.0
+        ascent.degrees[last] += 1.0
     # Landmarks outside the tree stay at the front of `order`.
     while count:
         total += marks.least[best]
         added = marks.order[best]
         count -= 1
-        if degrees is not None:
-            degrees.of[added] += 1.0
-            degrees.of[degrees.nearest[best]] += 1.0
-            degrees.nearest[best] = degrees.nearest[count]
+        if ascent is not None:
+            ascent.degrees[added] += 1.0
+            ascent.degrees[ascent.nearest[best]] += 1.0
+            ascent.nearest[best] = ascent.nearest[count]
         marks.order[best], marks.least[best] = marks.order[count], marks.least[count]
         best = 0
         for k in range(count):
             onward = marks.between[added, marks.order[k]]
-            if degrees is not None and onward < marks.least[k]:
-                degrees.nearest[k] = added
+            if ascent is not None and onward < marks.least[k]:
+                ascent.nearest[k] = added
             marks.least[k] = min(marks.least[k], onward)
             if marks.least[k] < marks.least[best]:
                 best = k

@@ -14,8 +14,8 @@ import numpy as np
 
 from prefplan.errors import LimitError
 from prefplan.heuristics.backward import Backward
-from prefplan.heuristics.lagrangian import Lagrangian, lagrangian_table, sparse_layout, weights_for
-from prefplan.heuristics.landmarks import Landmarks, landmarks
+from prefplan.heuristics.lagrangian import NO_ENTRIES, Lagrangian, lagrangian_table, sparse_layout, weights_for
+from prefplan.heuristics.landmarks import NO_LANDMARKS, Landmarks, landmarks
 from prefplan.heuristics.pattern_database import (
     TableOf,
     Tables,
@@ -77,8 +77,8 @@ class Bounds(NamedTuple):
 
     Attributes:
         tables: of the cost-to-go, and of how preferences grow.
-        landmarks: of the cost-to-go, if there are any.
-        lagrangian: of the cost-to-go, where the growth of mu is limited, if there is a table yet.
+        landmarks: of the cost-to-go; NO_LANDMARKS for a front. None, like the last, unless the graph is contracted.
+        lagrangian: of the cost-to-go, where the growth of mu is limited; NO_ENTRIES until there is a table.
     """
 
     tables: Tables
@@ -140,10 +140,13 @@ class Prepared:
         wanted, entries = self.options.heuristic, self._max_entries
         sets = sets_of_tasks(backwards[0], wanted, entries)
         self.bounds = Bounds(self._tables(backwards, sets))
-        if single:
+        if self.graph.contracted:
             # Costs-to-go of all tasks together are exact.
-            if self.options.landmarks and not any(len(members) == len(self.product.sizes) for members in sets):
-                self.bounds = self.bounds._replace(landmarks=landmarks(self.product, self.graph))
+            are_exact = any(len(members) == len(self.product.sizes) for members in sets)
+            marked = single and self.options.landmarks and not are_exact
+            marks = landmarks(self.product, self.graph) if marked else NO_LANDMARKS
+            self.bounds = self.bounds._replace(landmarks=marks, lagrangian=NO_ENTRIES)
+        if single:
             deeper = sets_of_tasks(backwards[0], wanted, entries, deep=True)
             if deeper != sets:
                 self.improved_after = sum(map(backwards[0].entries_of, deeper)) / ENTRIES_EACH

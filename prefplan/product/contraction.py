@@ -140,7 +140,7 @@ def _cheapest_paths(
         distance[:] = -1
         count: Integer = np.int64(0)
         for edge in range(offsets[states[k]], offsets[states[k] + 1]):
-            count = heap_push(keys, items, count, costs[edge], targets[edge], None)
+            count = heap_push(keys, items, count, costs[edge], np.int64(targets[edge]), None)
         while count > 0:
             cost, s = keys[0], items[0]
             count = heap_pop(keys, items, count, None)
@@ -152,7 +152,7 @@ def _cheapest_paths(
                 continue
             for edge in range(offsets[s], offsets[s + 1]):
                 if distance[targets[edge]] < 0:
-                    count = heap_push(keys, items, count, cost + costs[edge], targets[edge], None)
+                    count = heap_push(keys, items, count, cost + costs[edge], np.int64(targets[edge]), None)
 
 
 def edges_between(

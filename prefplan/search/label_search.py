@@ -23,7 +23,7 @@ import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound
 from prefplan.heuristics.landmarks import landmark_bound
-from prefplan.heuristics.pattern_database import bound_of
+from prefplan.heuristics.pattern_database import Tables, bound_of
 from prefplan.heuristics.prepare import Bounds
 from prefplan.heuristics.projection import observe
 from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel, inner_kernel
@@ -56,7 +56,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
     ranks = labels.key[:, : keys.ranked]
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
-            end = _enter(space.automata, keys, bounds, memory)
+            end = _enter(space.automata, keys, bounds.tables, memory)
             if end != END.ENTERED:
                 return end
             counters[AT.NEXT] += 1
@@ -117,7 +117,7 @@ def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, la
 
 
 @inner_kernel
-def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> Integer:
+def _enter(automata: Automata, keys: Keys, tables: Tables, memory: Memory) -> Integer:
     """Make a label of the next successor unless it is pruned; return ENTERED, or why that is not possible (`END`)."""
     states, labels, counters, buffer = memory.states, memory.labels, memory.counters, memory.buffer
     # Of equal labels the last made is expanded first; so the model's first action is entered last, to be preferred.
@@ -140,7 +140,7 @@ def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> In
         number = counters[AT.ROWS]
         if number == states.table.shape[0]:
             return END.MORE_ROWS
-        _bound_state(automata, keys, bounds, buffer.code[k], states.table[number], buffer.automata)
+        _bound_state(automata, keys, tables, buffer.code[k], states.table[number], buffer.automata)
     row = states.table[number]
     if _is_beaten(keys, memory, row, label):
         return END.ENTERED
@@ -172,7 +172,7 @@ def _enter(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory) -> In
 
 @inner_kernel
 def _bound_state(
-    automata: Automata, keys: Keys, bounds: Bounds, code: Integer, row: np.ndarray, states: np.ndarray
+    automata: Automata, keys: Keys, tables: Tables, code: Integer, row: np.ndarray, states: np.ndarray
 ) -> None:
     """Fill the row of a new product state."""
     node = decode(automata, code, states)
@@ -184,9 +184,9 @@ def _bound_state(
             is_goal = False
     row[SATISFIED], row[HEAD], row[CODE] = satisfied | (GOAL_BIT if is_goal else 0), NONE, code
     row[LOOKED] = 0
-    observe(bounds.tables.projections, node)
+    observe(tables.projections, node)
     for e in range(keys.objectives):
-        row[BOUND + e] = bound_of(bounds.tables, node, states, np.int64(e))
+        row[BOUND + e] = bound_of(tables, node, states, np.int64(e))
 
 
 @inner_kernel

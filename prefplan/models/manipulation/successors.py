@@ -119,7 +119,7 @@ def standardize(moves: Moves, digits: np.ndarray) -> None:
     hand = digits[0]
     moved, over = hand, moves.neutral[hand]
     moves.ranks[:] = 0
-    first, count = 0, moves.alike.shape[0]
+    first, count = np.int64(0), moves.alike.shape[0]
     while first < count:
         end = first + 1
         while end < count and moves.alike_class[end] == moves.alike_class[first]:
