@@ -17,15 +17,14 @@ from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
 from prefplan.plan import OnDemand, Plan
-from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
-from prefplan.product.reduction import Reduction
+from prefplan.product.reduction import GeneratedProduct, Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.incumbent import run_search
 from prefplan.search.infeasibility import infeasible
+from prefplan.search.paths import Result, ended_by
 from prefplan.search.reference import ReferenceSearch
-from prefplan.search.result import Result, ended_by
 
 
 def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:

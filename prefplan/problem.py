@@ -13,7 +13,7 @@ from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
 from prefplan.models.system import Past, System
-from prefplan.models.system_of import SystemLike, system_of
+from prefplan.models.transition_system import SystemLike, system_of
 from prefplan.preferences.contracts import check_contract, check_never_falls
 from prefplan.preferences.kinds import Preference, WeightedSum
 from prefplan.preferences.objective import (

@@ -10,7 +10,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from prefplan.text.printable import printable_lines
+from prefplan.text.layout import printable_lines
 
 UNLIMITED = 10_000
 """Line width without a terminal, so that nothing wraps."""

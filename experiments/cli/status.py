@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 
-from prefplan.text.printable import printable, printable_lines
+from prefplan.text.layout import printable, printable_lines
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, CONSISTENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from prefplan.claims import Check
-from prefplan.text.printable import printable
+from prefplan.text.layout import printable
 from sim.evidence.certificate import Certificate
 from sim.evidence.log import Log
 

@@ -29,8 +29,8 @@ from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.sweep import Stages
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
-from prefplan.product.generated_product import GeneratedProduct, unit_costs
 from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import GeneratedProduct, unit_costs
 from prefplan.product.space import space_of
 
 COMBINATIONS_EACH = 500

@@ -22,7 +22,7 @@ from prefplan.heuristics.projection import KINDS, Projection
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT
 from prefplan.product.contraction import Graph, whole_graph
-from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.reduction import GeneratedProduct
 
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""

@@ -26,8 +26,8 @@ from prefplan.models.manipulation.successors import canonical, unpack
 from prefplan.models.manipulation.symbolic import ManipulationState
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import TransitionSystem
-from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import GeneratedProduct
 
 KINDS = ("transit", "grasp", "transport", "release")
 """The kinds of actions, by number."""

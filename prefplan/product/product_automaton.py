@@ -1,4 +1,4 @@
-"""Product automaton (Definition 7), never built: a state is one integer, and tables give its successors.
+"""Product automaton (Definition 7), never built: its starts, and tables of successors; a state is one integer.
 
 A product state p = (s, q_1, ..., q_N, r_1, ..., r_R), of N tasks and R rules, has the code s + sum_i stride_i q_i + ...
 Labels on which every automaton has the same transitions form a *class*.
@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import accumulate, product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import INT64_LIMIT, whole_numbers
+from prefplan.exact_costs import INT64_LIMIT, exact, whole_numbers
 from prefplan.limits import check_limits
-from prefplan.logic.weighted_dfa import Reading
+from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import System
 from prefplan.problem import Problem
-from prefplan.product.starts import READINGS_LIMIT, Start, starts_of
 
 if TYPE_CHECKING:
     from prefplan.product.space import Generated
@@ -33,6 +34,43 @@ BARRED = -1
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
 count cannot overflow. In larger products counting would cost speed."""
+
+
+READINGS_LIMIT = 2**20
+"""Most readings of one label (each task relaxed or not) that the search enumerates."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """An initial state of the automata, with what was spent and price before the first action.
+
+    Attributes:
+        automata: (N + R,) states of the automata of N tasks and R rules, after the labels of the past and L(s0).
+        spent: the first cost of the past, in units.
+        finished: (N,) by task, what of that was spent when it was satisfied; None if it was not.
+        violations: (P,) violation costs in units, of tasks and of rules that may be broken.
+        relaxed: (N,) by task, the labels read with relaxations, by number, and those; None for a task that is skipped.
+    """
+
+    automata: tuple[int, ...]
+    spent: int
+    finished: tuple[int | None, ...]
+    violations: tuple[int, ...]
+    relaxed: tuple[tuple[tuple[int, int], ...] | None, ...]
+
+    def task_costs(self, cost: int) -> list[int]:
+        """Return (N,) the tasks' costs so far, in units of that cost: the past has the first cost only."""
+        return [0 if cost else self.spent if c is None else c for c in self.finished]
+
+
+@dataclass(frozen=True)
+class _History:
+    """One way in which a task's automaton may have read the past and L(s0); `finished` counts labels."""
+
+    state: int = 0
+    finished: int | None = None
+    price: int = 0
+    relaxed: tuple[tuple[int, int], ...] | None = ()
 
 
 class Product:
@@ -195,3 +233,63 @@ def _tie_bits(costs: np.ndarray, states: int) -> int:
     bits = states.bit_length()
     wide = int(costs.max(initial=0)) << bits >= 2**24
     return 0 if uniform or bits > TIE_BITS or wide else bits
+
+
+def starts_of(problem: Problem) -> tuple[Start, ...]:
+    """Return the starts: one for each choice of skipped tasks and each way to read the past and L(s0).
+
+    Raises:
+        ModelError: if there are too many.
+    """
+    labels = [*problem.past.labels, problem.system.label(problem.system.start)]
+    automata = problem.followers[len(problem.tasks) :]
+    rules = [after for dfa in automata if (after := _rule_after(dfa, labels)) is not None]
+    if len(rules) < len(automata):
+        return ()
+    histories = [_histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
+    count = math.prod(map(len, histories))
+    if count > READINGS_LIMIT:
+        raise ModelError(
+            f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
+            f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
+        )
+    unit = problem.units.cost
+    spent = list(accumulate((int(exact(cost) / unit) for cost in problem.past.costs), initial=0))
+    states, tolls = [q for q, _ in rules], [price for _, price in rules]
+    return tuple(
+        Start(
+            (*(history.state for history in each), *states),
+            spent[-1],
+            tuple(None if history.finished is None else spent[history.finished] for history in each),
+            (*(history.price for history in each), *tolls[: len(problem.priced) - len(problem.tasks)]),
+            tuple(history.relaxed for history in each),
+        )
+        for each in product(*histories)
+    )
+
+
+def _histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool) -> list[_History]:
+    """Return how a task may have read some labels: of ways that lead to the same, the cheapest, or of any price."""
+    histories = [_History()]
+    for k, label in enumerate(labels):
+        best: dict[tuple[int, int | None, int], _History] = {}
+        for before in histories:
+            for reading in dfa.readings(before.state, label):
+                ends = before.finished is None and reading.state == dfa.automaton.accepting
+                finished, price = k if ends else before.finished, before.price + reading.price
+                relaxed = (*(before.relaxed or ()), *((k, relaxation) for relaxation in reading.relaxations))
+                key = (reading.state, finished, price if any_price else 0)
+                if key not in best or price < best[key].price:
+                    best[key] = _History(reading.state, finished, price, relaxed)
+        histories = list(best.values())
+    if dfa.skip is not None and dfa.skipped is not None:
+        histories.append(_History(dfa.skipped, None, dfa.skip, None))
+    return histories
+
+
+def _rule_after(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
+    """Return the state of a rule's automaton after some labels, and its price; None if no plan may break it so."""
+    # Some rules are broken by whatever is read first: then this is no step to the accepting state.
+    state = dfa.automaton.run(labels)[-1]
+    price = dfa.price if state == dfa.automaton.accepting else 0
+    return None if price is None else (state, price)

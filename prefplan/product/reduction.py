@@ -1,17 +1,28 @@
-"""The product that is searched for a problem: of its system, or of a smaller one, whose paths are lifted to it."""
+"""The product that is searched for a problem: of its system, or of a smaller one, whose paths are lifted to it.
+
+The smaller one of a manipulation model is listed, or its states are generated from packed integers. Then the automaton
+of each task has its own alphabet: a letter is a number composed of what each digit of a state contributes to the task's
+propositions.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from prefplan.exact_costs import INT64_LIMIT
+from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.problem import Problem
-from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.product_automaton import Product
+from prefplan.product.product_automaton import CODE_LIMIT, Product
+from prefplan.product.space import Generated
+
+LETTERS_LIMIT = 2**14
+"""Most pairs of a state and a letter of one automaton that are tabulated."""
 
 
 @dataclass
@@ -56,3 +67,70 @@ class ReducedProduct(Product):
         listed, space = self._smaller.listed, self._smaller.space
         states = [listed.start, *listed.targets[steps].tolist()]
         return self._smaller.actions_through([space.encode(listed.states[state], where="state") for state in states])
+
+
+class GeneratedProduct(Product):
+    """T x A_1 x ... x A_N, of a model T whose states are never listed.
+
+    `offsets`, `targets` and `classes` of `Product` are empty; `costs` is (4 H H,), by price, as in
+    `prefplan.models.manipulation.successors.Steps`.
+
+    Attributes:
+        model: the model.
+    """
+
+    def __init__(self, problem: Problem, model: ManipulationSystem) -> None:
+        """Tabulate every automaton over its letters; call `suits` before."""
+        self.problem, self.system, self.model = problem, problem.system, model
+        self.shift = 0
+        self._follow(problem)
+        self.nodes = model.space.bound
+        self.start_node = model.first
+        self.costs = unit_costs(model, problem)
+        costs, letters, unmeasured = self.costs.astype(np.int64), self._tabulate_letters(), np.full(1, -1)
+        self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
+        self.offsets = np.zeros(1, dtype=np.int64)
+        self.targets = self.classes = np.zeros(0, dtype=np.int32)
+
+    @staticmethod
+    def suits(problem: Problem, model: ManipulationSystem) -> bool:
+        """Return whether a product can be generated: no task can be relaxed, and all tables and numbers are small."""
+        states = model.space.bound * math.prod(dfa.size for dfa in problem.followers)
+        if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
+            return False
+        counts = [
+            dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))
+            for dfa in problem.followers
+        ]
+        columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
+        dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
+        return max(counts) <= LETTERS_LIMIT and not dear
+
+    def actions(self, steps: np.ndarray) -> Sequence[str]:
+        """Return actions that lead through (K,) states of the model after the start."""
+        return self.model.actions_through([self.start_node, *steps.tolist()])
+
+    def _tabulate_letters(self) -> np.ndarray:
+        """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""
+        space = self.model.space
+        letters = np.zeros((len(self.followers), len(space.radices), max(space.radices)), dtype=np.int64)
+        labels: list[list[frozenset[str]]] = []
+        for i, dfa in enumerate(self.followers):
+            labels_of = [frozenset[str]()]
+            for d, values in space.visible(dfa.propositions):
+                distinct = list(dict.fromkeys(values))
+                letters[i, d, : len(values)] = [len(labels_of) * distinct.index(value) for value in values]
+                labels_of = [label | ({value} if value else set()) for value in distinct for label in labels_of]
+            labels.append(labels_of)
+        self._enter(
+            [
+                [tuple(tuple(dfa.readings(q, label)) for q in range(dfa.size)) for label in labels_of]
+                for dfa, labels_of in zip(self.followers, labels, strict=True)
+            ]
+        )
+        return letters
+
+
+def unit_costs(model: ManipulationSystem, problem: Problem, cost: int = 0) -> np.ndarray:
+    """Return (4 H H,) one of the costs, by price, in a problem's units; those not measured stay negative."""
+    return model.costs[cost].counts(problem.cost_units[cost])

@@ -15,14 +15,12 @@ from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
-from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.successors import successor_buffer
-from prefplan.search.growth import PRODUCT_LIMIT
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
-from prefplan.search.labels import AT, BOUND, CODE, END, NONE, Labels, Memory, Queue, States, enlarged
-from prefplan.search.paths import GeneratedPaths, Paths
-from prefplan.search.result import Goal, Result, ended_by
+from prefplan.search.labels import AT, BOUND, CODE, END, NONE, PRODUCT_LIMIT, Labels, Memory, Queue, States, enlarged
+from prefplan.search.paths import GeneratedPaths, Goal, Paths, Result, ended_by
 
 if TYPE_CHECKING:
     from prefplan.search.values import Values

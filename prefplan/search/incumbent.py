@@ -16,7 +16,7 @@ from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search.driver import LabelSearch
-from prefplan.search.result import Goal, Result, ended_by
+from prefplan.search.paths import Goal, Result, ended_by
 
 FIRST_EXPANDED = 100_000
 """Labels expanded in the first turn, about 0.5 s; most plans of 14 tasks are found with fewer."""

@@ -28,9 +28,8 @@ import numpy as np
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OpaqueTerm
 from prefplan.problem import Problem
-from prefplan.product.product_automaton import Product
-from prefplan.product.starts import Start
-from prefplan.search.growth import COST, MAXIMUM, PRODUCT_LIMIT, SUM, TASK, VALUE, VIOLATION, Keys
+from prefplan.product.product_automaton import Product, Start
+from prefplan.search.labels import COST, MAXIMUM, PRODUCT_LIMIT, SUM, TASK, VALUE, VIOLATION, Keys
 
 FALL = 2**19
 """How far an `ordered_number` may fall by rounding: 1e-9 relative."""
@@ -46,7 +45,7 @@ class KeyEntry:
     """An entry of a key.
 
     Attributes:
-        how: it grows, as in `growth`.
+        how: it grows, as in `labels`.
         cost: the cost that it grows with.
         number: of the task or rule, or of the maximum among those of its preference.
         objective: the preference that it belongs to, if it belongs to one only.

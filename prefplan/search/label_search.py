@@ -30,7 +30,6 @@ from prefplan.models.kernels import INFINITE, UNBOUNDED, Integer, bare_kernel, i
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.space import Automata, Space, decode
 from prefplan.product.successors import successors
-from prefplan.search.growth import Keys, grow
 from prefplan.search.labels import (
     AT,
     BOUND,
@@ -42,7 +41,9 @@ from prefplan.search.labels import (
     LOOKED,
     NONE,
     SATISFIED,
+    Keys,
     Memory,
+    grow,
     insert,
     is_dominated,
     slot_of,

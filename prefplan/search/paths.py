@@ -1,23 +1,26 @@
-"""The paths to the goals of a search as arrays, the plans on them, and their values, derived from the model."""
+"""What a search returns: its goals, the paths to them as arrays, and plans and values, derived from the model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from prefplan.exact_costs import INT64_LIMIT, exact, to_number
+from prefplan.errors import LimitError
+from prefplan.exact_costs import INT64_LIMIT, Number, exact, to_number
+from prefplan.front import Stats
 from prefplan.ledger import Ledger
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.plan import Plan, Purchase
 from prefplan.product.contraction import Graph, edges_between
-from prefplan.product.product_automaton import Product
-from prefplan.product.starts import Start
+from prefplan.product.product_automaton import Product, Start
 
 NO_STEP = "the search made a step that the model does not have"
+OTHER_VALUES = "a plan has other values in the model"
 
 
 @dataclass(frozen=True)
@@ -201,3 +204,62 @@ def _prices(
         assert price is not None, NO_STEP
         prices.append(price)
     return np.array(prices, dtype=object)[inverse]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal that a search found.
+
+    Attributes:
+        objectives: exact values of all costs and preferences, in the user's units.
+        paths: the paths to all goals of the search.
+        number: which of them leads to this one.
+    """
+
+    objectives: tuple[Any, ...]
+    paths: Paths = field(repr=False)
+    number: int
+
+    @cached_property
+    def point(self) -> tuple[Number, ...]:
+        """The values of all costs and preferences as they are printed."""
+        return tuple(map(to_number, self.objectives))
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The plan that leads to the goal; it is asserted that its values in the model are those of the search."""
+        plan = self.paths.plan(self.number)
+        assert tuple(plan.objectives.values()) == self.point, OTHER_VALUES
+        return plan
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a search has found so far.
+
+    Attributes:
+        goals: points of the front, in order of the objectives.
+        ended: what stopped it: `time`, `memory` or `interrupt`; None if nothing did.
+        complete_below: all points of lower cost, units, are among the goals; infinite once the search ran to its end.
+        work: of the search.
+        incumbents: where there is no goal, the goal of a plan that need not be a point of the front, if one is known.
+    """
+
+    goals: tuple[Goal, ...] = ()
+    ended: str | None = None
+    complete_below: float = 0
+    work: Stats = Stats()
+    incumbents: tuple[Goal, ...] = ()
+
+    def check(self) -> None:
+        """Assert that the values of all goals are those that their paths have in the model."""
+        if self.goals:
+            derived = self.goals[0].paths.objectives()
+            for goal in self.goals:
+                values = derived[goal.number]
+                assert values == goal.objectives or tuple(map(to_number, values)) == goal.point, OTHER_VALUES
+
+
+def ended_by(error: LimitError | KeyboardInterrupt) -> str:
+    """Return what stopped a search that an error ended; see `Result.ended`."""
+    return error.ended if isinstance(error, LimitError) else "interrupt"

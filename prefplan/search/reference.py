@@ -36,10 +36,8 @@ from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import Term
-from prefplan.product.product_automaton import Product
-from prefplan.product.starts import Start
-from prefplan.search.paths import Paths
-from prefplan.search.result import Goal, Result, ended_by
+from prefplan.product.product_automaton import Product, Start
+from prefplan.search.paths import Goal, Paths, Result, ended_by
 
 BYTES_A_LABEL = 1500
 """Measured memory of a label with its key, and its share of the tables."""

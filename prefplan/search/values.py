@@ -21,9 +21,8 @@ from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, va
 from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
 from prefplan.preferences.objective import PreferenceObjective
 from prefplan.preferences.terms import OpaqueTerm
-from prefplan.search.growth import TASK, VALUE, VIOLATION
 from prefplan.search.keys import FALL, KeyEntry, KeyMap, ordered_number
-from prefplan.search.labels import END
+from prefplan.search.labels import END, TASK, VALUE, VIOLATION
 
 ValueOf = Callable[[Sequence[int]], Any]
 """Returns a value, given a key with the first cost in units."""

@@ -1,4 +1,4 @@
-"""Numbers, plans and tables as plain text."""
+"""Numbers, plans and tables as plain text, and foreign text as it is printed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from decimal import Decimal
 from itertools import accumulate, groupby
 from typing import TYPE_CHECKING
-
-from prefplan.text.printable import printable
 
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number  # would load numpy
@@ -86,3 +84,18 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
     """Return a table as lines with its columns aligned at the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(COLUMN_GAP.join(map(str.rjust, row, widths)) for row in rows)
+
+
+def printable(text: str, *, layout: str = "") -> str:
+    r"""Return a text in which each character that is not printable, but for some, is its escape, such as `\x1b`.
+
+    Others would act on a terminal, or turn the text around.
+    """
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one in layout else one.encode("unicode_escape").decode() for one in text)
+
+
+def printable_lines(text: str) -> str:
+    """Return a text of several lines, as `printable`, but with its line breaks and tabs."""
+    return printable(text, layout="\n\t")

@@ -11,7 +11,7 @@ from forged_logs import telling
 from scenario_texts import GRAPH, GRID, TABLE
 
 from experiments.commands.command_line import main
-from prefplan.text.printable import printable, printable_lines
+from prefplan.text.layout import printable, printable_lines
 from sim.evidence.log import Log, encode
 from sim.simulation.run import Event
 

@@ -26,8 +26,7 @@ from prefplan import (
     WeightedSum,
     pareto_front,
 )
-from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.reduction import Reduction
+from prefplan.product.reduction import GeneratedProduct, Reduction
 from prefplan.replanning import (
     Past,
     achievable,

@@ -33,8 +33,7 @@ from prefplan.claims import judge as judged
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.problem import Problem
-from prefplan.product.generated_product import GeneratedProduct
-from prefplan.product.reduction import Reduction
+from prefplan.product.reduction import GeneratedProduct, Reduction
 from prefplan.scenario.decode import from_dict, loads
 
 BAD_PREFIXES = (

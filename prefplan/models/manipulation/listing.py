@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +11,8 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
-from prefplan.models.manipulation.exclusions import exclusion_arrays
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
-from prefplan.models.manipulation.symmetry import Symmetry
+from prefplan.models.manipulation.symmetry import IN_HAND, Exclusion, Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import OnDemand
 
@@ -36,7 +35,7 @@ def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
         members = [x for x, name in enumerate(names) if name in each]
         class_of[members] = number
         places[number, : len(members)] = members
-    excluded, first, conditions = exclusion_arrays(space, action_names(space), symmetry.exclusions)
+    excluded, first, conditions = _exclusion_arrays(space, action_names(space), symmetry.exclusions)
     below = np.array([[name in place.on for name in names] for place in model.locations])
     empty = np.array([[name in place.clear_of for name in names] for place in model.locations])
     closed = np.array([place.closed for place in model.locations])
@@ -63,6 +62,26 @@ def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
         first_condition=first,
         conditions=conditions,
     )
+
+
+def _exclusion_arrays(
+    space: StateCodes, actions: Sequence[str], exclusions: Collection[Exclusion]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return exclusions as in `Moves`, given the encoding of the states and the texts of the actions."""
+    first_slot = np.searchsorted(space.location, np.arange(len(space.locations) + 1)).tolist()
+    slots = {name: first_slot[x : x + 2] for x, name in enumerate(space.locations)}
+    slots[IN_HAND] = [space.held, space.held + 1]
+
+    def condition(obj: str, what: str) -> list[int]:
+        is_mark = what not in slots
+        return [space.mark_digits[obj, what], 1, 2] if is_mark else [1 + space.objects.index(obj), *slots[what]]
+
+    number = {text: a for a, text in enumerate(actions)}
+    ordered = sorted((number[str(action)], sorted(conditions)) for action, conditions in exclusions)
+    rows = [[condition(*pair) for pair in conditions] for _, conditions in ordered]
+    of_action = np.searchsorted([a for a, _ in ordered], np.arange(len(actions) + 1))
+    conditions = np.array([row for each in rows for row in each], dtype=np.int64).reshape(-1, 3)
+    return of_action.astype(np.int32), np.cumsum([0, *map(len, rows)]).astype(np.int32), conditions
 
 
 def action_names(space: StateCodes) -> tuple[str, ...]:

@@ -18,11 +18,15 @@ change no visible proposition; so this needs tasks that do not count actions, an
 waiting. By the same argument no more neutral locations are needed than there are movable objects. Exclusions are kept
 if none names these other neutral locations, or depends on an object that is not moved: then no action of the plan is
 excluded after it was changed, as the conditions of exclusions are what holds, never what does not.
+
+*Exclusions* are actions that do not exist in some states, such as those that no arm can do there: where all conditions
+hold, each that an object rests at a location, is in the hand, or has a mark. In `prefplan.models.system.Barred` they
+are texts; here they are read for one model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import perm
 from typing import TYPE_CHECKING
@@ -30,13 +34,21 @@ from typing import TYPE_CHECKING
 from prefplan.models.costs import by_name
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.description import Location
-from prefplan.models.manipulation.exclusions import classes, read_exclusions
+from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.symbolic import at, marked
+from prefplan.models.manipulation.symbolic import Action, at, holding, marked
 from prefplan.models.system import Barred
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
+
+
+IN_HAND = ""
+"""Stands for the hand, where a condition names the location or the mark of an object."""
+
+Exclusion = tuple[Action, frozenset[tuple[str, str]]]
+"""An action that does not exist where all the conditions hold: (object, location) for an object that rests there,
+(object, mark), and (object, `IN_HAND`); no location has the name of a mark, as their propositions would be the same."""
 
 
 def most_states(model: ManipulationModel) -> int:
@@ -136,3 +148,47 @@ def _loads_cost(costs: ActionCosts) -> bool:
         return False
     loaded = by_name(costs["transport"])
     return all(cost <= loaded[name] for name, cost in by_name(costs["transit"]).items())
+
+
+def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclusion]:
+    """Return exclusions given as texts, without those that concern no state of a model.
+
+    Raises:
+        ModelError: an action is of an unknown kind, or has not the names that its kind has.
+    """
+    places, read = [place.name for place in model.locations], dict[str, tuple[str, str]]()
+    for obj in (obj.name for obj in model.objects):
+        read |= {holding(obj): (obj, IN_HAND)} | {at(obj, place): (obj, place) for place in places}
+        read |= {marked(obj, mark): (obj, mark) for mark in model.marks}
+    objects, locations = {"", *(obj.name for obj in model.objects)}, {"", *places}
+    actions = [(read_action(text, model.operators), names) for names, text in barred]
+    return frozenset(
+        (action, frozenset(read[name] for name in names))
+        for action, names in actions
+        if action.obj in objects and action.location in locations and names <= read.keys()
+    )
+
+
+def classes(
+    names: Sequence[str], exclusions: Collection[Exclusion], *, objects: bool = False
+) -> tuple[tuple[str, ...], ...]:
+    """Return names of locations or objects in classes: to exchange two of one leaves a set of exclusions as it is."""
+    found: list[list[str]] = []
+    for name in names:
+        for each in found:
+            swap = {name: each[0], each[0]: name}
+            swaps = (swap, {}) if objects else ({}, swap)
+            if all(_renamed(one, *swaps) in exclusions for one in exclusions):
+                each.append(name)
+                break
+        else:
+            found.append([name])
+    return tuple(map(tuple, found))
+
+
+def _renamed(exclusion: Exclusion, objects: Mapping[str, str], locations: Mapping[str, str]) -> Exclusion:
+    """Return an exclusion with other names for some objects and locations."""
+    action, conditions = exclusion
+    obj, location = objects.get(action.obj, action.obj), locations.get(action.location, action.location)
+    pairs = frozenset((objects.get(one, one), locations.get(what, what)) for one, what in conditions)
+    return replace(action, obj=obj, location=location), pairs

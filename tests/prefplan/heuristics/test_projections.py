@@ -17,8 +17,8 @@ from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.prepare import Prepared
 from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import whole_graph
-from prefplan.product.generated_product import GeneratedProduct
 from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import GeneratedProduct
 
 
 @kernel

@@ -19,7 +19,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.model import Location, Object
 from prefplan.models.manipulation.slots import free_slot, hand_poses, location_of, pose, slots_at_start
 from prefplan.preferences.kinds import Order
-from prefplan.product.generated_product import GeneratedProduct
+from prefplan.product.reduction import GeneratedProduct
 
 
 @pytest.mark.parametrize(

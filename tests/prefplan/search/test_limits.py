@@ -35,7 +35,7 @@ from prefplan.limits import Limits, run_within_limits
 from prefplan.search import incumbent
 from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import AT, END
-from prefplan.search.result import Result
+from prefplan.search.paths import Result
 
 
 def errands(number: int) -> Problem:

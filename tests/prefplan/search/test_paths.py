@@ -13,8 +13,8 @@ from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.search import paths
 from prefplan.search.incumbent import run_search
+from prefplan.search.paths import Result
 from prefplan.search.reference import ReferenceSearch
-from prefplan.search.result import Result
 
 
 def problem() -> Problem:
