@@ -59,8 +59,10 @@ class Graph:
 
     @cached_property
     def least(self) -> np.ndarray:
-        """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none."""
-        least: np.ndarray = all_pairs_costs(self.near)
+        """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none (Floyd-Warshall)."""
+        least: np.ndarray = self.near
+        for via in range(self.size):
+            least = np.minimum(least, least[:, via, None] + least[via])
         return least
 
 
@@ -219,17 +221,3 @@ def _edges_to(link: Integer, edges: np.ndarray, before: np.ndarray) -> np.ndarra
     for k in range(length - 1, -1, -1):
         path[k], link = edges[link], before[link]
     return path
-
-
-@kernel
-def all_pairs_costs(near: np.ndarray) -> np.ndarray:
-    """Return the (S, S) least costs from node to node, NO_EDGE for none, given those of edges (Floyd-Warshall)."""
-    least = near.copy()
-    nodes = least.shape[0]
-    for via in range(nodes):
-        for source in range(nodes):
-            first = least[source, via]
-            if first < NO_EDGE:
-                for target in range(nodes):
-                    least[source, target] = min(least[source, target], first + least[via, target])
-    return least

@@ -66,7 +66,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
     problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
     search: LabelSearch | ReferenceSearch
     try:
-        prepared = Prepared(reduction.product_of(problem), Options(heuristic=1, lagrangian=False))
+        prepared = Prepared(reduction.product_of(problem), Options(heuristic=1))
         search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
     except OverflowError:  # 64 bits may not be enough
         search = ReferenceSearch(reduction.product_of(problem, listed=True), bounds={}, single=True)
