@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.heuristics.sweep import never_lose, stages_of, sweep
+from prefplan.heuristics.sweep import stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.contraction import Graph
@@ -40,7 +40,7 @@ class Backward:
         shift: number of low bits of costs, which count actions and do not make mu grow.
         stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
             swept; else None.
-        is_swept: whether tables are swept: if, in addition, no label leads an automaton to a worse state.
+        is_swept: whether tables are swept: if, in addition, no label makes it impossible to satisfy a task.
     """
 
     def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
@@ -48,12 +48,12 @@ class Backward:
         self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
         self._product, self._graph = product, graph
         self.stages = stages_of(product, graph) if sweep else None
-        self.is_swept = self.stages is not None and never_lose(product)
+        self.is_swept = self.stages is not None and self.stages.is_safe
 
     def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0) -> np.ndarray:
         """Return a table of the least weighted cost until all of some tasks are satisfied or dropped.
 
-        With unequal weights, sweeping gives a lower bound (`sweep`).
+        With unequal weights, or where labels passed do harm, sweeping gives a lower bound (`sweep`).
 
         Args:
             tasks: (k,) which tasks.

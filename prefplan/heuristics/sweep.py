@@ -7,7 +7,8 @@ changes nothing. From node s and automaton states q,
 
 where d are least costs in the whole graph, whatever labels are passed. That is a relaxation: h is a lower bound, and
 consistent, since d(u, v) <= w(u, s) + d(s, v). It is exact if costs have equal weights, and no label leads an automaton
-to a state that is worse than the one before, as for `F (a & F b)`: then the labels passed do no harm (`never_lose`).
+to a state that is worse than the one before, as for `F (a & F b)`: then the labels passed do no harm. Where they may
+make it impossible to reach an end, a bound alone would not show that (`Stages.is_safe`).
 
 For all nodes of a combination together this is the minimum of a few rows of numbers, a tenth of the time of
 `backward` by Dijkstra's algorithm or less.
@@ -27,9 +28,6 @@ from prefplan.models.kernels import NO_EDGE, UNREACHABLE, Integer, inner_kernel,
 from prefplan.product.contraction import NODE_LIMIT, Graph, bits_of
 from prefplan.product.product_automaton import Product
 
-LARGEST_SIMULATED = 1_000
-"""Most states of an automaton of which all pairs are compared: 1 ms for each label and round."""
-
 MOST = {np.dtype(np.uint16): 20_000, np.dtype(np.int32): UNREACHABLE}
 """Stands for no path in tables of these types; larger sums are cut off at one less. Three times as much still fits."""
 
@@ -44,11 +42,13 @@ class Stages(NamedTuple):
         product: with N tasks, whose automata have at most Q states.
         graph: of S nodes.
         order: (N, Q) int64, states of each automaton, each after all its successors.
+        is_safe: whether no label leads an automaton to where it can reach no end, unless it can reach none before.
     """
 
     product: Product
     graph: Graph
     order: np.ndarray
+    is_safe: bool
 
     @property
     def after(self) -> np.ndarray:
@@ -60,37 +60,20 @@ def stages_of(product: Product, graph: Graph) -> Stages | None:
     """Return a product as stages, or None if an automaton has a cycle, a task is relaxed or nothing is contracted."""
     if not graph.contracted or product.relaxed:
         return None
-    order = np.zeros((len(product.sizes), product.delta.shape[1]), dtype=np.int64)
+    order, is_safe = np.zeros((len(product.sizes), product.delta.shape[1]), dtype=np.int64), True
     for i, size in enumerate(product.sizes.tolist()):
         check_limits()
         successors = {q: {*after} - {q} for q, after in enumerate(product.delta[i, :size].tolist())}
         try:
-            order[i, :size] = list(TopologicalSorter(successors).static_order())
+            states = list(TopologicalSorter(successors).static_order())
         except CycleError:
             return None
-    return Stages(product, graph, order)
-
-
-def never_lose(product: Product) -> bool:
-    """Return whether reading a label never leads an automaton to a state that is worse than the one before.
-
-    A state is no worse than another if it is an end whenever the other is, and every label leads from it to a state no
-    worse than from the other (the greatest simulation). False also if an automaton is too large to try.
-    """
-    for i, size in enumerate(product.sizes.tolist()):
-        if size > LARGEST_SIMULATED:
-            return False
-        after = np.unique(product.delta[i, :size], axis=1).astype(np.int64)
-        ends = np.isin(np.arange(size), product.ends[i])
-        no_worse, before = ends[:, None] >= ends[None, :], None
-        while before is None or (no_worse < before).any():
-            before = no_worse.copy()
-            for label in after.T:
-                check_limits()
-                no_worse &= before[label[:, None], label[None, :]]
-        if not no_worse[after, np.arange(size)[:, None]].all():
-            return False
-    return True
+        order[i, :size], live = states, set(product.ends[i].tolist())
+        for q in states:
+            if q in live or not live.isdisjoint(successors[q]):
+                live.add(q)
+                is_safe &= live.issuperset(successors[q])
+    return Stages(product, graph, order, is_safe)
 
 
 class Layout(NamedTuple):
