@@ -69,13 +69,12 @@ class Ascent(NamedTuple):
 
     Attributes:
         degrees: in a spanning tree; 2 for landmarks that need not be visited.
-        exact: multipliers before they are rounded. before: the last direction.
+        exact: multipliers before they are rounded.
         best: int64, the multipliers of the best bound. nearest: int64, scratch.
     """
 
     degrees: np.ndarray
     exact: np.ndarray
-    before: np.ndarray
     best: np.ndarray
     nearest: np.ndarray
 
@@ -97,7 +96,7 @@ def landmarks(product: Product, graph: Graph) -> Landmarks:
     marks = Landmarks(remaining, between, ahead.copy(), price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
     codes = [start.automata[: len(remaining)] for start in product.starts]
     at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
-    ascent = Ascent(*np.zeros((3, len(sets) + 1)), *np.zeros((2, len(sets) + 1), dtype=np.int64))
+    ascent = Ascent(*np.zeros((2, len(sets) + 1)), *np.zeros((2, len(sets) + 1), dtype=np.int64))
     ascend(marks, graph.start, max(at_start, key=int.bit_count), ascent)
     for m, nodes in reversed(list(enumerate(sets))):
         node_price[nodes] = price[m]
@@ -115,9 +114,12 @@ def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]
             continue
         leads = _leads(product, i) & met
         ends = np.isin(np.arange(size), product.ends[i][product.ends[i] >= 0])
-        candidates = [frozenset(np.flatnonzero(c).tolist()) for c in _candidates(product, i, leads) & met]
-        needed = {c: _without(leads, ends, c) for c in dict.fromkeys(candidates)}
-        for q in np.flatnonzero(~ends & ~_without(leads, ends, frozenset())):
+        live = ~_without(leads, ends, frozenset())
+        # A run from a state to an end reads one of the labels that lead from there to another live state.
+        onward = leads & (live & ~np.eye(size, dtype=bool))[:, :, None]
+        leaving = [frozenset(np.flatnonzero(labels).tolist()) for labels in np.logical_or.reduce(onward, axis=1)]
+        needed = {cut: _without(leads, ends, cut) for cut in dict.fromkeys(leaving)}
+        for q in np.flatnonzero(~ends & live):
             check_limits()
             cuts = [c for c, cut in needed.items() if cut[q]]
             for cut in cuts:
@@ -134,16 +136,6 @@ def _leads(product: Product, i: int) -> np.ndarray:
     leads = np.zeros((size, size, product.delta.shape[2]), dtype=bool)
     leads[before, after, read] = True
     return leads
-
-
-def _candidates(product: Product, i: int, leads: np.ndarray) -> np.ndarray:
-    """Return (n, C) candidate landmarks: sets of label classes that every run of an automaton might have to read."""
-    changes = leads & ~np.eye(len(leads), dtype=bool)[:, :, None]
-    names = sorted(product.automata[i].propositions)
-    named = np.array([[name in label for label in product.class_sets] for name in names], dtype=bool)
-    return np.concatenate(
-        [changes.any(axis=1), changes.any(axis=0), named.reshape(len(names), len(product.class_sets))]
-    )
 
 
 def _without(leads: np.ndarray, ends: np.ndarray, avoided: frozenset[int]) -> np.ndarray:
@@ -174,9 +166,7 @@ def ascend(marks: Landmarks, node: Integer, bits: Integer, ascent: Ascent) -> No
             break
         step = length * max(HOPED * highest - bound, 1.0) / norm
         for m in range(count + 1):
-            slack = ascent.degrees[m] - 2.0
-            ascent.exact[m] += step * (0.7 * slack + 0.3 * ascent.before[m])
-            ascent.before[m] = slack
+            ascent.exact[m] += step * (ascent.degrees[m] - 2.0)
             _set_price(marks, node, m, np.int64(np.rint(ascent.exact[m])))
         length *= SHRINKING
     for m in range(count + 1):
