@@ -3,8 +3,6 @@
 Compares the front with Figure 3's captions, prints every plan, and draws the figure again.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

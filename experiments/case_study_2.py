@@ -3,8 +3,6 @@
 Compares the front with Figure 4's captions, prints what each plan relaxes, and draws the figure.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

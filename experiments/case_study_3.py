@@ -4,8 +4,6 @@ Prints the Pareto front, carries out the plans at both its ends in simulation, r
 side, and writes a report page.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The paper's examples, case studies and benchmark, computed again, and all values beside the paper's on one page."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The planner, timed on groups of searches: `python -m experiments.benchmark GROUP...`."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re

@@ -1,7 +1,5 @@
 """Groups of searches that are timed: the paper's Table I, and other cases beside it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial

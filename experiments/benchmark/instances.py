@@ -1,7 +1,5 @@
 """Instances of the paper's benchmark: tasks F(a & F(b) & F(c)) on a 10 x 10 grid, preferred in the order listed."""
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Iterator, Sequence

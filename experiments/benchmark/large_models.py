@@ -1,7 +1,5 @@
 """Manipulation models too large to enumerate, also with made-up measured costs."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

@@ -1,7 +1,5 @@
 """A figure of the benchmark: time against the number of tasks, with the times that the paper published."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import median

@@ -1,7 +1,5 @@
 """The published Table I, its formulas, and instances whose fronts are known."""
 
-from __future__ import annotations
-
 PUBLISHED: dict[tuple[str, str], dict[int, float]] = {
     ("single", "no heuristic"): {2: 0.0388, 3: 0.248, 4: 1.49, 5: 8.99, 6: 48.5, 7: 250, 8: 1390},
     ("single", "max-min"): {2: 0.0075, 3: 0.0287, 4: 0.105, 5: 0.475, 6: 1.98, 7: 7.5, 8: 36.5},

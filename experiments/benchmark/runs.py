@@ -1,7 +1,5 @@
 """Runs of a benchmark: one search of one instance, in a separate process."""
 
-from __future__ import annotations
-
 import math
 import resource
 import time

@@ -1,7 +1,5 @@
 """Statistics of a benchmark's runs: medians, maxima, ratios, and tables of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What works on this machine: each check really uses one part, and names the command that repairs it."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shlex

@@ -1,7 +1,5 @@
 """Propositions that no state carries that can be reached: a likely mistake of a task."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Web pages: filled in from templates, and opened in the browser."""
 
-from __future__ import annotations
-
 import os
 import webbrowser
 from functools import cache

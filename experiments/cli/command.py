@@ -1,7 +1,5 @@
 """What all commands have: their help, the switch `-q`, and what becomes of errors."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import sys

@@ -1,7 +1,5 @@
 """Text output: framed tables and colour on a terminal, plain columns elsewhere; foreign text is escaped everywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NoReturn
 

@@ -1,7 +1,5 @@
 """Results on disk."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

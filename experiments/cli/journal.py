@@ -1,7 +1,5 @@
 """Results of long experiments: a header, then one JSON line per result; `kill -9` loses no finished result."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

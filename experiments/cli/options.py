@@ -1,7 +1,5 @@
 """Options that several commands have, as decorators."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress

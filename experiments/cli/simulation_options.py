@@ -1,7 +1,5 @@
 """Values of options that need the simulation: `--perturb`, `--fault` and those of videos."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 

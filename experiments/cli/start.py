@@ -1,7 +1,5 @@
 """Start of the program: libraries that load, are missing, or are still to be compiled."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

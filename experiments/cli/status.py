@@ -1,7 +1,5 @@
 """How a program ends and what it tells its user: exit statuses and messages, in which foreign text is escaped."""
 
-from __future__ import annotations
-
 import re
 import sys
 

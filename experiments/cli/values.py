@@ -1,7 +1,5 @@
 """The values of arguments and options: how text becomes a value, what is said of a wrong one, and what shells offer."""
 
-from __future__ import annotations
-
 import glob
 from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation

@@ -1,7 +1,5 @@
 """The command line: one program, `prefplan`."""
 
-from __future__ import annotations
-
 import errno
 import os
 import pkgutil

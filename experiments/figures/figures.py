@@ -1,7 +1,5 @@
 """The style of figures, and their files."""
 
-from __future__ import annotations
-
 import io
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator

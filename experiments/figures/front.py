@@ -1,7 +1,5 @@
 """The Pareto front as a figure."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import accumulate, combinations

@@ -1,7 +1,5 @@
 """Maps of grids: regions, obstacles, start, and the path of a plan with the cells where it satisfies its tasks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import cycle
 from typing import Any, cast

@@ -1,7 +1,5 @@
 """Label placement on maps: near what a label names, without overlaps, and off what should stay visible."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

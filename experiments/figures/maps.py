@@ -1,7 +1,5 @@
 """Maps of grids and of graphs whose nodes have coordinates."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import xml.etree.ElementTree as ET

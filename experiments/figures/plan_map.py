@@ -1,7 +1,5 @@
 """Maps on which plans are drawn: the common part of those of grids and of graphs."""
 
-from __future__ import annotations
-
 import textwrap
 from collections import defaultdict
 from collections.abc import Sequence

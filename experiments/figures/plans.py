@@ -1,7 +1,5 @@
 """Every plan of a front as a panel of one figure: its path on the map."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Maps of graphs whose nodes have coordinates: edges, labelled places, and the path of a plan."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A path through the cells of a grid as a line with arrows, whose parts lie beside each other where they overlap."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Studies: results compared with the paper's, printed one by one and collected on one self-contained page."""
 
-from __future__ import annotations
-
 import base64
 import mimetypes
 from collections.abc import Callable, Iterator, Sequence

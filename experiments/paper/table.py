@@ -1,7 +1,5 @@
 """Table I of the paper: planning times without and with the heuristic."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Mapping

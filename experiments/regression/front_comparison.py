@@ -1,7 +1,5 @@
 """A front beside the expected one, point by point."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Differences between plans: the objects that they put aside, and the landmarks on their paths."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

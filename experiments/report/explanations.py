@@ -1,7 +1,5 @@
 """Why a plan costs more than another one, and what it gains: sentences derived from the two plans."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

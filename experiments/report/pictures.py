@@ -1,7 +1,5 @@
 """The pictures of a page that are drawn in advance: automata, and plans on maps and graphs."""
 
-from __future__ import annotations
-
 from html import escape
 from pathlib import Path
 from typing import Any

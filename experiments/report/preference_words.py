@@ -1,7 +1,5 @@
 """A preference in words, and the share of each task in its penalty."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Plans carried out for a report; the results of an earlier call in the same folder are reused."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

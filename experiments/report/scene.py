@@ -1,7 +1,5 @@
 """The 3-D scene of a report, one for all runs, and the library that shows it, as scripts that a page can load."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 from collections.abc import Mapping

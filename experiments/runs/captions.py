@@ -1,7 +1,5 @@
 """Captions of a run's video: the current action, the costs so far and the satisfied tasks."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Certificates as text and as JSON."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from itertools import groupby
 from pathlib import Path

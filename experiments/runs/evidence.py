@@ -1,7 +1,5 @@
 """The log of an outcome, the claims in it, and its certificate."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tasks in words: titles, and formulas for readers who do not know temporal logic."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """The outcome of a run, as text and as JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenario files to start from, one for each kind of model, with comments on its keys."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 
 KINDS = ("grid", "manipulation", "graph")

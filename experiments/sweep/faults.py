@@ -1,7 +1,5 @@
 """Random faults for the rollouts of a sweep."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationModel

@@ -1,7 +1,5 @@
 """One rollout of a sweep: a pure function of the sweep and the rollout's number."""
 
-from __future__ import annotations
-
 import hashlib
 import pickle
 import re

@@ -1,7 +1,5 @@
 """Statistics of a sweep: success rate with its confidence interval, measures, and classes of failures."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Jobs carried out in other processes, whose results are kept one by one."""
 
-from __future__ import annotations
-
 import signal
 import warnings
 from collections.abc import Generator, Iterable, Iterator, Mapping

@@ -5,8 +5,6 @@ which only who started the viewer knows, and the page's own host and origin; mes
 values that its controls do not have, are refused.
 """
 
-from __future__ import annotations
-
 import http
 import math
 import secrets

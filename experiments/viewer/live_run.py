@@ -1,7 +1,5 @@
 """A plan carried out in a separate thread, in step with the viewer, while a user may disturb it."""
 
-from __future__ import annotations
-
 import bisect
 import threading
 from collections import deque

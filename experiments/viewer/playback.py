@@ -1,7 +1,5 @@
 """The playhead of the runs shown: play, pause, step by one action, set the speed, seek."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Sequence
 

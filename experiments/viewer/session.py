@@ -1,7 +1,5 @@
 """A server for browsers, and the runs that play on it."""
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import io

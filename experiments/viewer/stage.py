@@ -1,7 +1,5 @@
 """The scene in the browser: MuJoCo's geoms as viser's meshes (by mjviser), the lamps, and mouse events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, cast
 

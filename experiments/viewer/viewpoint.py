@@ -1,8 +1,7 @@
 """The view of a browser; the first one is that of a camera of the videos."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -32,7 +31,7 @@ class Viewpoint:
     field: float
 
     @classmethod
-    def of(cls, scene: Scene, camera: str) -> Viewpoint:
+    def of(cls, scene: Scene, camera: str) -> Self:
         """Return the viewpoint of a camera, as for `sim.rendering.cameras.Camera`, at the start of a run.
 
         Raises:
@@ -49,7 +48,7 @@ class Viewpoint:
         field = np.radians(scene.mujoco.vis.global_.fovy)
         return cls(view.lookat - view.distance * ahead, view.lookat.copy(), upright, float(field))
 
-    def beside(self, offset: np.ndarray) -> Viewpoint:
+    def beside(self, offset: np.ndarray) -> Self:
         """Return a viewpoint with two scenes in the picture, the second at a (3,) offset, m."""
         back = float(np.linalg.norm(offset)) / 2 / np.tan(self.field / 2) * PICTURE_PX[1] / PICTURE_PX[0]
         ahead = (self.target - self.eye) / np.linalg.norm(self.target - self.eye)

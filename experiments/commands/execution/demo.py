@@ -1,7 +1,5 @@
 """`prefplan demo`: Case Study 3 of the paper, from its front to the videos and the page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from experiments.cli import options

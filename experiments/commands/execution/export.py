@@ -1,7 +1,5 @@
 """`prefplan export`: a run or a scenario's scene as files for other programs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

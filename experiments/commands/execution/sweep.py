@@ -1,7 +1,5 @@
 """`prefplan sweep`: a plan carried out many times, each time with other random differences."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

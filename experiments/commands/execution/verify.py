@@ -1,7 +1,5 @@
 """`prefplan verify`: the claims of a run, checked again from its log."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """`prefplan completion`: the script with which a shell completes prefplan's arguments."""
 
-from __future__ import annotations
-
 import click
 from click.shell_completion import get_completion_class
 

@@ -1,7 +1,5 @@
 """`prefplan robots`: the robots that can carry plans out, and which of them are available on this machine."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from experiments.cli import options, output

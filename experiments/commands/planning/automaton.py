@@ -1,7 +1,5 @@
 """`prefplan automaton`: the automaton of a formula."""
 
-from __future__ import annotations
-
 import click
 
 from experiments.cli import options

@@ -1,7 +1,5 @@
 """`prefplan init`: a scenario file to start from."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`prefplan list`: the scenarios that ship."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

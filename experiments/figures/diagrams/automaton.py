@@ -1,7 +1,5 @@
 """A task's automaton as a picture: the accepting state is a double circle, the dead state is dashed."""
 
-from __future__ import annotations
-
 from experiments.figures.diagrams.guards import AutomatonSizeError, labels
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan.logic.dfa import Automaton

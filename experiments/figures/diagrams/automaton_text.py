@@ -1,7 +1,5 @@
 """An automaton as text: a table to read, and HOA for other tools."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

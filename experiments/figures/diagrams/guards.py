@@ -4,8 +4,6 @@ S. Minato, "Fast Generation of Prime-Irredundant Covers from Binary Decision Dia
 1993: no term can be left out, and no literal in a term.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from prefplan.errors import PrefplanError

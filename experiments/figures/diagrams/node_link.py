@@ -1,7 +1,5 @@
 """Node-link diagrams: nodes, and arrows with labels, laid out and drawn by Graphviz."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

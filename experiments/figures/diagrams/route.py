@@ -1,7 +1,5 @@
 """Plans on graphs: a box for each state, an arrow for each action, numbered if the plan takes it."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
