@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import click
-from click.shell_completion import shell_complete
+from click.shell_completion import BashComplete, add_completion_class, shell_complete
 
 import prefplan
 from experiments.cli.command import Command, call, quiet_option, verbatim
@@ -47,6 +47,13 @@ Exit status:
 `prefplan COMMAND --help` shows the arguments of a command and more examples. Commands with --json print one JSON
 object on stdout and nothing else. Colour and framed tables are for terminals only; NO_COLOR=1 turns colour off.
 """
+
+
+@add_completion_class
+class Bash(BashComplete):
+    """Bash that puts no space behind a folder."""
+
+    source_template = BashComplete.source_template.replace("complete -o nosort", "complete -o nosort -o filenames")
 
 
 class CommandLine(click.Group):

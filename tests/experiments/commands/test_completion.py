@@ -13,7 +13,8 @@ from command_line import Run
 
 from experiments import scenarios
 from experiments.commands.command_line import FOLDERS
-from experiments.commands.machine.completion import SHELLS
+
+SHELLS = ("bash", "fish", "zsh")
 
 BASH = """
 source ./script
@@ -38,11 +39,20 @@ def folder(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def offered(run: Run, folder: Path, shell: str, *words: str) -> set[str]:
+def script(shell: str) -> str:
+    """Return what a shell reads at its start."""
+    asked = os.environ | {"_PREFPLAN_COMPLETE": f"{shell}_source"}
+    command = [sys.executable, "-m", "experiments.program"]
+    done = subprocess.run(command, env=asked, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return done.stdout
+
+
+def offered(folder: Path, shell: str, *words: str) -> set[str]:
     """Return the completions that a shell offers for the last of these words."""
     if shutil.which(shell) is None:
         pytest.skip(f"no {shell} here")
-    (folder / "script").write_text(run("completion", shell).out)
+    (folder / "script").write_text(script(shell))
     quoted = " ".join(f"'{word}'" for word in ("prefplan", *words))
     code = BASH + quoted if shell == "bash" else f'source ./script; complete -C "prefplan {" ".join(words)}"'
     done = subprocess.run([shell, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
@@ -50,36 +60,35 @@ def offered(run: Run, folder: Path, shell: str, *words: str) -> set[str]:
 
 
 @pytest.mark.parametrize("shell", ["bash", "fish"])
-def test_commands_are_offered(run: Run, folder: Path, shell: str) -> None:
-    assert offered(run, folder, shell, "") >= set(FOLDERS)
-    assert offered(run, folder, shell, "fr") == {"front"}
+def test_commands_are_offered(folder: Path, shell: str) -> None:
+    assert offered(folder, shell, "") >= set(FOLDERS)
+    assert offered(folder, shell, "fr") == {"front"}
 
 
 @pytest.mark.parametrize("shell", ["bash", "fish"])
-def test_scenarios_that_ship_and_scenario_files_are_offered(run: Run, folder: Path, shell: str) -> None:
-    found = offered(run, folder, shell, "front", "")
+def test_scenarios_that_ship_and_scenario_files_are_offered(folder: Path, shell: str) -> None:
+    found = offered(folder, shell, "front", "")
     assert found >= {*scenarios.names(), "extra.toml", "sub/"}
     assert "notes.txt" not in found
-    assert offered(run, folder, shell, "front", "ex") == {"example", "extra.toml"}
+    assert offered(folder, shell, "front", "ex") == {"example", "extra.toml"}
 
 
-def test_bash_puts_no_space_behind_a_folder(run: Run) -> None:
-    assert "complete -o nosort -o filenames -F" in run("completion", "bash").out
+def test_bash_puts_no_space_behind_a_folder() -> None:
+    assert "complete -o nosort -o filenames -F" in script("bash")
 
 
 @pytest.mark.parametrize("shell", ["bash", "fish"])
-def test_options_and_their_choices_are_offered(run: Run, folder: Path, shell: str) -> None:
-    assert offered(run, folder, shell, "plan", "example", "--obj") == {"--objective"}
-    assert offered(run, folder, shell, "plan", "example", "--objective", "") == {"cost", "preference"}
+def test_options_and_their_choices_are_offered(folder: Path, shell: str) -> None:
+    assert offered(folder, shell, "plan", "example", "--obj") == {"--objective"}
+    assert offered(folder, shell, "plan", "example", "--objective", "") == {"cost", "preference"}
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_a_shell_can_read_its_script(run: Run, folder: Path, shell: str) -> None:
-    result = run("completion", shell)
-    assert (result.status, result.err) == (0, "")
+def test_a_shell_can_read_its_script(folder: Path, shell: str) -> None:
+    text = script(shell)
     if shutil.which(shell) is None:
         pytest.skip(f"no {shell} here")
-    (folder / "script").write_text(result.out)
+    (folder / "script").write_text(text)
     read = "source ./script"
     if shell == "zsh":
         read = 'autoload -Uz compinit; compinit -u -d ./dump; eval "$(<./script)"; (( ${+_comps[prefplan]} ))'
