@@ -1,26 +1,29 @@
 """Manipulation models too large to enumerate, also with made-up measured costs."""
 
-import json
 import math
 import random
+from dataclasses import replace
 from decimal import Decimal
 from itertools import product
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from prefplan.models.manipulation.action_costs import QUANTITIES
-from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
+from prefplan.models.costs import Cost
+from prefplan.models.manipulation.action_costs import QUANTITIES, ActionCosts, MeasuredCosts
+from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses, location_of
-from prefplan.problem import Problem
-from prefplan.scenario.decode import load
+from prefplan.preferences.kinds import Order
+from prefplan.problem import Problem, Task
 
-COSTS = "{ transit = 3, grasp = 1, transport = 5, release = 1 }"
-TWO_COSTS = (
-    "{ transit = { time = 3, energy = 1 }, grasp = { time = 1, energy = 2 }, "
-    "transport = { time = 5, energy = 9 }, release = { time = 1, energy = 1 } }"
-)
+COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+TWO_COSTS = {
+    "transit": {"time": 3, "energy": 1},
+    "grasp": {"time": 1, "energy": 2},
+    "transport": {"time": 5, "energy": 9},
+    "release": {"time": 1, "energy": 1},
+}
+
+BOXES = ("crate", "tray")
 
 
 class Size(NamedTuple):
@@ -31,7 +34,7 @@ class Size(NamedTuple):
 
     objects: int
     tasks: tuple[tuple[int, ...], ...]
-    costs: str = COSTS
+    costs: ActionCosts = COSTS
 
 
 ALL, FOUR = ((0, 2), (1, 3), (4, 6), (5, 7)), ((0,), (1,), (2,), (3,))
@@ -45,7 +48,7 @@ SIZES = {
     "20 objects, 22 locations, 4 tasks about 4 objects, time and energy": Size(20, FOUR, TWO_COSTS),
 }
 
-TIME, TIME_AND_ENERGY = '{ measured = "time" }', '{ measured = ["time", "energy"] }'
+TIME, TIME_AND_ENERGY = MeasuredCosts("time"), MeasuredCosts(("time", "energy"))
 
 MEASURED = {
     **{
@@ -58,45 +61,36 @@ MEASURED = {
 """Models with measured costs; all states of the first are enumerated."""
 
 
-def scenario(size: Size) -> str:
-    """Return a scenario file."""
-    names = [f"p{k} = {{ at = [0.4, {0.1 * k:.1f}] }}" for k in range(size.objects)]
-    capacity = (size.objects + 1) // 2
-    names += [f"{box} = {{ at = [0.6, {k}.0], capacity = {capacity} }}" for k, box in enumerate(("crate", "tray"))]
-    lines = ["[model]", 'kind = "manipulation"', 'start = "home"', f"costs = {size.costs}", "[model.locations]", *names]
-    lines += ["[model.objects]", *(f'o{k} = {{ start = "p{k}" }}' for k in range(size.objects))]
-    for k, objects in enumerate(size.tasks):
-        goal = " & ".join(f"o{obj}_{('crate', 'tray')[k % 2]}" for obj in objects)
-        lines += ["[[tasks]]", f'name = "task{k}"', f'formula = "F ({goal})"']
-    return "\n".join([*lines, "[preference]", 'kind = "order"', ""])
+def large_model(size: Size) -> ManipulationModel:
+    """Return a model of a size."""
+    places = [Location(f"p{k}", at=(0.4, k / 10)) for k in range(size.objects)]
+    boxes = [Location(box, at=(0.6, float(k)), capacity=(size.objects + 1) // 2) for k, box in enumerate(BOXES)]
+    objects = tuple(Object(f"o{k}", start=f"p{k}") for k in range(size.objects))
+    model = ManipulationModel("home", size.costs, (*places, *boxes), objects)
+    return replace(model, costs=measured(model, size.costs)) if isinstance(size.costs, MeasuredCosts) else model
 
 
-def write_measurements(path: Path) -> None:
-    """Write made-up measurements beside a scenario with measured costs.
+def measured(model: ManipulationModel, costs: MeasuredCosts) -> MeasuredCosts:
+    """Return made-up measurements of a model's actions.
 
     An action takes 1 s plus 10 s per metre, and ten times as many joules; each value is varied by up to a fifth.
     """
-    model = load(path, measured=False).model
-    assert isinstance(model, ManipulationModel)
     at = {place.name: place.at or (0.0, 0.0) for place in model.locations}
     hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
-    done, rng = [], random.Random(0)
+    entries, rng = dict[tuple[str, str, str], Cost](), random.Random(0)
     for kind, before, after in product(model.kinds, hands, hands):
         places = location_of(before), location_of(after)
         if kind in ("transit", "transport") or places[0] == places[1]:
             metres = math.dist(*(at.get(place, (0.0, 0.0)) for place in places))
             usual = {"time": 1 + 10 * metres, "travel": 1 + 10 * metres, "energy": 10 + 100 * metres}
-            effort = {name: Decimal(str(round(usual[name] * rng.uniform(0.8, 1.2), 3))) for name in QUANTITIES}
-            done.append(Measurement((kind, before, after), effort, samples=1))
-    contents = to_json(model, Measurements(tuple(done), robot="made-up", sources=""))
-    measurements_file(path).write_text(json.dumps(contents), encoding="utf-8")
+            drawn = {name: Decimal(str(round(usual[name] * rng.uniform(0.8, 1.2), 3))) for name in QUANTITIES}
+            one = isinstance(costs.measured, str)
+            entries[kind, before, after] = drawn[costs.quantity] if one else {q: drawn[q] for q in costs.quantities}
+    return replace(costs, entries=entries)
 
 
 def large_problem(size: Size) -> Problem:
     """Return a model with its tasks as a problem."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "large.toml")
-        path.write_text(scenario(size), encoding="utf-8")
-        if "measured" in size.costs:
-            write_measurements(path)
-        return load(path).problem()
+    goals = (" & ".join(f"o{obj}_{BOXES[k % 2]}" for obj in objects) for k, objects in enumerate(size.tasks))
+    tasks = [Task(f"task{k}", f"F ({goal})") for k, goal in enumerate(goals)]
+    return Problem(large_model(size).transition_system(), tasks, Order())
