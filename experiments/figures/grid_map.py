@@ -32,6 +32,10 @@ class GridMap(PlanMap):
         self.problem, self.model = problem, model
         self.size = model.size
         self.mark = min(0.3, 0.012 * max(model.size))
+        areas = [(name, "name", boxes) for name, boxes in model.regions.items()]
+        areas += [(name, "terrain", ground.boxes) for name, ground in model.terrain.items()]
+        self.named = [Named(name, kind, _rectangle(max(boxes, key=_area)), True) for name, kind, boxes in areas]
+        self.unnamed = [_rectangle(box) for boxes in model.obstacles.values() for box in boxes]
 
     def trail(self, plan: Plan) -> Trail:
         """Return the path of a plan; where it returns to a cell, its points lie beside the centre."""
@@ -49,14 +53,6 @@ class GridMap(PlanMap):
             _draw_area(axes, boxes, color=colour, alpha=0.75, gid="region")
         for boxes in model.obstacles.values():
             _draw_area(axes, boxes, color="#555555", gid="obstacle")
-
-    def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
-        areas = [(name, "name", boxes) for name, boxes in self.model.regions.items()]
-        areas += [(name, "terrain", ground.boxes) for name, ground in self.model.terrain.items()]
-        return [*(Named(name, kind, _rectangle(max(boxes, key=_area)), True) for name, kind, boxes in areas), *goals]
-
-    def _unnamed(self) -> list[np.ndarray]:
-        return [_rectangle(box) for boxes in self.model.obstacles.values() for box in boxes]
 
 
 def _rectangle(box: GridBox) -> np.ndarray:

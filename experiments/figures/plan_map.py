@@ -49,12 +49,16 @@ SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "line
 
 
 class Named(NamedTuple):
-    """Text of the kind `name`, `terrain` or `task` for a (4,) rectangle; `inside`: whether it may lie in that."""
+    """Text of the kind `name`, `terrain` or `task` for a (4,) rectangle; `inside`: whether it may lie in that.
+
+    The name of a `state` is left out where a task is satisfied there.
+    """
 
     text: str
     kind: str
     target: np.ndarray
     inside: bool
+    state: Any = None
 
 
 def _text(axes: Axes, text: str, kind: str, font_size: float) -> Text:
@@ -78,12 +82,16 @@ class PlanMap:
         problem: the problem of the plans.
         size: width and height in units of the map; its lower left corner is (-0.5, -0.5).
         mark: radius of the dot of a satisfied task, in the same units.
+        named: what has a name, besides tasks.
+        unnamed: (4,) rectangles of areas without a name.
         path_width: of a path's line, points.
     """
 
     problem: Problem
     size: tuple[float, float]
     mark: float
+    named: list[Named]
+    unnamed: Sequence[np.ndarray] = ()
     path_width: float
 
     def trail(self, plan: Plan) -> Trail:
@@ -93,14 +101,6 @@ class PlanMap:
     def _draw_ground(self, axes: Axes) -> None:
         """Draw the background, which is the same for every plan."""
         raise NotImplementedError
-
-    def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
-        """Return all names to write, including `goals`, the names of tasks satisfied at the states `reached`."""
-        raise NotImplementedError
-
-    def _unnamed(self) -> list[np.ndarray]:
-        """Return the (4,) rectangles of areas without a name."""
-        return []
 
     def draw(self, axes: Axes, plan: Plan) -> None:
         """Draw the map with a plan: the path with its direction, the start and where tasks are satisfied; no text."""
@@ -132,14 +132,14 @@ class PlanMap:
         No label overlaps another one or leaves the map; a label for which there is no space is omitted.
         """
         path, goals = self.trail(plan).states, self.goals(plan)
-        done = []
+        reached = [plan.states[step] for step in goals]
+        named = [one for one in self.named if one.state is None or one.state not in reached]
         for step, tasks in goals.items():
             lines = textwrap.fill(", ".join(tasks), MOST_LETTERS, break_long_words=False)
-            done.append(Named(lines, "task", square(path[step], self.mark), False))
-        named = self._names({plan.states[step] for step in goals}, done)
+            named.append(Named(lines, "task", square(path[step], self.mark), False))
         sampled = path[:: max(1, len(path) // MOST_SAMPLES)]
         points = np.concatenate([sampled, (sampled[1:] + sampled[:-1]) / 2])
-        shunned = [(square(path[0], START_SIZE * self.mark), DOT), *((area, AREA) for area in self._unnamed())]
+        shunned = [(square(path[0], START_SIZE * self.mark), DOT), *((area, AREA) for area in self.unnamed)]
         shunned += [(np.array([*point, *point]), PATH) for point in points]
         # What may hold its own name should not be covered by another one.
         shunned += [(one.target, AREA if one.inside else DOT) for one in named]

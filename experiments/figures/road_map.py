@@ -58,6 +58,13 @@ class RoadMap(PlanMap):
         self.points = (points - low) / (extent.max() or 1) * (WIDTH - 2 * MARGIN) + MARGIN - 0.5
         self.lines = self.points[ends]
         self._index: dict[Any, int] = {name: i for i, name in enumerate(system.states)}
+        used = problem.task_propositions
+        shown = np.array([not used.isdisjoint(names) for names in system.label_sets])
+        labelled = np.flatnonzero(shown[system.labels]).tolist()
+        self._places = [(self.points[i], sorted(system.label(i) & used), system.states[i]) for i in labelled]
+        self.named = [
+            Named(", ".join(names), "name", square(point, PLACE), False, state) for point, names, state in self._places
+        ]
 
     def trail(self, plan: Plan) -> Trail:
         """Return the path of a plan."""
@@ -73,21 +80,8 @@ class RoadMap(PlanMap):
         axes.plot(*ends.T, color=ROAD_COLOR, linewidth=width, snap=False, zorder=1, gid="roads", rasterized=many)
         colour = dict(zip(sorted(self.problem.task_propositions), AREAS[:-1] * 10, strict=False))
         pin: dict[str, Any] = {"edgecolor": PIN_EDGE, "linewidth": 0.4}
-        for state, names in self._places().items():
-            point = tuple(self.points[state])
-            axes.add_patch(Circle(point, PLACE, facecolor=colour[names[0]], zorder=2, gid="place", **pin))
-
-    def _names(self, reached: set[Any], goals: list[Named]) -> list[Named]:
-        taken, places = {self._index[state] for state in reached}, self._places().items()
-        free = [(self.points[state], names) for state, names in places if state not in taken]
-        return [*goals, *(Named(", ".join(names), "name", square(point, PLACE), False) for point, names in free)]
-
-    def _places(self) -> dict[int, list[str]]:
-        """Return the tasks' propositions that each node carries, of the nodes that carry any."""
-        system, used = self.problem.system.listed, self.problem.task_propositions
-        shown = np.array([not used.isdisjoint(names) for names in system.label_sets])
-        labelled = np.flatnonzero(shown[system.labels]).tolist()
-        return {state: sorted(system.label(state) & used) for state in labelled}
+        for point, names, _ in self._places:
+            axes.add_patch(Circle(tuple(point), PLACE, facecolor=colour[names[0]], zorder=2, gid="place", **pin))
 
 
 def _arrows(path: np.ndarray) -> np.ndarray:
