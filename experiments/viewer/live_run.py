@@ -66,6 +66,7 @@ class LiveRun(threading.Thread, Observer):
         frames: recorded so far, `FRAME_RATE_HZ` per simulated second.
         statuses: at the start, before each action, at each event of a kind in `NEWS` and at the end.
         waiting: the user's faults that have not happened yet, because the simulation waits.
+        pull: how the user pulls an object.
         failure: the error that ended the thread, or None.
     """
 
@@ -76,10 +77,10 @@ class LiveRun(threading.Thread, Observer):
         self.frames: list[Frame] = []
         self.statuses: list[Status] = []
         self.waiting: deque[Fault] = deque()
+        self.pull = Pull()
         self.failure: Exception | None = None
         self._begin = begin
         self._until = until
-        self._pull = Pull()
         self._changed = threading.Condition()
         self._stopping = False
 
@@ -87,7 +88,7 @@ class LiveRun(threading.Thread, Observer):
         """Carry the plan out."""
         try:
             self._loop = loop = self._begin(lambda done, total, action: self._note() if action else None)
-            loop.execution.cell.observers[:0] = [self, self._pull]
+            loop.execution.cell.observers[:0] = [self, self.pull]
             self._note()
             self._record(loop.execution.cell)
             loop.run()
@@ -99,12 +100,6 @@ class LiveRun(threading.Thread, Observer):
             # A thread has no caller to raise to: the session checks this attribute.
             self.failure = failure
 
-    @property
-    def pulled(self) -> str | None:
-        """The object that the user pulls."""
-        target = self._pull.target
-        return target[0] if target else None
-
     def allow(self, time: float) -> None:
         """Let the simulation continue at least to a time, s."""
         with self._changed:
@@ -115,14 +110,6 @@ class LiveRun(threading.Thread, Observer):
         """Let a `Fault` happen as soon as the simulation continues, or log why it cannot; no effect after the end."""
         if not (self.statuses and self.statuses[-1].ended):
             self.waiting.append(kinds()[kind](1, argument))
-
-    def pull(self, obj: str, target: np.ndarray) -> None:
-        """Pull an object towards a (3,) point, m, until another call or `let_go`."""
-        self._pull.target = obj, target
-
-    def let_go(self) -> None:
-        """Stop pulling."""
-        self._pull.target = None
 
     def cancel(self) -> None:
         """End the simulation soon."""
@@ -159,7 +146,7 @@ class LiveRun(threading.Thread, Observer):
             raise _Stopped
         if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE_HZ - 1e-6:
             self._record(cell)
-        self._pull.action = action = len(run.steps) + 1
+        self.pull.action = action = len(run.steps) + 1
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
             if not run.injector.inject(fault):

@@ -138,6 +138,6 @@ def announced(run: LiveRun, *, playing: bool) -> list[str]:
     """Return a line for each thing that the user did and that has no effect yet."""
     when = "the run continues" if playing else "you press Play"
     lines = [f"{fault.kind} {fault.argument}".strip() + f": happens when {when}" for fault in [*run.waiting]]
-    if run.pulled and not playing:
-        lines.append(f"pull {run.pulled}: an object moves only while the plan plays")
+    if run.pull.target and not playing:
+        lines.append(f"pull {run.pull.target[0]}: an object moves only while the plan plays")
     return lines

@@ -25,23 +25,18 @@ PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
 
 
 class Subtree:
-    """Wraps a server so that every node that is added to its scene goes below one root node.
+    """Wraps a server so that every node that is added to its scene goes below a root node, such as `/left`.
 
     Attributes:
         scene: this object, in place of the server's scene.
         nodes: the added nodes, by the name given.
     """
 
-    def __init__(self, server: viser.ViserServer, root: str, offset: np.ndarray) -> None:
-        """Add the root node, such as `/left`, at a (3,) `offset`, m."""
+    def __init__(self, server: viser.ViserServer, root: str) -> None:
+        """Begin without nodes."""
         self.scene = self
         self.nodes: dict[str, Any] = {}
         self._server, self._root = server, root
-        self._frame = server.scene.add_frame(root, show_axes=False, position=offset)
-
-    def show(self, visible: bool) -> None:
-        """Show or hide all nodes."""
-        self._frame.visible = visible
 
     def add_mesh_trimesh(self, name: str, mesh: trimesh.Trimesh, **options: Any) -> Any:
         """Add a mesh, its texture as JPEG: as PNG the wood of the table takes 0.8 s."""
@@ -82,7 +77,8 @@ class Stage:
         """Add the scene below the node `root`; `disturbed` returns the run whose objects a user clicks and drags."""
         self._disturbed = disturbed
         self.offset = np.array(offset)
-        self._tree = Subtree(server, root, self.offset)
+        self._root = server.scene.add_frame(root, show_axes=False, position=self.offset)
+        self._tree = Subtree(server, root)
         server = cast(viser.ViserServer, self._tree)
         self._server, self._objects = server, [*scene.shapes]
         self._shown: Frame | None = None
@@ -127,7 +123,7 @@ class Stage:
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide the whole scene."""
-        self._tree.show(visible)
+        self._root.visible = visible
 
     # viser keeps the events of a drag in order for coroutines only.
     async def _drag(self, event: viser.SceneNodeDragEvent[Any]) -> None:
@@ -140,10 +136,7 @@ class Stage:
         else:
             return
         self._pulled = None if event.phase == "end" else (obj, pointed - self._grip)
-        if self._pulled is None:
-            self._disturbed().let_go()
-        else:
-            self._disturbed().pull(*self._pulled)
+        self._disturbed().pull.target = self._pulled
 
     async def _click(self, event: viser.SceneNodePointerEvent[Any]) -> None:
         # A node may stand for several objects that look the same.

@@ -137,10 +137,10 @@ def test_a_cup_that_is_knocked_over_is_seen_and_the_new_plan_is_told(session: Se
     assert [fault.kind for fault in run.waiting] == ["slip", "knock"] and not news(session)
     session.advance(0.0)
     assert "knock cup: happens when you press Play" in session._panel._text.content
-    run.pull("cup", np.zeros(3))
+    run.pull.target = "cup", np.zeros(3)
     assert announced(run, playing=False)[2:] == ["pull cup: an object moves only while the plan plays"]
     assert len(announced(run, playing=True)) == 2
-    run.let_go()
+    run.pull.target = None
     session.playback.play()
     play(session, lambda: session.playback.ended)
     told = news(session)
