@@ -1,11 +1,9 @@
 """Carry out a plan in simulation, plan again after a mismatch, and render a video of the run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TypedDict, Unpack
 
 from experiments.cli.progress import Tell
 from experiments.cli.status import tell
@@ -23,13 +21,10 @@ from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution
 from sim.execution.faults.fault import Fault, spares_for
 from sim.perception.sensors import NoisySensor
-from sim.rendering.quality import DRAFT, Quality
+from sim.rendering.quality import DRAFT, Look, Quality
 from sim.simulation.run import ledger_of
 from sim.world.randomization import Perturbation, drawn
 from sim.world.scene import Scene, shared_scene
-
-if TYPE_CHECKING:
-    from sim.rendering.overlay import Caption
 
 
 class Conditions(TypedDict, total=False):
@@ -113,35 +108,21 @@ def run_plan(
     outcome = _outcome(scenario, loop, scene, interrupted=interrupted, **conditions)
     if video is None or interrupted:
         return outcome
-    from experiments.runs.captions import captions  # loaded when there is a video
-
-    told = captions(outcome) if captioned else ()
-    return _filmed(outcome, told, video, quality=quality, camera=camera, tell=tell)
+    return _filmed(outcome, video, captioned=captioned, tell=tell, quality=quality, camera=camera)
 
 
-def _filmed(
-    outcome: Outcome,
-    told: Sequence[Caption],
-    video: Path,
-    *,
-    quality: Quality,
-    camera: str,
-    tell: Tell,
-) -> Outcome:
+def _filmed(outcome: Outcome, video: Path, *, captioned: bool, tell: Tell, **look: Unpack[Look]) -> Outcome:
     """Render a video of an outcome, and return the outcome with its file, or with why there is none."""
+    from experiments.runs.captions import captions  # both are loaded when there is a video
     from sim.rendering.video import render_video
 
+    told = captions(outcome) if captioned else ()
+
+    def progress(done: int, total: int) -> None:
+        tell("rendering", done, total, "")
+
     try:
-        render_video(
-            outcome.scene,
-            outcome.run,
-            told,
-            video,
-            size=quality.size,
-            quality=quality,
-            camera=camera,
-            progress=lambda done, total: tell("rendering", done, total, ""),
-        )
+        render_video(outcome.scene, outcome.run, told, video, size=look["quality"].size, progress=progress, **look)
     except RenderingError as error:
         return replace(outcome, no_video=str(error))
     except KeyboardInterrupt:
