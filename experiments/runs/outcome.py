@@ -208,21 +208,3 @@ def _spot(name: str, spot: Mapping[str, Any], display: DisplayNames) -> str:
     """Return what a temporary location is, in a line of its own."""
     x, y = spot["at"]
     return f"\n    {name}: where {display.obj(spot['object'])} lies, off every location, at x {x:.3f}, y {y:.3f} m"
-
-
-def no_outcome_json() -> dict[str, Any]:
-    """Return the JSON object of a run that was interrupted before there was a plan."""
-    return {
-        "completed": False,
-        "plan": None,
-        "executed": [],
-        "task_costs": {},
-        "replans": 0,
-        "sim_seconds": 0.0,
-        "max_placement_error_mm": 0.0,
-        "video": None,
-        "log": None,
-        "certified": None,
-        "events": [],
-        "complete": False,
-    }

@@ -56,7 +56,7 @@ def run(
     with loading_simulation(quiet=is_quiet()):
         from experiments.cli import simulation_options as simulation
         from experiments.runs.evidence import prove
-        from experiments.runs.outcome import no_outcome_json, outcome_json
+        from experiments.runs.outcome import outcome_json
         from experiments.runs.run_plan import run_plan, scene_of
 
     load_planner(quiet=is_quiet())
@@ -84,10 +84,6 @@ def run(
             write_json(path.with_suffix(".json"), outcome_json(outcome))
     except pp.NoPlanError as error:
         return show_no_plan(loaded, planner, error, as_json=as_json)
-    except KeyboardInterrupt:
-        if as_json:
-            output.print_json(no_outcome_json())
-        raise
     return _ended(outcome, as_json=as_json)
 
 

@@ -165,16 +165,6 @@ def test_ctrl_c_leaves_what_is_known(run: Run, cup: Path, monkeypatch: pytest.Mo
     assert result.json["executed"] == PLAN[:2] and result.json["video"] is None
 
 
-def test_ctrl_c_while_planning_leaves_an_empty_record(run: Run, cup: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: Any, objective: str, **options: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("prefplan.planner.Planner.best", interrupted)
-    result = run("run", "cup.toml", "--json")
-    assert result.status == 130
-    assert (result.json["complete"], result.json["plan"], result.json["executed"]) == (False, None, [])
-
-
 def test_ctrl_c_while_a_library_loads_waits_until_it_has_loaded(tmp_path: Path) -> None:
     (tmp_path / "library.py").write_text(f"""
 import signal
