@@ -7,13 +7,10 @@ from decimal import Decimal
 from itertools import product
 from typing import NamedTuple
 
+from prefplan import Location, ManipulationModel, Object, Order, Problem, Task
 from prefplan.models.costs import Cost
 from prefplan.models.manipulation.action_costs import QUANTITIES, ActionCosts, MeasuredCosts
-from prefplan.models.manipulation.description import Location, Object
-from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.slots import hand_poses, location_of
-from prefplan.preferences.kinds import Order
-from prefplan.problem import Problem, Task
 
 COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
 TWO_COSTS = {

@@ -12,8 +12,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from experiments.benchmark.instances import RANDOM, Points, instance, known, points
-from prefplan import Options, Planner, Problem, load
-from prefplan.front import UnfinishedError
+from prefplan import Options, Planner, Problem, UnfinishedError, load
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import compile_kernels

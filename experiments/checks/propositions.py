@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.errors import LimitError, ModelError
+from prefplan import ModelError, Task, TransitionSystem
+from prefplan.errors import LimitError
 from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.logic.formula import propositions_of
 from prefplan.models.system import System
-from prefplan.models.transition_system import TransitionSystem
-from prefplan.problem import Task
 
 LIST_TIMEOUT_S = 3.0
 """Time limit for listing all states, which planning does not need."""

@@ -4,14 +4,12 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from experiments.cli.options import LookOptions
-from prefplan.errors import PrefplanError, check_known, prefixed
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.scenario.decode import Scenario
-from sim.execution.faults.fault import Fault, read_fault
+from prefplan import ManipulationModel, PrefplanError, Scenario
+from prefplan.errors import check_known, prefixed
+from sim import Fault, Perturbation, Scene, read_fault
 from sim.rendering.cameras import CAMERAS, camera_names, read_view
 from sim.rendering.quality import QUALITIES, Look
-from sim.world.randomization import Perturbation, read_perturbation
-from sim.world.scene import Scene
+from sim.world.randomization import read_perturbation
 
 
 def perturbation_of(text: str | None, *, seed: int | None) -> Perturbation:

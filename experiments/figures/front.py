@@ -10,11 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 from experiments.figures.figures import drawing, write_figure
-from prefplan.errors import PrefplanError
-from prefplan.front import Front
+from prefplan import Front, ManipulationModel, PrefplanError, Scenario
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import counted, number
 
 SIZE_IN = (6.4, 4.4)

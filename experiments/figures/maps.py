@@ -14,10 +14,8 @@ from experiments.figures.figures import LINK, SVG, drawing, inline_svg, parsed_s
 from experiments.figures.grid_map import GridMap
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
+from prefplan import GridModel, Plan, Scenario
 from prefplan.models.graph_file import GraphFileModel
-from prefplan.models.grid import GridModel
-from prefplan.plan import Plan
-from prefplan.scenario.decode import Scenario
 
 SIDE_IN = 4.5
 """Longer side of a map on its own, inches."""

@@ -13,9 +13,7 @@ from matplotlib.text import Text
 from experiments.figures.figures import POINTS_PER_INCH
 from experiments.figures.label_placement import AREA, DOT, PATH, Obstacle, gap, leader, place
 from experiments.figures.trail import Trail
-from prefplan.ledger import Ledger
-from prefplan.plan import Plan
-from prefplan.problem import Problem
+from prefplan import Ledger, Plan, Problem
 
 AREAS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#aaaa00", "#dddddd")
 """Colours of regions, used in turn: `light` of P. Tol, "Colour Schemes", SRON technical note, 2021."""

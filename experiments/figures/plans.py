@@ -7,10 +7,8 @@ from pathlib import Path
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
 from experiments.figures.maps import map_of
-from prefplan.errors import PrefplanError
-from prefplan.front import Front
+from prefplan import Front, PrefplanError, Scenario
 from prefplan.plan import objectives_text
-from prefplan.scenario.decode import Scenario
 
 PANEL_IN = 3.1
 """Width of a panel with a map, inches."""

@@ -8,9 +8,8 @@ from matplotlib.patches import Circle
 
 from experiments.figures.plan_map import AREAS, Named, PlanMap, square
 from experiments.figures.trail import Trail
+from prefplan import Plan, Problem
 from prefplan.models.graph_file import Network
-from prefplan.plan import Plan
-from prefplan.problem import Problem
 
 WIDTH = 40.0
 """Longer side of a map in its own units; the report page draws the robot about one unit wide."""

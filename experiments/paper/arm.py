@@ -10,8 +10,7 @@ import numpy as np
 
 from experiments.figures.figures import drawing, write_figure
 from experiments.paper.study import Study
-from prefplan import Front, Plan, Scenario
-from prefplan.models.manipulation.model import ManipulationModel
+from prefplan import Front, ManipulationModel, Plan, Scenario
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:

@@ -9,13 +9,8 @@ from typing import TYPE_CHECKING
 
 from experiments.cli.choice import Wanted, choose
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
-from prefplan.errors import PrefplanError
+from prefplan import Front, Plan, Planner, PrefplanError, Problem, Scenario, load
 from prefplan.exact_costs import Number, prints_as
-from prefplan.front import Front
-from prefplan.plan import Plan
-from prefplan.planner import Planner
-from prefplan.problem import Problem
-from prefplan.scenario.decode import Scenario, load
 from prefplan.text.layout import condense, number
 
 if TYPE_CHECKING:

@@ -15,17 +15,12 @@ from experiments.report.explanations import Explanation, NamedPlan, explain, exp
 from experiments.report.pictures import graph_data
 from experiments.report.preference_words import ordinal, shares
 from experiments.runs.formula_words import titles, words_of
+from prefplan import Front, GridModel, Ledger, Plan, Preference, Problem, Rule, Scenario, Task, WeightedSum
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
-from prefplan.front import Front
-from prefplan.ledger import Ledger
 from prefplan.logic.formula import TRUE, Until
-from prefplan.models.grid import GridModel
-from prefplan.plan import Plan, objectives_text
-from prefplan.preferences.kinds import Preference, WeightedSum
+from prefplan.plan import objectives_text
 from prefplan.preferences.objective import PreferenceObjective
-from prefplan.problem import Problem, Rule, Task
-from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import counted, number
 
 if TYPE_CHECKING:

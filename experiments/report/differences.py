@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, takewhile
 
-from prefplan.ledger import Ledger
+from prefplan import Action, Ledger, ManipulationModel
 from prefplan.logic.formula import propositions_of
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.symbolic import Action, at
+from prefplan.models.manipulation.symbolic import at
 from prefplan.scenario.decode import Model
 
 

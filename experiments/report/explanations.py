@@ -7,14 +7,9 @@ from dataclasses import dataclass
 from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.preference_words import shares
 from experiments.runs.formula_words import at_words, titles
+from prefplan import GraphModel, GridModel, Ledger, ManipulationModel, Order, Plan, Scenario
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.ledger import Ledger
-from prefplan.models.graph import GraphModel
-from prefplan.models.grid import GridModel
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.plan import Plan
-from prefplan.preferences.kinds import Order
-from prefplan.scenario.decode import Model, Scenario
+from prefplan.scenario.decode import Model
 from prefplan.text.layout import condense, counted, listed, number
 
 Explanation = tuple[str, list[str]]

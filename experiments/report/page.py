@@ -15,8 +15,7 @@ from experiments.report import pictures
 from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from experiments.scenarios import introduction
-from prefplan.front import Front
-from prefplan.scenario.decode import Scenario
+from prefplan import Front, Scenario
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:

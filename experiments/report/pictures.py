@@ -10,11 +10,7 @@ from experiments.figures.diagrams.automaton_text import table_text
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.node_link import GraphvizError, program
 from experiments.figures.diagrams.route import WIDEST_PT, Route, SystemSizeError
-from prefplan.front import Front
-from prefplan.logic.dfa import Automaton
-from prefplan.plan import Plan
-from prefplan.problem import Problem
-from prefplan.scenario.decode import Scenario
+from prefplan import Automaton, Front, Plan, Problem, Scenario
 
 
 def automata(problem: Problem) -> dict[str, str]:

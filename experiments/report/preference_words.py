@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from prefplan import Deadline, Expression, Max, Order, Plan, Preference, Sum, WeightedSum
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.plan import Plan
-from prefplan.preferences.kinds import Deadline, Expression, Max, Order, Preference, Sum, WeightedSum
 from prefplan.text.layout import listed, number
 from prefplan.text.names import DisplayNames
 

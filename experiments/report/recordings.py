@@ -14,13 +14,11 @@ from experiments.runs.certificates import Proof, certificate_json
 from experiments.runs.evidence import proof_of, prove
 from experiments.runs.outcome import Outcome, outcome_json
 from experiments.runs.run_plan import run_plan, scene_of
+from prefplan import Plan, Scenario
 from prefplan.models.manipulation.action_costs import MeasuredCosts
-from prefplan.plan import Plan
-from prefplan.scenario.decode import Scenario
-from sim.errors import LogError, RenderingError
+from sim import DRAFT, LogError, Quality, RenderingError, Scene
 from sim.rendering.opengl import check_rendering
-from sim.rendering.quality import DRAFT, Look, Quality
-from sim.world.scene import Scene
+from sim.rendering.quality import Look
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
-from sim.rendering.overlay import Caption, TaskStatus
-from sim.simulation.run import Run
+from sim import Caption, Run, TaskStatus
 
 NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""

@@ -10,8 +10,7 @@ from rich.text import Text
 
 from prefplan.claims import Check
 from prefplan.text.layout import printable
-from sim.evidence.certificate import Certificate
-from sim.evidence.log import Log
+from sim import Certificate, Log
 
 MEANING = {
     "proved": "the commands lead to the recorded states in the given scenario, and the claims follow from these",

@@ -3,11 +3,10 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Formula, Literal, Or, Truth, Until
-from prefplan.models.manipulation.model import ManipulationModel
+from prefplan import Formula, ManipulationModel, Scenario, Task
+from prefplan.logic.formula import FALSE, TRUE, And, BoundedRelease, Literal, Or, Truth, Until
 from prefplan.models.manipulation.symbolic import at, holding, marked
-from prefplan.problem import Task
-from prefplan.scenario.decode import Model, Scenario
+from prefplan.scenario.decode import Model
 
 
 def titles(scenario: Scenario) -> dict[str, str]:

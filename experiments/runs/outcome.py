@@ -9,17 +9,12 @@ from rich.console import Console
 
 from experiments.cli.output import plan_json
 from experiments.runs.certificates import Proof, in_a_line
+from prefplan import Ledger, Plan, Scenario
 from prefplan.exact_costs import Number
-from prefplan.ledger import Ledger
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
-from prefplan.plan import Plan
-from prefplan.scenario.decode import Scenario
 from prefplan.text.layout import condense, number
 from prefplan.text.names import DisplayNames
-from sim.evidence.certificate import Certificate
-from sim.execution.faults.fault import Fault
-from sim.simulation.run import Event, Run
-from sim.world.scene import Scene
+from sim import Certificate, Event, Fault, Run, Scene
 
 NEWS = {
     "fault": "fault {fault}",

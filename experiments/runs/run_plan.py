@@ -8,14 +8,9 @@ from typing import TypedDict, Unpack
 from experiments.cli.progress import Tell
 from experiments.cli.status import tell
 from experiments.runs.outcome import Outcome
-from prefplan.errors import ScenarioError
-from prefplan.front import NoPlanError
-from prefplan.models.manipulation.model import ManipulationModel
+from prefplan import ManipulationModel, NoPlanError, Plan, Problem, Scenario, ScenarioError
 from prefplan.models.system import System
-from prefplan.plan import Plan
-from prefplan.problem import Problem
 from prefplan.replanning import Past, continue_as_preferred, continue_cheaply
-from prefplan.scenario.decode import Scenario
 from sim.errors import RenderingError, SimulationError
 from sim.execution.closed_loop import ClosedLoop, GoOn
 from sim.execution.executor import Execution

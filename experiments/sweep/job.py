@@ -20,13 +20,9 @@ from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan
 from experiments.sweep.faults import MAX_FAULTS, random_faults
 from experiments.sweep.workers import Record
-from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.plan import Plan
-from prefplan.scenario.decode import Scenario
-from sim.evidence.certificate import certify
-from sim.execution.faults.fault import Fault, spares_for
-from sim.world.randomization import Perturbation
-from sim.world.scene import Scene, build_scene
+from prefplan import ManipulationModel, Plan, Scenario
+from sim import Fault, Perturbation, Scene, build_scene, certify
+from sim.execution.faults.fault import spares_for
 
 UNCHECKED: Record = {"certified": None, "agrees": None, "refuted": [], "findings": [], "proved": False}
 """Entries of a record without a log."""

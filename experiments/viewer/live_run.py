@@ -9,13 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from experiments.runs.outcome import NEWS, news_of
-from prefplan.ledger import Entry
-from prefplan.plan import Plan
-from prefplan.problem import Problem
-from sim.execution.closed_loop import ClosedLoop
-from sim.execution.faults.fault import Fault, kinds
+from prefplan import Entry, Plan, Problem
+from sim import ClosedLoop, Fault, Observer
+from sim.execution.faults.fault import kinds
 from sim.execution.pull import Pull
-from sim.simulation.observer import Observer
 from sim.simulation.plant import Plant
 from sim.simulation.run import FRAME_RATE_HZ, ledger_of
 

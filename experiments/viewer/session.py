@@ -21,9 +21,7 @@ from experiments.viewer.panel import Panel
 from experiments.viewer.playback import Playback
 from experiments.viewer.stage import Stage
 from experiments.viewer.viewpoint import Viewpoint
-from prefplan.errors import PrefplanError
-from prefplan.plan import Plan
-from prefplan.problem import Problem
+from prefplan import Plan, PrefplanError, Problem
 from sim.rendering.cameras import AZIMUTH_DEG
 from sim.world.scene import Scene
 

@@ -9,11 +9,9 @@ from typing import Any
 
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
-from prefplan.errors import PrefplanError
-from prefplan.front import Front
+from prefplan import Front, Plan, PrefplanError, TransitionSystem
 from prefplan.models.system import System
-from prefplan.models.transition_system import TransitionSystem
-from prefplan.plan import Plan, objectives_text
+from prefplan.plan import objectives_text
 from prefplan.text.layout import number
 
 MOST_STATES = 40
