@@ -22,7 +22,7 @@ The names that matter:
     Task                a co-safe formula that may be relaxed; also Rule, a formula that is never broken
     Order               a preference; also WeightedSum, Max, Deadline, Sum, and Expression or Function of one's own
     Front               the plans of a problem: print it, index it, `plot`, `to_pandas`
-    Plan                its cost, preference, task_costs and actions; a notebook draws it
+    Plan                its cost, preference, task_costs and actions
     automaton           the automaton of a formula
     PrefplanError       the base of all errors: what is wrong, where, and what would be right
 

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
-from io import StringIO
-from itertools import accumulate
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
-from prefplan.drawing import Cell, draw_map, draw_timeline
-from prefplan.exact_costs import Number, exact, to_number
+from prefplan.exact_costs import Number
 from prefplan.text.layout import number, numbered
 from prefplan.text.names import DisplayNames
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from prefplan.models.grid import GridModel
 
 PAIR = ("cost", "preference")
 """Default names of one cost and one preference."""
@@ -71,8 +60,6 @@ class Plan:
         relaxations: the relaxations used, in order of steps.
         costs: every total cost by name; the first is `cost`.
         preferences: every mu by name; the first is `preference`.
-        action_costs: (K,) first cost of each action.
-        map: of the grid on which it moves; None for other models.
         display: what people are shown in place of names.
     """
 
@@ -85,8 +72,6 @@ class Plan:
     relaxations: tuple[Purchase, ...] = ()
     costs: dict[str, Number] = field(default_factory=dict)
     preferences: dict[str, Number] = field(default_factory=dict)
-    action_costs: tuple[Number, ...] = field(default=(), compare=False)
-    map: GridModel | None = field(default=None, repr=False, compare=False)
     display: DisplayNames = field(default=DisplayNames(), repr=False, compare=False)
 
     @property
@@ -104,35 +89,6 @@ class Plan:
         actions = numbered(list(map(self.display.action, self.actions)), most=most, whole=whole)
         relaxed = [f"  {purchase.words(self.display.task(purchase.task))}" for purchase in self.relaxations]
         return "\n".join([actions or "(nothing to do)", *relaxed])
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the plan on the map of its grid, or else as a timeline along its cost, on axes or a new figure."""
-        if ax is None:
-            from matplotlib.figure import Figure
-
-            width, height = self.map.size if self.map else (9.0, 3.5)
-            scale = min(0.8, 5.5 / max(width, height)) if self.map else 1.0
-            ax = Figure(figsize=(scale * width, scale * height), layout="constrained").add_subplot()
-        costs = self.action_costs or (to_number(exact(self.cost) / max(1, len(self.actions))),) * len(self.actions)
-        satisfied = {
-            self.display.task(name): None if name in self._skipped else cost for name, cost in self.task_costs.items()
-        }
-        ax.set_title(objectives_text(self), loc="left", fontsize="medium")
-        if self.map is None:
-            draw_timeline(
-                ax, [*map(self.display.action, self.actions)], costs, satisfied, cost=next(iter(self.objectives))
-            )
-            return ax
-        spent = [*accumulate(map(exact, costs), initial=Fraction(0))]
-        done = {name: bisect_left(spent, exact(cost)) for name, cost in satisfied.items() if cost is not None}
-        draw_map(ax, self.map, cast(Sequence[Cell], self.states), done)
-        return ax
-
-    def _repr_svg_(self) -> str:
-        """Return `plot` as SVG for notebooks."""
-        picture = StringIO()
-        cast("Figure", self.plot().figure).savefig(picture, format="svg", bbox_inches="tight")
-        return picture.getvalue()
 
     @property
     def _skipped(self) -> set[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from experiments.benchmark.published import FORMULAS, KNOWN_FRONTS
 from prefplan import Front, GridModel, Order, Problem, Task
-from prefplan.drawing import Cell
+from prefplan.models.grid import Cell
 from prefplan.plan import point_of
 
 SIZE = 10

@@ -11,8 +11,7 @@ from matplotlib.patches import Rectangle
 from experiments.figures.plan_map import AREAS, Named, PlanMap
 from experiments.figures.trail import Trail, trail
 from prefplan import GridModel, Plan, Problem
-from prefplan.drawing import Cell
-from prefplan.models.grid import GridBox
+from prefplan.models.grid import Cell, GridBox
 
 GROUNDS = ("#efe6d3", "#dcdfe6", "#f3f0ea", "#e3ead8")
 """Colours of terrains, used in turn: pale, so that regions on them stand out."""

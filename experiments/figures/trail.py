@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from prefplan.drawing import Cell
+from prefplan.models.grid import Cell
 
 LANE = 0.15
 """Distance between adjacent lanes, in which overlapping parts of a path are drawn, cells."""

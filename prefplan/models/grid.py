@@ -22,6 +22,9 @@ MOVES = {"N": (0, 1), "S": (0, -1), "E": (1, 0), "W": (-1, 0)}
 BYTES_A_CELL = 300
 """Approximate memory for building a grid, per cell."""
 
+Cell = tuple[int, int]
+"""x y."""
+
 GridBox = tuple[int, int, int, int]
 """x0 y0 x1 y1, corners inclusive."""
 
@@ -143,7 +146,6 @@ class GridModel:
             action_names=tuple(MOVES),
             label_sets=label_sets,
             propositions=self.valid_propositions,
-            map=self,
         )
 
     @property

@@ -13,7 +13,6 @@ from prefplan.models.costs import CostTable
 from prefplan.text.names import DisplayNames
 
 if TYPE_CHECKING:
-    from prefplan.models.grid import GridModel
     from prefplan.models.transition_system import TransitionSystem
 
 Barred = Collection[tuple[frozenset[str], str]]
@@ -34,7 +33,6 @@ class System(ABC):
         costs: every cost of the actions, the first one first.
         propositions: every name that a formula over this system may use.
         resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
-        map: the grid that it is, for pictures.
         display: what people are shown in place of names of objects and locations in actions.
     """
 
@@ -42,7 +40,6 @@ class System(ABC):
     costs: tuple[CostTable, ...]
     propositions: frozenset[str]
     resolution: Fraction | None = None
-    map: GridModel | None = None
     display: DisplayNames = DisplayNames()
 
     @property

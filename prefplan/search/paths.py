@@ -94,8 +94,6 @@ class Paths:
             relaxations=tuple(replace(purchase, cost=to_number(exact(purchase.cost))) for purchase in purchases),
             costs={name: to_number(values[name]) for name in problem.cost_names},
             preferences={named.name: to_number(values[named.name]) for named in problem.preferences},
-            action_costs=tuple(map(to_number, first)),
-            map=problem.system.map,
             display=problem.display,
         )
 
