@@ -57,14 +57,6 @@ def place(
     return places
 
 
-def leader(rectangle: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the (2, 2) ends of a leader line from a label to its target, which ends slightly inside the target."""
-    middle = (target[:2] + target[2:]) / 2
-    start = np.clip(middle, rectangle[:2], rectangle[2:])
-    inset = np.minimum(4.0, (target[2:] - target[:2]) / 2)
-    return np.array([start, np.clip(start, target[:2] + inset, target[2:] - inset)])
-
-
 def gap(rectangles: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Return the (R,) distances of (R, 4) rectangles from a (4,) target."""
     apart = np.maximum(rectangles[:, :2] - target[2:], target[:2] - rectangles[:, 2:]).clip(min=0)

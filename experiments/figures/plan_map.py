@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 
 from experiments.figures.figures import POINTS_PER_INCH
-from experiments.figures.label_placement import AREA, DOT, PATH, Obstacle, gap, leader, place
+from experiments.figures.label_placement import AREA, DOT, PATH, Obstacle, gap, place
 from experiments.figures.trail import Trail
 from prefplan import Ledger, Plan, Problem
 
@@ -159,7 +159,9 @@ class PlanMap:
                 continue
             text.set_position(tuple(to_map(rectangle[:2] + PAD_PX)))
             if gap(rectangle[None], target)[0] > LEADER * line:
-                axes.plot(*to_map(leader(rectangle, target)).T, zorder=3.5, gid="leader", **THIN)
+                middle = (target[:2] + target[2:]) / 2
+                ends = np.array([np.clip(middle, rectangle[:2], rectangle[2:]), middle])
+                axes.plot(*to_map(ends).T, zorder=3.5, gid="leader", **THIN)
 
     def goals(self, plan: Plan) -> dict[int, list[str]]:
         """Return the tasks that a plan satisfies, by the number of actions done when they are."""

@@ -123,10 +123,8 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
 
 
 def _named(scenario: Given) -> tuple[str, Problem]:
-    if isinstance(scenario, Problem):
-        return "problem", scenario
-    found = scenario if isinstance(scenario, Scenario) else load(str(scenario))
-    return found.name, found.problem()
+    found = load(str(scenario)) if isinstance(scenario, str | Path) else scenario
+    return ("problem", found) if isinstance(found, Problem) else (found.name, found.problem())
 
 
 def _parting(expected: Sequence[str], found: Sequence[str]) -> str:

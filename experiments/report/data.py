@@ -213,7 +213,6 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
         "reason": outcome.get("reason"),
         "as_planned": outcome["executed"] == list(plan.actions),
         "replans": outcome["replans"],
-        "seconds": outcome["sim_seconds"],
         "certificate": recording.certificate,
     }
 
@@ -234,7 +233,6 @@ def _rule(rule: Rule) -> dict[str, str]:
         never = never.right  # never `F a` means never `a`
     return {
         "name": rule.name,
-        "formula": " ".join(rule.formula.split()),
         "words": f"never: {words_of(never)}{price}",
     }
 

@@ -103,9 +103,5 @@ def front_with(plan: pp.Plan, planner: pp.Planner, *, max_cost: Number | None) -
     except PreferenceError:
         # The front under a general preference needs a bound on the cost, and the user gave none.
         front = []
-    points = [(other.cost, other.preference) for other in front]
-    point = plan.cost, plan.preference
-    if point not in points:
-        return sorted([*front, plan], key=lambda other: other.cost)
-    front[points.index(point)] = plan
-    return front
+    known = {(other.cost, other.preference): other for other in (*front, plan)}
+    return sorted(known.values(), key=lambda other: other.cost)

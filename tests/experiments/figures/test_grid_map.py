@@ -6,6 +6,9 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 
 import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scenario_texts import shipped, shipped_front
 
 from experiments.figures.grid_map import MOST_CELLS, GridMap
 from experiments.figures.maps import map_of, svg
@@ -54,6 +57,23 @@ def test_goals_are_where_the_tasks_are_satisfied(example: Scenario) -> None:
     for step, tasks in found.items():
         for task in tasks:
             assert plan.task_costs[task] == step
+
+
+def test_a_leader_goes_from_a_name_to_the_middle_of_what_it_names() -> None:
+    found, plan = drawn_map(shipped("case_study_1")), shipped_front("case_study_1")[0]
+    axes = Figure(figsize=(4.5, 4.5)).add_axes((0, 0, 1, 1))
+    found.draw(axes, plan)
+    found.label(axes, plan, font_size=9)
+    leaders = [np.array(line.get_xydata()) for line in axes.lines if line.get_gid() == "leader"]
+    path = found.trail(plan).states
+    middles = [one.target.reshape(2, 2).mean(axis=0) for one in found.named] + [
+        path[step] for step in found.goals(plan)
+    ]
+    boxes = [text.get_window_extent().padded(3) for text in axes.texts]
+    assert leaders
+    for start, end in leaders:
+        assert any(end == pytest.approx(middle) for middle in middles)
+        assert any(box.contains(*axes.transData.transform(start)) for box in boxes)
 
 
 def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from experiments.figures.label_placement import AREA, PATH, gap, leader, place
+from experiments.figures.label_placement import AREA, PATH, gap, place
 
 FRAME = np.array([0.0, 0.0, 300.0, 300.0])
 
@@ -45,8 +45,6 @@ def test_a_name_keeps_off_the_path_and_lies_in_its_area_if_there_is_space() -> N
     assert not found[1] < 150 < found[3]
 
 
-def test_a_label_without_space_is_left_out_and_a_leader_ends_in_its_target() -> None:
+def test_a_label_without_space_is_left_out() -> None:
     sizes, targets = np.array([(300, 200), (200, 150)]), np.array([box(0, 0, 9, 9), box(50, 50, 90, 90)])
     assert sum(rectangle is None for rectangle in place(sizes, targets, [True, True], FRAME, [], line=10)) == 1
-    start, end = leader(box(0, 0, 50, 10), box(100, 40, 20, 20))
-    assert start.tolist() == [50, 10] and end.tolist() == [104, 44]
