@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-from rich.table import Table
-from rich.text import Text
-
 import prefplan as pp
 from experiments import scenarios
 from experiments.cli import options, output
 from experiments.cli.command import command
-from experiments.cli.console import UNLIMITED, Console
+from experiments.cli.console import Console, table
 from experiments.cli.status import DONE
 from prefplan.scenario.files import contents, text_of
 
@@ -50,12 +47,7 @@ def _entry(name: str) -> dict[str, Any]:
 
 
 def _show(found: Sequence[dict[str, Any]]) -> None:
-    table = Table()
-    table.add_column("scenario", no_wrap=True, style="bold")
-    table.add_column("what it is about")
-    for one in found:
-        table.add_row(one["name"], Text.assemble(one["summary"], (f" ({one['kind']}, {one['tasks']} tasks)", "dim")))
-    console = Console(highlight=False)
-    unwrapped = console.measure(table, options=console.options.update(max_width=UNLIMITED)).maximum
-    table.show_lines = unwrapped > console.width
-    console.print(table)
+    rows = [(one["name"], f"{one['summary']} ({one['kind']}, {one['tasks']} tasks)") for one in found]
+    shown = table("", ("scenario", "what it is about"), rows, bold=[0])
+    shown.show_lines = True  # on a terminal, where most wrap
+    Console(highlight=False).print(shown)
