@@ -27,6 +27,7 @@ from prefplan.scenario.decode import Scenario
 
 if TYPE_CHECKING:
     from sim.capability.place_check import PlaceCheck
+    from sim.capability.scene_check import SceneCheck
 
 SEARCHES = {
     "additive": "plans are compared by cost and penalty alone; no --max-cost is needed",
@@ -61,14 +62,12 @@ def check(
     with limits:
         problem = scenario.problem()
     model, contract = scenario.model, problem.measure.contract
-    has_arm = isinstance(model, ManipulationModel) and has_simulation()
-    if has_arm:
-        from sim.capability.scene_check import SceneCheck, check_scene, tasks_out_of_reach
     tasks = [_check_task(problem, i, limits) for i in range(len(problem.tasks))]
     arm: SceneCheck | None = None
     faults: list[str] = []
-    if has_arm and not limits.out_of_time:
-        assert isinstance(model, ManipulationModel)
+    if isinstance(model, ManipulationModel) and has_simulation() and not limits.out_of_time:
+        from sim.capability.scene_check import check_scene, tasks_out_of_reach
+
         arm = check_scene(model, limits, robot=robot, quick=quick, kept=kept, tell=tell)
         wanted = [task["achievable"] is True for task in tasks]
         faults += arm.faults or ()

@@ -1,13 +1,15 @@
-"""Every plan of a front as a panel of one figure: its path on the map."""
+"""Every plan of a front in one figure: its path on the map, or else on the graph."""
 
 import math
 import textwrap
 from pathlib import Path
 
+from experiments.figures.diagrams import route
 from experiments.figures.figures import drawing, write_figure
 from experiments.figures.front import draw_front
 from experiments.figures.maps import map_of
 from prefplan import Front, PrefplanError, Scenario
+from prefplan.errors import prefixed
 from prefplan.plan import objectives_text
 
 PANEL_IN = 3.1
@@ -23,14 +25,15 @@ TITLE_LETTERS, LINE = 34, 0.18
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
-    """Write a map for each plan of a front, and the front, like the paper's Figures 3 and 4.
+    """Write a map for each plan of a front, and the front, like the paper's Figures 3 and 4; or else each plan's graph.
 
     Raises:
-        PrefplanError: the model has no map, there are too many plans, or the file cannot be written.
+        PrefplanError: there are too many plans, one visits too many states, or the file cannot be written.
     """
     plan_map = map_of(scenario)
     if plan_map is None:
-        raise PrefplanError(f"{scenario.path}: model: only a grid or a graph with coordinates can be drawn as a map")
+        with prefixed(f"{scenario.path}: ", route.SystemSizeError):
+            return route.draw(scenario.problem().system, front, path)
     if len(front) > MOST_PLANS:
         raise PrefplanError(
             f"{scenario.path}: the front has {len(front)} plans, and up to {MOST_PLANS} can be drawn in one picture; "

@@ -14,7 +14,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
 from experiments.cli.values import Choice
-from prefplan.errors import ScenarioError, prefixed
+from prefplan.errors import ScenarioError
 
 
 @command
@@ -55,8 +55,6 @@ def _automata(scenario: pp.Scenario, path: Path) -> int:
 def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     """Draw the plans of a scenario, and return the exit status."""
     from experiments.figures import plans
-    from experiments.figures.diagrams import route
-    from experiments.figures.maps import map_of
 
     if scenario.model.kind == "manipulation":
         raise ScenarioError(
@@ -68,9 +66,5 @@ def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
     front = planner.front(max_cost=max_cost)
     if front.reason:
         return no_plan(front.reason, planner)
-    if map_of(scenario) is not None:
-        plans.draw(scenario, front, path)
-        return DONE
-    with prefixed(f"{scenario.path}: ", route.SystemSizeError):
-        route.draw(planner.problem.system, front, path)
+    plans.draw(scenario, front, path)
     return DONE
