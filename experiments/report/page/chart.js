@@ -29,16 +29,16 @@ function labelled(places, size) {
 
 class PlanChart {
   // `axes`: of each objective its name, the values that occur, rising, and their texts; `ranks`: of each plan the
-  // ranks of its values among those; `kind`: class of the chart; `name`: for those who cannot see it.
-  constructor(place, { plans, axes, ranks }, kind, name, choose) {
+  // ranks of its values among those.
+  constructor(place, { plans, axes, ranks }, choose) {
     Object.assign(this, { place, axes, ranks, state: { bounds: [], beyond: new Set() } });
     this.scenery = draw("g", { class: "axes", "aria-hidden": "true" });
     this.marks = plans.map((plan) => this.mark(plan, choose));
     this.group = draw("g", {}, ...this.marks);
     this.labels = draw("g", { class: "labels", "aria-hidden": "true" });
-    this.svg = draw("svg", { class: `plot ${kind}`, role: "group", "aria-label": `${name}; arrow keys go from one to the next` },
+    this.svg = draw("svg", { class: plans.length > NUMBERED ? "plot many" : "plot", role: "group", "aria-label": "The Pareto front; arrow keys go from one to the next" },
       this.scenery, this.group, this.labels);
-    place.append(scrollBox(name, "", this.svg));
+    place.append(scrollBox("The Pareto front", "", this.svg));
     walkable(this.marks);
     new ResizeObserver(() => this.update()).observe(place);
   }
@@ -99,10 +99,6 @@ class PlanChart {
 class FrontChart extends PlanChart {
   kind = "point";
 
-  constructor(place, data, choose) {
-    super(place, data, data.plans.length > NUMBERED ? "many" : "few", "The Pareto front", choose);
-  }
-
   shape(plan) {
     return [
       draw("circle", { class: "hit", r: 12 }), draw("rect", { class: "stroke", x: -7.5, y: -7.5, width: 15, height: 15 }),
@@ -134,10 +130,6 @@ class FrontChart extends PlanChart {
 // Parallel coordinates: an upright axis for each objective, and a line for each plan.
 class ParallelCoordinates extends PlanChart {
   kind = "line";
-
-  constructor(place, data, choose) {
-    super(place, data, "parallel", "The Pareto front", choose);
-  }
 
   shape(plan) {
     const badge = draw("g", { class: "disc" }, draw("circle", { r: 10 }), draw("text", { dy: "0.35em" }, String(plan.index)));

@@ -179,7 +179,7 @@ def test_lines_stand_at_the_values_of_their_plans(make: Make, chrome: webdriver.
     front, path = make("rover")
     page = Page(chrome, path, chosen="#plan=0", still=True)
     lines, axes, ticks = (
-        page.run(f"[...document.querySelectorAll('.parallel {part}')].map((path) => path.getAttribute('d'))")
+        page.run(f"[...document.querySelectorAll('.plot {part}')].map((path) => path.getAttribute('d'))")
         for part in (".line .stroke", ".barred + path", ".tick")
     )
     found = [values(front, name) for name in front.objectives]
