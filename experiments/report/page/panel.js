@@ -128,8 +128,8 @@ class Panel {
   }
 
   show(time) {
-    const { done, now, spent } = progress(this.plan, time), { actions, spent: sums } = this.plan.ledger;
-    for (const follower of this.followers) follower.show(time);
+    const at = progress(this.plan, time), { done, now, spent } = at, { actions, spent: sums } = this.plan.ledger;
+    for (const follower of this.followers) follower.show(at, time);
     for (const card of this.cards) card.show(done);
     const action = now === null ? (actions.length ? "the end" : "nothing to do") : `${now + 1} of ${actions.length}: ${MOVES[actions[now]] || actions[now]}`;
     const words = `${action} · spent ${show(Math.round(spent * 10) / 10)} of ${show(sums[actions.length])}`;

@@ -53,8 +53,8 @@ class PlanGraph {
     this.element = scrollBox(plan.graph.words, "automaton graph picture", pictureOf(`map-${plan.index}`));
   }
 
-  show(time) {
-    const node = this.plan.graph.at[progress(this.plan, time).done];
+  show({ done }) {
+    const node = this.plan.graph.at[done];
     if (node !== this.node) light(this.element, `.s${node}`);
     this.node = node;
   }
@@ -63,7 +63,6 @@ class PlanGraph {
 // A plan on a map: its path, the part already taken, and the robot.
 class GridMap {
   constructor(map, plan) {
-    this.plan = plan;
     this.element = make("div", { class: "picture" }, pictureOf(`map-${plan.index}`));
     const svg = this.element.querySelector("svg"), [columns, rows] = map.size;
     const [, , wide, high] = svg.getAttribute("viewBox").split(" ").map(Number);
@@ -77,8 +76,8 @@ class GridMap {
     svg.removeAttribute("height");
   }
 
-  show(time) {
-    const { done, share } = progress(this.plan, time), [x, y] = this.points[done], [u, v] = this.points[done + 1] || [x, y];
+  show({ done, share }) {
+    const [x, y] = this.points[done], [u, v] = this.points[done + 1] || [x, y];
     const at = [x + share * (u - x), y + share * (v - y)];
     this.robot.setAttribute("cx", at[0]);
     this.robot.setAttribute("cy", at[1]);

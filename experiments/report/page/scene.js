@@ -118,7 +118,7 @@ class SceneView {
     });
     this.note = make("p", { class: "scene-note", role: "status" }, "The 3-D scene is loading.");
     this.element = make("div", { class: "scene-box" }, this.canvas, this.note);
-    new ResizeObserver(() => this.show(this.time)).observe(this.canvas);
+    new ResizeObserver(() => this.show(null, this.time)).observe(this.canvas);
   }
 
   // Show or hide it; return whether there is something to see.
@@ -137,7 +137,7 @@ class SceneView {
     return true;
   }
 
-  show(time) {
+  show(at, time) {
     this.time = time;
     if (this.element.hidden || !this.stage) return;
     this.stage.draw(this.canvas, `plan ${this.plan.index}`, this.plan.run.begin + time);

@@ -103,8 +103,7 @@ class Timeline {
       make("div", { class: "lane-line" }, make("div", { class: `lane-fill${open ? " open" : ""}`, style: `width:${this.at(end)}` }), ...marks));
   }
 
-  show(time) {
-    const { now, spent } = progress(this.plan, time);
+  show({ now, spent }) {
     this.head.style.left = this.at(spent);
     this.bars.forEach((bar, k) => bar.classList.toggle("now", k === now));
   }
