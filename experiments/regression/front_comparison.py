@@ -1,8 +1,8 @@
 """A front beside the expected one, point by point."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 from prefplan.exact_costs import Number, exact, prints_as, to_number
 from prefplan.front import Front
@@ -16,29 +16,17 @@ TOLERANCE = Fraction(1, 10**9)
 """Relative tolerance for preference penalties that are doubles, such as thirds. Other values are exact."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """A point that is expected, found or both.
-
-    Attributes:
-        expected: the expected point; None if the point found is not expected.
-        index: of the plan on the front; None if the expected point is missing.
-        plan: the plan found, or None.
-    """
+class Row(NamedTuple):
+    """A point that is expected, found or both; if it is not expected, `plan` tells its plan."""
 
     expected: FrontPoint | None
-    index: int | None = None
-    plan: Plan | None = None
-
-    @property
-    def found(self) -> FrontPoint | None:
-        """The point of the plan, if there is one."""
-        return None if self.plan is None else point_of(self.plan)
+    found: FrontPoint | None
+    plan: str = ""
 
     @property
     def same(self) -> bool:
         """Whether the point is expected and found."""
-        return self.expected is not None and self.plan is not None
+        return self.expected is not None and self.found is not None
 
 
 def compare(expected: Sequence[FrontPoint], front: Front) -> list[Row]:
@@ -47,19 +35,20 @@ def compare(expected: Sequence[FrontPoint], front: Front) -> list[Row]:
     rows = []
     for index, plan in enumerate(front):
         match = next((point for point in missing if _equal(point, plan)), None)
-        if match is not None:
+        if match is None:
+            rows.append(Row(None, point_of(plan), f"plan {index}: {condense(plan.actions) or 'no action'}"))
+        else:
             missing.remove(match)
-        rows.append(Row(match, index, plan))
-    return sorted([*rows, *map(Row, missing)], key=_place)
+            rows.append(Row(match, point_of(plan)))
+    return sorted([*rows, *(Row(point, None) for point in missing)], key=_place)
 
 
 def side_by_side(rows: Sequence[Row]) -> str:
     """Return a comparison as text: `-` marks missing points, `+` unexpected ones, followed by their plans."""
     cells = [("", "expected", "found", "")]
     for row in rows:
-        mark = " " if row.same else "-" if row.plan is None else "+"
-        plan = "" if row.same or row.plan is None else f"plan {row.index}: {condense(row.plan.actions) or 'no action'}"
-        cells.append((mark, _word(row.expected), _word(row.found), plan))
+        mark = " " if row.same else "-" if row.found is None else "+"
+        cells.append((mark, _word(row.expected), _word(row.found), row.plan))
     wide, wider = (max(len(line[k]) for line in cells) for k in (1, 2))
     return "\n".join(f"{mark:1} {one:{wide}}  {other:{wider}}  {plan}".rstrip() for mark, one, other, plan in cells)
 
