@@ -22,24 +22,21 @@ def robots(as_json: bool) -> int:
     """
     from sim.robots.catalogue import ROBOTS
 
-    found: list[dict[str, Any]] = []
-    reasons: dict[Any, str | None] = {}
+    checks = dict.fromkeys(robot.unavailable_because for robot in ROBOTS.values())  # several robots share one
     with Bars(quiet=is_quiet()) as bars:
-        for number, robot in enumerate(ROBOTS.values()):
-            bars("checking", number, len(ROBOTS), robot.name)
-            if robot.unavailable_because not in reasons:  # several robots share the check for Menagerie
-                reasons[robot.unavailable_because] = robot.unavailable_because()
-            reason = reasons[robot.unavailable_because]
-            found.append(
-                {
-                    "name": robot.name,
-                    "title": robot.title,
-                    "degrees_of_freedom": len(robot.joints),
-                    "payload_kg": robot.payload_kg,
-                    "available": reason is None,
-                    "reason": reason,
-                }
-            )
+        bars("checking", 0, 0, "")
+        reasons = {check: check() for check in checks}
+    found: list[dict[str, Any]] = [
+        {
+            "name": robot.name,
+            "title": robot.title,
+            "degrees_of_freedom": len(robot.joints),
+            "payload_kg": robot.payload_kg,
+            "available": reasons[robot.unavailable_because] is None,
+            "reason": reasons[robot.unavailable_because],
+        }
+        for robot in ROBOTS.values()
+    ]
     if as_json:
         output.print_json({"robots": found})
         return DONE
