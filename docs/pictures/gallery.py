@@ -14,6 +14,7 @@ from sphinx.application import Sphinx
 
 from experiments import scenarios
 from experiments.figures import maps, plans
+from experiments.figures.figures import write_figure
 from experiments.runs.run_plan import run_plan, scene_of
 from experiments.scenarios import introduction
 from prefplan import Front, Scenario, pareto_front
@@ -109,7 +110,8 @@ def _preferred(scenario: Scenario, front: Front) -> Image.Image:
     assert plan_map is not None
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "map.png")
-        maps.draw(plan_map, front[-1], file, side=MAP_SIDE)
+        with maps.drawn(plan_map, front[-1], MAP_SIDE) as figure:
+            write_figure(figure, file)
         return Image.open(file).convert("RGB")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from experiments.cli.files import write_bytes
-from experiments.figures.figures import LINK, SVG, drawing, inline_svg, parsed_svg, write_figure
+from experiments.figures.figures import LINK, SVG, drawing, inline_svg, parsed_svg
 from experiments.figures.grid_map import GridMap
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.road_map import RoadMap
@@ -42,17 +42,11 @@ def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `place` and, where they are no pixels, `roads`.
     """
-    with _drawn(plan_map, plan, SIDE_IN) as figure:
+    with drawn(plan_map, plan, SIDE_IN) as figure:
         root = parsed_svg(figure)
     if folder is not None:
         _move_pixels(root, folder)
     return inline_svg(root, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
-
-
-def draw(plan_map: PlanMap, plan: Plan, path: Path, *, side: float = SIDE_IN) -> None:
-    """Write a map with the path of a plan; its longer side has a length `side`, inches."""
-    with _drawn(plan_map, plan, side) as figure:
-        write_figure(figure, path)
 
 
 def _move_pixels(root: ET.Element, folder: Path) -> None:
@@ -65,7 +59,8 @@ def _move_pixels(root: ET.Element, folder: Path) -> None:
 
 
 @contextmanager
-def _drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
+def drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
+    """Yield a figure of a map with the path of a plan; its longer side has a length `side`, inches."""
     scale = side / max(plan_map.size)
     with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:
         figure.set_layout_engine("none")
