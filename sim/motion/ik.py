@@ -244,29 +244,22 @@ class InverseKinematics:
         shift, turn = np.linalg.norm(error[:3]), np.linalg.norm(error[3:])
         return bool(shift < POSITION_TOLERANCE_M and turn < ANGLE_TOLERANCE_RAD)
 
-    def _solve(self, period: float) -> np.ndarray:
-        """Return the joint velocities, rad/s, that bring the tool towards its target within the limits.
-
-        The limits are rarely active, so the least-squares problem without them, at a third of the time, is solved
-        first.
-        """
-        step = self._step()
-        slow = np.abs(step) <= period * self.robot.velocity_limits
-        if slow.all() and self._within_ranges(self._configuration.data.qpos + step):
-            return step / period
-        self._frame.set_target(mink.SE3(wxyz_xyz=self._target))
-        self._posture.set_target(self._rest)
-        tasks = [self._frame, self._posture]
-        try:
-            return mink.solve_ik(self._configuration, tasks, period, "daqp", limits=self._limits)
-        except mink.NoSolutionFound:
-            raise SimulationError("the arm cannot move on within the limits of its joints") from None
-
     def _step(self) -> np.ndarray:
-        """Return the (n,) step of the joints towards the targets, without limits, rad."""
+        """Return the (n,) step of the joints towards the targets, rad.
+
+        Their ranges are rarely in the way, so the least-squares problem without limits, at a third of the time, is
+        solved first; mink solves that with the ranges, and with what the velocity limits allow in a second.
+        """
         normal, pull, _ = self._normal_equations()
         _, step, _ = dposv(normal, pull)
-        return np.asarray(step)
+        if self._within_ranges(self._configuration.data.qpos + step):
+            return np.asarray(step)
+        self._frame.set_target(mink.SE3(wxyz_xyz=self._target))
+        self._posture.set_target(self._rest)
+        try:
+            return mink.solve_ik(self._configuration, [self._frame, self._posture], 1.0, "daqp", limits=self._limits)
+        except mink.NoSolutionFound:
+            raise SimulationError("the arm cannot move on within the limits of its joints") from None
 
     def _normal_equations(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the (n, n) matrix and (n,) vector of the least-squares step, and the (6,) error of the tool."""

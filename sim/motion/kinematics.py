@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -27,12 +26,6 @@ from sim.motion.trajectory import (
     wrap,
 )
 from sim.robots.robot import Robot
-
-SATURATED_SHARE = 0.99
-"""A joint at this share of its speed limit lags behind the tool's path."""
-
-PACES = (1.0, 0.7, 0.49, 0.343)
-"""Shares of the tool's usual speed that are tried in turn until no joint lags behind."""
 
 MAX_SLOWDOWN = 2.5
 """Greatest duration along a path of the tool, as a multiple of that at its usual speed. Where the arm needs longer, its
@@ -118,41 +111,33 @@ class Arm(InverseKinematics):
         if self.tool(q).rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
             movement = timed(limits, *self._straight(q, goal, height), seconds=seconds)
         else:
-            paths = (self._path(q, goal, pose, pace, height, drawn_in) for pace in PACES)
-            movement = self._on_path(limits, q, goal, paths, seconds=seconds, height=height)
+            path = self._path(q, goal, pose, height, drawn_in)
+            movement = self._on_path(limits, q, goal, path, seconds=seconds, height=height)
         return movement if ending is None else begun_late(limits, movement, q, ending)
 
-    def _path(
-        self, q: np.ndarray, goal: np.ndarray, pose: ToolPose, pace: float, height: float | None, drawn_in: float
-    ) -> ToolPath:
-        """Return the `transfer_path` of a movement at a pace; see `move`."""
+    def _path(self, q: np.ndarray, goal: np.ndarray, pose: ToolPose, height: float | None, drawn_in: float) -> ToolPath:
+        """Return the `transfer_path` of a movement; see `move`."""
         start, turn = self.tool(q), self._turn(q, goal)
         turn += wrap(pose.yaw - start.yaw - turn)
         straight = height is None and not pose.points_down
-        return transfer_path(
-            self.robot, start, pose, turn, height=height, drawn_in=drawn_in, pace=pace, straight=straight
-        )
+        return transfer_path(self.robot, start, pose, turn, height=height, drawn_in=drawn_in, straight=straight)
 
     def _on_path(
         self,
         limits: MotionLimits,
         q: np.ndarray,
         goal: np.ndarray,
-        paths: Iterable[ToolPath],
+        path: ToolPath,
         *,
         seconds: float,
         height: float | None,
     ) -> JointTrajectory:
-        """Return the movement along the first path on which no joint lags behind or jumps, else straight (`move`)."""
-        for path in paths:
-            knots, points = self._follow(q, goal, path)
-            if len(points) == len(knots):
-                break
-        if len(points) < len(knots) or not self._arrived():
-            fault = "the arm cannot keep to its path to {} within the limits of its joints"
-        else:
+        """Return the movement along a path if the arm can follow it and no joint jumps, else straight (`move`)."""
+        knots, points = self._follow(q, goal, path)
+        fault = "the arm cannot keep to its path to {} within the limits of its joints"
+        if self._arrived():
             movement = timed(limits, knots, points, seconds=seconds)
-            if movement.seconds <= MAX_SLOWDOWN * max(path.pace * knots[-1], seconds):
+            if movement.seconds <= MAX_SLOWDOWN * max(knots[-1], seconds):
                 return movement
             fault = "the arm's joints would jump on its path to {}"
         knots, points = self._straight(q, goal, height)
@@ -197,28 +182,11 @@ class Arm(InverseKinematics):
         return sum(wrap(after - before) for before, after in itertools.pairwise(yaws))
 
     def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
-        """Return (K,) times, s, and (K, n) configurations, rad, in which the tool is on its path at these times.
-
-        There are fewer configurations if a joint would lag behind (`SATURATED_SHARE`): they end before that.
-        """
-        fastest = SATURATED_SHARE * self.robot.velocity_limits
-        knots = np.append(0.0, path.times)
-        periods = np.diff(knots)
-        rests = q + path.progress[:, None] * (goal - q)
-        points = np.empty((len(knots), len(q)))
-        points[0] = q
-        # The limits are rarely active: try first without them, which takes two thirds of the time.
-        for limited in (False, True):
-            self._configuration.update(q)
-            targets = zip(periods, path.positions, path.rotations, rests, strict=True)
-            for k, (period, *target) in enumerate(targets, 1):
-                self._aim(*target)
-                velocities = self._solve(period) if limited else self._step() / period
-                if limited and (np.abs(velocities) >= fastest).any():
-                    return knots, points[:k]
-                self._configuration.integrate_inplace(velocities, period)
-                points[k] = self._configuration.data.qpos
-            steps = np.diff(points, axis=0)
-            if (np.abs(steps) < periods[:, None] * fastest).all() and self._within_ranges(points[1:]):
-                break
-        return knots, points
+        """Return (K,) times, s, and (K, n) configurations, rad, that bring the tool to its path at these times."""
+        points = [q]
+        self._configuration.update(q)
+        for position, rotation, share in zip(path.positions, path.rotations, path.progress, strict=True):
+            self._aim(position, rotation, q + share * (goal - q))
+            points.append(points[-1] + self._step())
+            self._configuration.update(points[-1])
+        return np.append(0.0, path.times), np.array(points)

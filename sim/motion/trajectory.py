@@ -87,14 +87,12 @@ class ToolPath:
         positions: (N, 3) m.
         rotations: (N, 3, 3) of the tool frame.
         progress: (N,) share of the movement done, 0 .. 1.
-        pace: 1 for the usual speed, less for slower.
     """
 
     times: np.ndarray
     positions: np.ndarray
     rotations: np.ndarray
     progress: np.ndarray
-    pace: float
 
 
 def wrap(angle: float, period: float = 2 * np.pi) -> float:
@@ -128,7 +126,6 @@ def transfer_path(
     *,
     height: float | None = None,
     drawn_in: float = 0.0,
-    pace: float = 1.0,
     straight: bool = False,
 ) -> ToolPath:
     """Return a path that raises a robot's tool, moves it along an arc about the robot's base and lowers it.
@@ -144,7 +141,6 @@ def transfer_path(
         height: at which to pass, m, or higher for a higher goal; a tool that starts above it descends along the path,
             since high up the arm's reach is smaller. None for that of the higher end.
         drawn_in: how much nearer to the base the tool passes midway, m; never nearer than the arm works.
-        pace: 1 for the usual speed, less for slower.
         straight: whether to rise, move sideways and descend all at once.
     """
     top = max(goal.position[2], start.position[2] if height is None else height)
@@ -159,7 +155,7 @@ def transfer_path(
     tilt = Rotation.from_matrix(Rotation.from_rotvec(-about_z).as_matrix() @ goal.rotation @ start.rotation.T)
     turned = max(abs(turn), float(tilt.magnitude()))
     times[1] = max(times[1], duration(turned, TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2))
-    up, over, down = (max(t, MIN_DURATION_S) / pace if t > 1e-3 else 0.0 for t in times)
+    up, over, down = (max(t, MIN_DURATION_S) if t > 1e-3 else 0.0 for t in times)
     begin_over = 0.7 * up
     begin_down = begin_over + (0.75 * over if up or over else 0.0)
     if straight:
@@ -178,4 +174,4 @@ def transfer_path(
     positions = np.column_stack([over_table, z])
     tilts, turns = (Rotation.from_rotvec(carried[:, None] * end) for end in (tilt.as_rotvec(), about_z))
     rotations = (turns * tilts).as_matrix() @ start.rotation
-    return ToolPath(t, positions, rotations, smooth_step(t / t[-1]), pace)
+    return ToolPath(t, positions, rotations, smooth_step(t / t[-1]))

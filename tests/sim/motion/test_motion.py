@@ -69,12 +69,6 @@ def test_arch_never_cuts_across_the_base() -> None:
     assert p[:, 0].max() > 0.45, "it should turn past the front"
 
 
-def test_a_slower_pace_takes_longer() -> None:
-    start, goal = ToolPose.down(np.array([0.5, 0.2, 0.1]), 0.0), ToolPose.down(np.array([0.5, -0.2, 0.1]), 0.0)
-    usual, slow = (len(transfer_path(PANDA, start, goal, 0.0, height=0.2, pace=pace).positions) for pace in (1.0, 0.5))
-    assert slow == pytest.approx(2 * usual, rel=0.05)
-
-
 def test_movements_keep_every_joint_within_its_limits(arm: Arm) -> None:
     low, high = arm.model.jnt_range.T
     q = PANDA.home
