@@ -29,7 +29,7 @@ from .rendering.video import render_frame as render_frame
 from .rendering.video import render_video as render_video
 from .robots.gripper import Gripper as Gripper
 from .robots.robot import Robot as Robot
-from .simulation.observer import Observer as Observer
+from .simulation.plant import Observer as Observer
 from .simulation.run import Event as Event
 from .simulation.run import Run as Run
 from .simulation.run import Step as Step

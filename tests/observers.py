@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sim.simulation.observer import Observer
-from sim.simulation.plant import Plant
+from sim.simulation.plant import Observer, Plant
 
 
 class Before(Observer):

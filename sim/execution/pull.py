@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.simulation.observer import Observer
-from sim.simulation.plant import Plant
+from sim.simulation.plant import Observer, Plant
 
 PULL_RATE_RAD_S = 15.0
 """Natural frequency of the critically damped spring by which a user pulls an object."""

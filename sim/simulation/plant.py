@@ -11,7 +11,6 @@ import numpy as np
 from sim.motion.joint_trajectory import JointTrajectory, summed
 from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 from sim.perception.touch import ContactMonitor
-from sim.simulation.observer import Observer
 from sim.simulation.payload import SHIFT_DURATION_S, Payload
 from sim.simulation.recorder import Recorder
 from sim.simulation.run import Effort, Event
@@ -22,6 +21,19 @@ CONTACT_FLICKER_S = 0.18
 
 CONTACT_EPISODE_S = 0.5
 """Contacts of the same two bodies within this time are one event."""
+
+
+class Observer:
+    """Is called before and after each control period of a workcell in whose `observers` it is.
+
+    It may look, disturb the world, or raise an error, which stops the run.
+    """
+
+    def before_period(self, cell: Plant) -> None:
+        """Do something before a control period is simulated."""
+
+    def after_period(self, cell: Plant) -> None:
+        """Do something after a control period was simulated."""
 
 
 class Plant:

@@ -8,8 +8,7 @@ import mujoco
 import numpy as np
 
 from sim.execution.faults.fault import Fault, Injection
-from sim.simulation.observer import Observer
-from sim.simulation.plant import Plant
+from sim.simulation.plant import Observer, Plant
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import Skill
 
