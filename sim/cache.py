@@ -1,7 +1,5 @@
 """Files that are kept from run to run in the user's cache; where it is not writable, nothing is kept."""
 
-from __future__ import annotations
-
 import io
 import os
 import tempfile

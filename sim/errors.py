@@ -1,7 +1,5 @@
 """Errors of the simulation, all of them a `PrefplanError`."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import Self

@@ -1,7 +1,5 @@
 """Closed loop: executes a plan, and plans again when an observation affects the rest of the plan."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, cast

@@ -1,7 +1,5 @@
 """Measured costs: each action is simulated in states in which it is applicable, after the actions that lead there."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

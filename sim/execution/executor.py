@@ -1,7 +1,5 @@
 """Execution of a plan, action by action; each is confirmed by an observation before the next one begins."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Failed actions, and the constraints that they put on later plans."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Observations of all objects, made when it is certain which one is held and the others are at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sim.motion.trajectory import CONTROL_PERIOD_S

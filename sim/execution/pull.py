@@ -1,7 +1,5 @@
 """A user pulls an object, as with the mouse in the viewer."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sim.simulation.plant import Observer, Plant

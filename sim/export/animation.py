@@ -1,7 +1,5 @@
 """A run as a glTF animation: channels for the bodies that have joints, and for the lamps."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

@@ -4,8 +4,6 @@ Every body of the MuJoCo model is a node in its parent's frame; bodies with join
 MuJoCo's z axis to glTF's upward y axis. Lengths are in metres; times are simulated seconds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any

@@ -1,7 +1,5 @@
 """A scene as MJCF, MuJoCo's own format: one XML file, and the files that it names."""
 
-from __future__ import annotations
-
 import io
 import tempfile
 from pathlib import Path

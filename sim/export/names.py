@@ -1,7 +1,5 @@
 """Unique names of the nodes of a glTF file."""
 
-from __future__ import annotations
-
 import mujoco
 
 from sim.world.scene import Scene

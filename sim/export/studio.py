@@ -1,7 +1,5 @@
 """Lights and camera of a scene in a glTF document (with the extension KHR_lights_punctual)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

@@ -4,8 +4,6 @@ Everything but objects is fixed in place: of the file's joints only the free joi
 actuators. The time step and the solver are those of every scene, whatever options the file has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 

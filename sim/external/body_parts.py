@@ -1,7 +1,5 @@
 """Bodies of a user's scene as convex parts, on which grasps are sought."""
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 

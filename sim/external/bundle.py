@@ -1,7 +1,5 @@
 """The files that a scene is built from besides the scenario: packed into logs, and unpacked again."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import functools

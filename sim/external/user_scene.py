@@ -1,7 +1,5 @@
 """A user's own MJCF as the world: its fixtures, lights and cameras, sites as locations and bodies as objects."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Antipodal pairs: opposite patches of a surface that two pads can press towards each other."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Geoms of a scene: which are visual and which collide, where they are, and which a ray hits first."""
 
-from __future__ import annotations
-
 import copy
 import os
 from pathlib import Path

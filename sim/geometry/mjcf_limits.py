@@ -3,8 +3,6 @@
 A log holds the files of its scene, so that anyone can check it: their paths are relative.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from math import prod

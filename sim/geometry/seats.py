@@ -1,7 +1,5 @@
 """Seats of a suction cup: flat places on a surface that its lip can be pressed on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Solids with rounded edges, which reflect light as real objects do: each a stack of round-cornered rectangles."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

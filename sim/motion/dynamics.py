@@ -1,7 +1,5 @@
 """Inverse dynamics of an arm that bears a load at its tool."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

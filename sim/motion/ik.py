@@ -1,7 +1,5 @@
 """Inverse kinematics of an arm by damped least squares, and by mink where limits are active."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Kinematics of an arm: configurations for goals of its tool, and movements along paths of the tool."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

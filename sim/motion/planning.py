@@ -3,8 +3,6 @@
 J. J. Kuffner and S. M. LaValle, "RRT-Connect: An efficient approach to single-query path planning", ICRA 2000.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 
 import numpy as np

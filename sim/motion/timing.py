@@ -1,7 +1,5 @@
 """Time parameterisation of joint references within a robot's limits, also while the previous movement is ending."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

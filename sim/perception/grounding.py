@@ -1,7 +1,5 @@
 """Grounding: the symbolic state that observed poses imply, and how it differs from the predicted one."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 

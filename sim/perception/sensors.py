@@ -1,7 +1,5 @@
 """Sensors: observed poses of objects, all that skills and grounding know of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

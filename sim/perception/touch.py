@@ -1,7 +1,5 @@
 """Contact monitoring of a running simulation: forces on the finger pads, and unwanted contacts."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -5,8 +5,6 @@ nothing can be put there. It also obstructs others: nothing is released at a loc
 object below it cannot be grasped first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

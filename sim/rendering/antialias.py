@@ -3,8 +3,6 @@
 After Lottes, "FXAA" (NVIDIA white paper, 2009), simplified: blend each pixel on an edge with others along the edge.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from PIL import Image

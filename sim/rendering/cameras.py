@@ -1,7 +1,5 @@
 """The views that a video may have."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Finished videos side by side."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import tempfile

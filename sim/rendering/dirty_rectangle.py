@@ -3,8 +3,6 @@
 What moves changes the picture within the box round it, before and after, and where its shadow falls.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """What a picture of a scene must show: objects, locations, their names, and the hand at work."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

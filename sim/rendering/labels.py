@@ -1,7 +1,5 @@
 """Names of the locations, written over the picture where the camera sees them."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping
 

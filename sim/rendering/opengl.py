@@ -1,7 +1,5 @@
 """OpenGL: which backend is used, whether it works here, and how to repair it. Imports nothing beyond MuJoCo."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import subprocess

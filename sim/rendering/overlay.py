@@ -1,7 +1,5 @@
 """Captions in a strip below the picture: the current action, the cost so far, and the status of every task."""
 
-from __future__ import annotations
-
 import bisect
 import functools
 from collections.abc import Sequence

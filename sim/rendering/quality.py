@@ -1,7 +1,5 @@
 """Settings for the quality of a video: resolution, sampling, shadows and encoding."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypedDict
 

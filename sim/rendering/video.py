@@ -1,7 +1,5 @@
 """Video of an execution: its recorded states are rendered in parallel parts, which are joined without re-encoding."""
 
-from __future__ import annotations
-
 import os
 import signal
 import tempfile

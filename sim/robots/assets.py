@@ -1,7 +1,5 @@
 """Where the files of robots are that other packages bring."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The robots that can be chosen by name: every one that a module of `sim.robots.arms` defines."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Iterator

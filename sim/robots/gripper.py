@@ -1,7 +1,5 @@
 """Grippers: how a hand is commanded, how it holds an object, and the space that it needs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

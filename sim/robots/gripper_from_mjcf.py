@@ -1,7 +1,5 @@
 """The constants of a gripper, derived from its MJCF: pads, linkage, forces and dimensions."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

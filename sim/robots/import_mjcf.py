@@ -1,7 +1,5 @@
 """Robots of other sources, made for scenes: unique names, contacts, position actuators and gravity compensation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """MuJoCo Menagerie, downloaded once by robot_descriptions into its cache."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import importlib.util

@@ -1,7 +1,5 @@
 """The description of a robot: its joints, limits and gripper, and the source of its MJCF."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A user's own robot: a table in a scenario, and an MJCF beside it."""
 
-from __future__ import annotations
-
 import math
 import os
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """Collision checks of the robot and its load, with the world and with each other, at joint angles and along paths."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Collection, Iterable
 

@@ -1,7 +1,5 @@
 """A workcell without physics: the arm is at its goal at once, and a held object moves with the hand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import mujoco

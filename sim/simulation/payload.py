@@ -1,7 +1,5 @@
 """Payload compensation: the commands are offset for the weight of a held object of known mass."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -4,8 +4,6 @@ States frame by frame with the greatest loads between frames, and everything tha
 bit by bit: the commands of every step, and every state that was set by something other than a step of the simulation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

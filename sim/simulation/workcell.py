@@ -1,7 +1,5 @@
 """The workcell: what skills need of a running simulation, to observe, to hold, to check and to move."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import mujoco

@@ -1,7 +1,5 @@
 """Feasibility of a layout: locations apart from one another, and each on a surface with space above it."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -8,8 +8,6 @@ MuJoCo's contacts are the softer, the lighter the lighter partner is, whatever p
 made stiff enough to carry the heaviest object in the scene.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import combinations, product
 

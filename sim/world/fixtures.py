@@ -1,7 +1,5 @@
 """Fixtures: what the scenario says of them, and the blocks that they are made of."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Table, pedestal, bins, pads, stoves, plates and lamps as MuJoCo bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import mujoco

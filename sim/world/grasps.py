@@ -1,7 +1,5 @@
 """Grasps: poses of the hand relative to an object, derived from the object's shape and the gripper."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The layout: the slots of every location, derived from the manipulation model alone."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """How a scene is seen: colours, and the finishes, lights and backdrop of a studio, with the camera on the hand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

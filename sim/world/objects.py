@@ -1,7 +1,5 @@
 """Objects of a scene: where they start, their bodies and shapes, and spare ones in store."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

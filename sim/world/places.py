@@ -1,7 +1,5 @@
 """Dimensions of what stands on the table; slots, stations, the layout of a model and the objects it has space for."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Perturbations: by how much a rollout's world may differ from the nominal one, and a scene that differs so."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The robot in a layout: slots in its reach, lamps that it clears, and what stands in its way at home."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import itertools

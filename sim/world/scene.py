@@ -1,7 +1,5 @@
 """The scene of a manipulation model: table, locations, objects and robot as one MuJoCo model."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import hashlib

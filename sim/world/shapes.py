@@ -1,7 +1,5 @@
 """The shapes of objects: cubes, boxes, cylinders and meshes, and the orientations in which they look the same."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 import math

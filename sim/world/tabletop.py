@@ -1,7 +1,5 @@
 """The picture on the table top: wood and an outline for every spot; for 3-D models, also the locations' names."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

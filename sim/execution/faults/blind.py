@@ -1,7 +1,5 @@
 """Blind: the sensor observes nothing for a while."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Foreign: an unknown object appears at a location."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fault injection: faults in a running simulation, scheduled or triggered by a user; a seed determines them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, MutableMapping, Sequence
 
 import mujoco

@@ -1,7 +1,5 @@
 """Knock: an object is knocked over."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sim.execution.faults.fault import Injection

@@ -1,7 +1,5 @@
 """Miss: the fingers get no grip on the object."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,5 @@
 """Move: an object is moved to a free place."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Objects that are disturbed from outside: which may be, free slots, and putting an object down."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Sequence
 

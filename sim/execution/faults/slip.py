@@ -1,7 +1,5 @@
 """Slip: the held object slips from the hand."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

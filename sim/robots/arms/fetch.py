@@ -1,7 +1,5 @@
 """The Fetch Mobile Manipulator's arm and gripper, its base and torso fixed: MJCF and meshes of gymnasium-robotics."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Kinova's Gen3 with seven joints and a Robotiq 2F-85."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

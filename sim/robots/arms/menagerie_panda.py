@@ -1,7 +1,5 @@
 """The Panda of MuJoCo Menagerie: its bodies, meshes and gains, with the fingers' shapes of the built-in Panda."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import mujoco

@@ -1,7 +1,5 @@
 """The Franka Panda, with meshes if they are installed."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The Panda's visual meshes: the installed STL files, split by finish, simplified and smoothed."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 from collections.abc import Sequence

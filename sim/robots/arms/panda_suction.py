@@ -1,7 +1,5 @@
 """The Panda with a suction cup on its hand instead of fingers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -1,7 +1,5 @@
 """The Robotiq 2F-85, which is mounted on arms without a hand of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import mujoco

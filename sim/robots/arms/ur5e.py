@@ -1,7 +1,5 @@
 """Universal Robots' UR5e with a Robotiq 2F-85."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """UFACTORY's xArm7 with its own gripper."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 
