@@ -1,14 +1,13 @@
 """Collision checks of the robot and its load, with the world and with each other, at joint angles and along paths."""
 
 import copy
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 
 import mujoco
 import numpy as np
 
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Poses
-from sim.simulation.carriers import Carriers
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
@@ -23,7 +22,12 @@ LINK_CLEARANCE_M = 0.003
 """Least clearance of the arm's links, if any is asked for: braking, the stretched arm overshoots by 2 mm."""
 
 MAX_NEARING_M = 0.001
-"""By how much the arm may approach a body that is within the clearance at the start, m."""
+"""By how much the arm may approach a body that is within the clearance at the start, and its load what carries it at
+the end, and how deep the load may be in what is beside it there, m: the arm comes to rest within that of its goal."""
+
+LEAST_LIFT = 0.7
+"""Least upward component of the normal of a contact that carries the load. The load may end deeper in what carries it,
+as the height of that is observed, too; but not in what is beside it, and never in what is above it."""
 
 HAND_DEPTH_M = 0.001
 """Least penetration at which the hand alone counts as inside a body, m: then the hand is in collision for every
@@ -173,7 +177,7 @@ class CollisionChecker:
         """
         self._keep(clearance)
         self._place(path[-1])
-        carriers = Carriers.found(self._is_load, self._data, clearance=clearance, without=self._is_robot)
+        carriers = self._carriers(clearance)
         self._place(path[0])
         near = self._met(carriers)
         least = self._nearest(near) - MAX_NEARING_M
@@ -245,11 +249,32 @@ class CollisionChecker:
             self._known[question] = frozenset(map(tuple, ordered.tolist()))
         return self._known[question]
 
-    def _met(self, carriers: Carriers) -> frozenset[int]:
-        """Return the geoms within the clearance of those that move, without what may touch the load."""
-        geoms = self._data.contact.geom
-        if carriers.least:
-            geoms = geoms[~carriers.touching(self._data)]
+    def _carriers(self, clearance: float) -> dict[int, float]:
+        """Return what is within a clearance of the load now, m, and may carry it or be beside it.
+
+        Geoms are given with the distance down to which the load may touch them, m. None if nothing carries it.
+        """
+        contact, is_load, found, carried = self._data.contact, self._is_load, dict[int, float](), False
+        for (one, other), distance, frame in zip(contact.geom.tolist(), contact.dist, contact.frame, strict=True):
+            # The normal points from the first geom to the second.
+            carrier, lift = (other, -frame[2]) if is_load[one] else (one, frame[2])
+            if is_load[one] == is_load[other] or self._is_robot[carrier] or distance >= clearance:
+                continue
+            if lift > LEAST_LIFT or (lift > -LEAST_LIFT and distance > -MAX_NEARING_M):
+                found[carrier] = min(found.get(carrier, np.inf), float(distance) - MAX_NEARING_M)
+                carried |= lift > LEAST_LIFT
+        return found if carried else {}
+
+    def _met(self, carriers: Mapping[int, float]) -> frozenset[int]:
+        """Return the geoms within the clearance of those that move, without carriers that the load may touch."""
+        contact, is_load = self._data.contact, self._is_load
+        geoms = contact.geom
+        if carriers:
+            counted = [
+                is_load[one] == is_load[other] or distance <= carriers.get(other if is_load[one] else one, np.inf)
+                for (one, other), distance in zip(geoms.tolist(), contact.dist.tolist(), strict=True)
+            ]
+            geoms = geoms[np.array(counted, dtype=bool)]
         return frozenset(other for _, other in self._pairs(geoms))
 
     def _owners(self, geoms: Iterable[int]) -> frozenset[str]:
