@@ -117,17 +117,17 @@ def ffmpeg() -> Diagnosis:
 
 def meshes() -> Diagnosis:
     """Whether the meshes of the arm are installed."""
-    from sim.robots.arms.panda_meshes import LINKS
+    from sim.robots.arms.panda_meshes import FINISHES
     from sim.robots.assets import mesh_folder
 
     fix = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
     folder = mesh_folder()
     if folder is None:
         return Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", fix)
-    missing = [link for link in LINKS if not (folder / "visual" / f"{link}.stl").is_file()]
+    missing = [link for link in FINISHES if not (folder / "visual" / f"{link}.stl").is_file()]
     if missing:
         return Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", fix)
-    return Diagnosis("meshes", OK, f"of all {len(LINKS)} links ({folder})")
+    return Diagnosis("meshes", OK, f"of all {len(FINISHES)} links ({folder})")
 
 
 CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, planner, memory, simulation)

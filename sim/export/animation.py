@@ -52,46 +52,31 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
         log: of the run.
     """
     model, times = world.mujoco, log.times
-    channels = _Channels(tree, items, times)
+    channels, samplers = list[dict[str, Any]](), list[dict[str, Any]]()
+    nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
+
+    def add(name: str, path: str, keys: np.ndarray, values: np.ndarray, *, interpolation: str = "LINEAR") -> None:
+        """Add a channel with the (T, n) values of a node at keyframes; the first becomes the node's static value."""
+        node = tree["nodes"][nodes[name]]
+        _unpack(node)
+        node.setdefault(path, values[0].tolist())
+        channels.append({"sampler": len(samplers), "target": {"node": nodes[name], "path": path}})
+        ends = {"input": _accessor(tree, items, times[keys]), "output": _accessor(tree, items, values[keys])}
+        samplers.append(ends | {"interpolation": interpolation})
+
     (positions, quaternions), every = local_poses(model, log.qpos), np.arange(len(times))
     for body in np.flatnonzero(model.body_jntnum):
         node, turned = body_node(model, int(body)), quaternions[:, body]
-        channels.add(node, "translation", every, positions[:, body])
-        channels.add(node, "rotation", every, np.roll(turned, -1, axis=1))
+        add(node, "translation", every, positions[:, body])
+        add(node, "rotation", every, np.roll(turned, -1, axis=1))
     places = [place.name for place in world.model.locations]
     for geom, place in lamps(world.scene).items():
         shines = log.glow == places.index(place)
         changes = np.concatenate([[0], 1 + np.flatnonzero(np.diff(shines))])
         for ending, visible in ((ON, shines), (OFF, ~shines)):
             scales = np.repeat(visible.astype(float)[:, None], 3, axis=1)
-            channels.add(geom_node(model, geom) + ending, "scale", changes, scales, interpolation="STEP")
-    animation = {"name": name, "channels": channels.channels, "samplers": channels.samplers}
-    tree.setdefault("animations", []).append(animation)
-
-
-class _Channels:
-    """The channels of one animation, and their samplers, as glTF's JSON has them."""
-
-    def __init__(self, tree: dict[str, Any], items: Items, times: np.ndarray) -> None:
-        """Start without channels; `times` are (T,), s."""
-        self.channels: list[dict[str, Any]] = []
-        self.samplers: list[dict[str, Any]] = []
-        self._tree, self._items, self._times = tree, items, times
-        self._nodes = {node["name"]: index for index, node in enumerate(tree["nodes"])}
-
-    def add(self, name: str, path: str, keys: np.ndarray, values: np.ndarray, *, interpolation: str = "LINEAR") -> None:
-        """Add a channel with the (T, n) values of a node at keyframes; the first becomes the node's static value."""
-        node = self._tree["nodes"][self._nodes[name]]
-        _unpack(node)
-        node.setdefault(path, values[0].tolist())
-        self.channels.append({"sampler": len(self.samplers), "target": {"node": self._nodes[name], "path": path}})
-        self.samplers.append(
-            {
-                "input": _accessor(self._tree, self._items, self._times[keys]),
-                "output": _accessor(self._tree, self._items, values[keys]),
-                "interpolation": interpolation,
-            }
-        )
+            add(geom_node(model, geom) + ending, "scale", changes, scales, interpolation="STEP")
+    tree.setdefault("animations", []).append({"name": name, "channels": channels, "samplers": samplers})
 
 
 def _unpack(node: dict[str, Any]) -> None:

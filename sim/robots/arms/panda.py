@@ -52,12 +52,12 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
         spec.add_mesh(name=f"{link}_hull", uservert=hull.vertices.ravel(), userface=hull.faces.ravel())
         _add_geom(spec, bodies[link][0], f"{link}_hull", group=HIDDEN)
-    for surface in surfaces(folder):
-        name = f"{surface.link}_{surface.finish}"
-        add_solid(spec, name, surface.solid)
-        for body in bodies[surface.link]:
+    for (link, finish), solid in surfaces(folder).items():
+        name = f"{link}_{finish}"
+        add_solid(spec, name, solid)
+        for body in bodies[link]:
             geom = _add_geom(spec, body, name, group=VISIBLE)
-            geom.material = f"panda_{surface.finish}"
+            geom.material = f"panda_{finish}"
             geom.contype = geom.conaffinity = 0
             geom.rgba = [0.5, 0.5, 0.5, 1]
 

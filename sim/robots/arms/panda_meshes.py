@@ -3,7 +3,6 @@
 import functools
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -26,8 +25,6 @@ FINISHES = {
     "finger": ("metal", "rubber"),
 }
 """Finishes of each link's connected parts, largest first; the rest are `trim`. Links have the files' names."""
-
-LINKS = tuple(FINISHES)
 
 LIBRARIES = ("trimesh", "fast-simplification")
 """Libraries on which the surfaces depend."""
@@ -52,37 +49,31 @@ after simplification."""
 SLEEVE_SIDES = 48
 
 
-@dataclass(frozen=True)
-class Surface:
-    """The mesh of all parts of one link that share a finish, in the link's frame, m."""
-
-    link: str
-    finish: str
-    solid: trimesh.Trimesh
-
-
 @functools.cache
-def surfaces(folder: Path) -> tuple[Surface, ...]:
-    """Return the surfaces of every link; they are kept on disk, since to make them takes more than a second."""
-    paths = [folder / "visual" / f"{link}.stl" for link in LINKS]
+def surfaces(folder: Path) -> dict[tuple[str, str], trimesh.Trimesh]:
+    """Return the mesh of all parts of a link that share a finish, in the link's frame, m, by link and finish.
+
+    They are kept on disk, since to make them takes more than a second.
+    """
+    paths = [folder / "visual" / f"{link}.stl" for link in FINISHES]
     sources = (path.read_bytes() for path in (Path(__file__), *paths))
     digest = hashlib.sha256(b"".join([*sources, *(version(name).encode() for name in LIBRARIES)])).hexdigest()
     arrays = kept_arrays(cache_folder("panda_meshes") / f"{digest}.npz", partial(_arrays, paths))
     names, solids = arrays[0].tolist(), zip(arrays[1::3], arrays[2::3], arrays[3::3], strict=True)
-    return tuple(
-        Surface(link, finish, trimesh.Trimesh(vertices, faces, vertex_normals=normals, process=False))
+    return {
+        (link, finish): trimesh.Trimesh(vertices, faces, vertex_normals=normals, process=False)
         for (link, finish), (vertices, faces, normals) in zip(names, solids, strict=True)
-    )
+    }
 
 
 def _arrays(paths: Sequence[Path]) -> list[np.ndarray]:
     """Return the links and finishes of the surfaces in some files, and the vertices, faces and normals of each."""
-    made = [surface for path in paths for surface in _surfaces(path)]
-    solids = [array for one in made for array in (one.solid.vertices, one.solid.faces, one.solid.vertex_normals)]
-    return [np.array([(one.link, one.finish) for one in made]), *solids]
+    made = {(path.stem, finish): solid for path in paths for finish, solid in _surfaces(path).items()}
+    arrays = [array for solid in made.values() for array in (solid.vertices, solid.faces, solid.vertex_normals)]
+    return [np.array([*made]), *arrays]
 
 
-def _surfaces(path: Path) -> list[Surface]:
+def _surfaces(path: Path) -> dict[str, trimesh.Trimesh]:
     check_limits()
     mesh = trimesh.load_mesh(path)
     parts = mesh.split(only_watertight=False)
@@ -94,7 +85,7 @@ def _surfaces(path: Path) -> list[Surface]:
     solids = {finish: smoothed(_joined(members)) for finish, members in by_finish.items()}
     if path.stem in SEAMS_M:
         solids["shell"] = _joined([solids["shell"], _sleeve(SEAMS_M[path.stem])])
-    return [Surface(path.stem, finish, solid) for finish, solid in solids.items()]
+    return solids
 
 
 def _sleeve(height: float) -> trimesh.Trimesh:
