@@ -31,11 +31,9 @@ class _GivenUp(Exception):
 
 
 class ClosedLoop:
-    """The execution of a plan that is planned again after mismatches.
+    """The `execution` of a `plan` that is planned again after mismatches.
 
-    Attributes:
-        execution: what is carried out.
-        plan: the current plan; if the run was completed, its actions are those that were carried out.
+    If the run was completed, the plan's actions are those that were carried out.
     """
 
     def __init__(
@@ -47,14 +45,10 @@ class ClosedLoop:
         go_on: GoOn,
         on_progress: Callable[[int, int, str], None] = lambda done, total, action: None,
     ) -> None:
-        """Prepare the execution of a plan; `run` carries it out.
+        """Prepare the execution, which is at its start, of a problem's plan; `run` carries it out.
 
-        Args:
-            execution: at its start.
-            problem: the problem that was planned.
-            plan: one of its plans.
-            go_on: returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`.
-            on_progress: called before each action with the number of actions done, that of all actions, and its name.
+        `go_on` returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`; `on_progress`
+        is called before each action with the number of actions done, that of all actions, and its name.
         """
         self.execution, self.plan = execution, plan
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress

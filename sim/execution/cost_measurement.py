@@ -34,12 +34,9 @@ BATCH = 8
 
 @dataclass(frozen=True)
 class Trial:
-    """An action to simulate.
+    """An action to simulate, e.g. `transport blue san`, and the state of the model before it.
 
-    Attributes:
-        state: of the model, before the action.
-        action: as in plans, e.g. `transport blue san`.
-        put: the object that the hand has just released and is above; None if the hand came from elsewhere.
+    `put` is the object that the hand has just released and is above; None if the hand came from elsewhere.
     """
 
     state: ManipulationState
@@ -49,12 +46,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Failure:
-    """An action that failed in every simulation.
-
-    Attributes:
-        pair: its kind, and the hand's pose before and after it.
-        reason: why it failed in the first one.
-    """
+    """An action that failed in every simulation, with the reason of the first failure."""
 
     pair: Pair
     reason: str

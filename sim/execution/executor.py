@@ -65,14 +65,9 @@ class Execution:
     ) -> None:
         """Begin at the model's start; if the hand starts over a location, it is moved there first.
 
-        Args:
-            scene: the scene.
-            data: from `initial_state`.
-            system: the model's transition system; None to build it, which takes a tenth of the time of a run.
-            sensor: observes the objects; None for exact poses.
-            skills: by kind of action.
-            faults: faults to inject.
-            seed: of the faults' random numbers and of the motion planner; None for 0.
+        The data are from `initial_state`. Without the model's transition system, it is built, which takes a tenth of
+        the time of a run; without a sensor, poses are exact. Skills are by kind of action. The seed, 0 for None, is
+        that of the faults' random numbers and of the motion planner.
 
         Raises:
             SimulationError: a kind of action of the model has no skill, or the hand cannot reach its start.
@@ -274,13 +269,9 @@ def execute(
 ) -> Run:
     """Carry out a plan from the model's start; stop at the first action whose outcome is not the predicted one.
 
-    Args:
-        scene: the scene.
-        actions: symbolic actions, e.g. `transit top`, `grasp pink`.
-        seed: None for nominal poses of the objects; otherwise they are perturbed by up to 5 mm and 5 degrees.
-        system: as for `Execution`, as are the skills.
-        skills: by kind of action.
-        on_progress: called before each action with the number of actions done, that of all actions, and its name.
+    Actions are such as `transit top`, `grasp pink`. With a seed, objects are off their nominal poses by up to 5 mm and
+    5 degrees. System and skills are as for `Execution`. `on_progress` is called before each action with the number of
+    actions done, that of all actions, and its name.
 
     Raises:
         ModelError: an action is not applicable in its state; nothing is simulated then.

@@ -42,14 +42,9 @@ def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np
 
 
 def add_animation(tree: dict[str, Any], items: Items, name: str, world: RecordedWorld, log: Log) -> None:
-    """Add a run to a glTF document.
+    """Add a run, of which a world was rebuilt, to the nodes and the binary part of a glTF document.
 
-    Args:
-        tree: the document, with its nodes; `tree["accessors"]` is still a dict, by name.
-        items: its binary part.
-        name: of the animation.
-        world: rebuilt from the log.
-        log: of the run.
+    `tree["accessors"]` is still a dict, by name.
     """
     model, times = world.mujoco, log.times
     channels, samplers = list[dict[str, Any]](), list[dict[str, Any]]()

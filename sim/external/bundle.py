@@ -17,10 +17,9 @@ from sim.geometry.mjcf_limits import is_relative, paths
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
-    """Return the files of a model, encoded in base64, by their normal paths relative to the scenario's folder.
+    """Return the files of a model in base64, by their normal paths relative to the scenario's folder.
 
-    Raises:
-        SimulationError: one of them is missing.
+    Raises `SimulationError` if one of them is missing.
     """
     return {name: base64.b64encode(_contents(model.folder / name)).decode() for name in _file_names(model)}
 

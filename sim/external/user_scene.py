@@ -26,13 +26,7 @@ FREE = mujoco.mjtJoint.mjJNT_FREE
 
 @dataclass(frozen=True, eq=False)
 class UserScene:
-    """A user's MJCF file.
-
-    Attributes:
-        path: of the file.
-        mujoco: model compiled from the file alone.
-        data: its initial state, with kinematics computed.
-    """
+    """A user's MJCF file, the model compiled from it alone, and its initial state, with kinematics computed."""
 
     path: Path
     mujoco: mujoco.MjModel
@@ -87,11 +81,7 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
 
 
 def read_file(path: Path) -> UserScene:
-    """Return the user's scene in a file.
-
-    Raises:
-        SimulationError: MuJoCo refuses it.
-    """
+    """Return the user's scene in a file; raise `SimulationError` if MuJoCo refuses it."""
     check_file(path, "scene")
     try:
         compiled = mujoco.MjModel.from_xml_path(as_utf8(path))

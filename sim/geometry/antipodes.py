@@ -30,12 +30,9 @@ GRID_M = 0.006
 
 @dataclass(frozen=True, eq=False)
 class Antipodes:
-    """Two patches that face away from each other along a line.
+    """Two patches that face away from each other along a line, `width` m apart.
 
-    Attributes:
-        position: (3,) midway between them, m.
-        direction: (3,) unit vector from one to the other.
-        width: distance between them, m.
+    The (3,) position is midway between them, m, and the direction a (3,) unit vector from one to the other.
     """
 
     position: np.ndarray

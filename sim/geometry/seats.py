@@ -25,12 +25,7 @@ SAME_FACE = np.cos(np.radians(3))
 
 @dataclass(frozen=True, eq=False)
 class Seat:
-    """A flat place on a surface.
-
-    Attributes:
-        position: (3,) of its middle, m.
-        normal: (3,) out of the solid.
-    """
+    """A flat place on a surface: the (3,) position of its middle, m, and its (3,) normal out of the solid."""
 
     position: np.ndarray
     normal: np.ndarray

@@ -54,12 +54,7 @@ MIN_VERTICAL_COMPONENT = 0.999
 
 
 class InverseKinematics:
-    """Configurations q, (n,) rad or m, of a robot's arm that bring its tool to a pose.
-
-    Attributes:
-        model: of the arm alone.
-        robot: the robot.
-    """
+    """Configurations q, (n,) rad or m, of a robot's arm that bring its tool to a pose; `model` is of the arm alone."""
 
     def __init__(self, robot: Robot) -> None:
         """Compile the robot's arm."""

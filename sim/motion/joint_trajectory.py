@@ -14,9 +14,7 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 class JointTrajectory:
     """A movement of the arm's n joints, sampled at every step of whole control periods; it ends at rest.
 
-    Attributes:
-        positions: (K, n) rad.
-        velocities: (K, n) rad/s.
+    Positions and velocities are (K, n), rad and rad/s.
     """
 
     positions: np.ndarray

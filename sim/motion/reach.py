@@ -14,10 +14,8 @@ from sim.motion.trajectory import ToolPose
 class Reach:
     """A bound of the distance between two points of an arm, of which a pose of the tool determines the second.
 
-    Attributes:
-        centre: (3,) origin of the first link at home, m.
-        flange: (3,) origin of the last link in the tool's frame, m.
-        greatest: distance of both, m: the sum of the links' lengths.
+    They are the (3,) origin of the first link at home, m, and that of the last link, the flange, in the tool's frame,
+    m; their greatest distance is the sum of the links' lengths, m.
     """
 
     centre: np.ndarray

@@ -142,20 +142,12 @@ class ExactSensor:
 
 
 class NoisySensor:
-    """Observes poses with normally distributed errors of position and heading, independent at every observation.
-
-    Attributes:
-        samples: number of observations in a measurement.
-        error: standard deviation of a measured position along each axis, m.
-    """
+    """Observes poses with normally distributed errors of position and heading, independent at every observation."""
 
     def __init__(self, noise: float, *, seed: int, bias: np.ndarray | None = None) -> None:
-        """Set the errors.
+        """Set the standard deviation of an observed position along each axis, m, and the seed of the errors.
 
-        Args:
-            noise: standard deviation of an observed position along each axis, m.
-            seed: of the random errors.
-            bias: (3,) constant error of all positions, as of a badly calibrated camera, m; None for none.
+        The bias is a (3,) constant error of all positions, as of a badly calibrated camera, m.
         """
         self.samples = NOISY_SAMPLES if noise else 1
         self.error = noise / np.sqrt(self.samples)

@@ -32,9 +32,7 @@ MARGIN = 0.03
 class Camera:
     """A view of a scene; all objects, locations and the hand at work fit into that of `fixed`, `orbit` and `top`.
 
-    Attributes:
-        name: as given.
-        mounted: whether it is one of the model's own cameras, as `wrist` is.
+    One that is `mounted` is one of the model's own cameras, as `wrist` is.
     """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:

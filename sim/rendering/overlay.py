@@ -40,13 +40,7 @@ OVERSAMPLING = 2
 
 @dataclass(frozen=True)
 class TaskStatus:
-    """The status of a task.
-
-    Attributes:
-        name: the task's name.
-        text: its formula in words.
-        state: `satisfied` or still `open`.
-    """
+    """The status of a task, and its formula in words."""
 
     name: str
     text: str

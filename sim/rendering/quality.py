@@ -35,12 +35,7 @@ QUALITIES = {"draft": DRAFT, "final": FINAL}
 
 
 class Look(TypedDict, total=False):
-    """Options of a video.
-
-    Attributes:
-        quality: `DRAFT` by default.
-        camera: as for `Painter`; `fixed` by default.
-    """
+    """Options of `sim.rendering.video.render_video`."""
 
     quality: Quality
     camera: str

@@ -42,14 +42,9 @@ class Painter:
         camera: str,
         opening: float = 0.0,
     ) -> None:
-        """Create the OpenGL context.
+        """Create the OpenGL context for pictures of a size, (width, height) in pixels; that of the quality is ignored.
 
-        Args:
-            scene: to render.
-            size: (width, height) in pixels.
-            quality: settings; its own size is ignored.
-            camera: name of a `sim.rendering.cameras.Camera`.
-            opening: as for `sim.rendering.cameras.Camera`.
+        Camera and opening are as for `sim.rendering.cameras.Camera`.
         """
         self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size, opening=opening)
         if self._camera.mounted:  # no names are written over its pictures

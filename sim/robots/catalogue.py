@@ -32,11 +32,7 @@ ROBOTS = {robot.name: robot for robot in _defined()}
 
 
 def robot_named(name: str) -> Robot:
-    """Return one of `ROBOTS`.
-
-    Raises:
-        RobotError: it is unknown, or cannot be loaded.
-    """
+    """Return one of `ROBOTS`; raise `RobotError` if it is unknown, or cannot be loaded."""
     if name not in ROBOTS:
         raise RobotError(f"unknown robot {name!r} {choices(name, ROBOTS)}")
     found = ROBOTS[name]

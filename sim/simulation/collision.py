@@ -86,14 +86,10 @@ class CollisionChecker:
         held: bool = False,
         width: float | None = None,
     ) -> None:
-        """Set the state of the world for the next checks.
+        """Set the state of the world for the next checks: joints of the robot, and last observed poses of the objects.
 
-        Args:
-            now: the current state, for the joints of the robot.
-            poses: last observed poses of the objects.
-            handled: the object that the fingers may touch.
-            held: whether it moves with the hand as its load, which is checked for collisions, too.
-            width: between the pads, m; None for the current one.
+        The fingers may touch the handled object; if it is held, it moves with the hand as its load, which is checked
+        for collisions, too. Without a width between the pads, m, it is the current one.
         """
         model, data = self._model, self._data
         data.qpos[:] = now.qpos

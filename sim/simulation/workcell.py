@@ -62,13 +62,8 @@ class Workcell(Plant):
     ) -> None:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given.
 
-        Args:
-            scene: the scene to simulate.
-            data: its state.
-            sensor: observes the objects.
-            seed: of the search for paths.
-            arm: kinematics of the same robot, whose cache of solutions is reused; None for new ones.
-            searches: number of searches for a path.
+        The seed is that of the searches for a path, of which there are several. An arm of the same robot lets its cache
+        of solutions be used again.
         """
         super().__init__(scene, data)
         self.arm = arm or Arm(scene.robot)
@@ -107,11 +102,7 @@ class Workcell(Plant):
         return pose
 
     def measure(self, obj: str) -> ObjectPose:
-        """Return the pose of an object at rest, averaged over the observations that its sensor needs.
-
-        Raises:
-            ObservationTimeoutError: as in `observe`.
-        """
+        """Return the pose of an object at rest, averaged over the observations that its sensor needs; see `observe`."""
         return self.survey([obj])[obj]
 
     def survey(self, objects: Iterable[str]) -> dict[str, ObjectPose]:

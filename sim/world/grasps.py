@@ -48,13 +48,10 @@ MAX_SLOPE = np.sin(np.radians(15))
 
 @dataclass(frozen=True, eq=False)
 class GraspPose:
-    """A pose of the tool frame, relative to an object, at which the fingers close on the object.
+    """A pose of the tool frame, relative to an object, at which the fingers close on the object; see `ToolPose`.
 
-    Attributes:
-        position: (3,) of the point between the pads, m.
-        rotation: (3, 3) of the tool frame: z points out of the hand, the fingers close along y.
-        width: of the object between the pads, m.
-        clearance: distance from the object to either pad of the open hand, m; None for the usual opening.
+    `width` is that of the object between the pads, m, and `clearance` its distance from either pad of the open hand, m;
+    None for the usual opening.
     """
 
     position: np.ndarray

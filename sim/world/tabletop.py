@@ -30,13 +30,7 @@ LETTERS_M = 0.026
 
 @dataclass(frozen=True)
 class Marking:
-    """What a location has on the table: its outline, and a place for its name.
-
-    Attributes:
-        location: its name.
-        middle: (2,) middle of the place for the name, m.
-        outline: (4, 2) corners of a rectangle to outline, m; None for none.
-    """
+    """What a location has on the table: a name, at its (2,) middle, and the (4, 2) corners of an outline or None, m."""
 
     location: str
     middle: np.ndarray

@@ -42,11 +42,7 @@ class Blind(Fault):
 
 
 class DropoutSensor:
-    """A sensor that observes nothing for a while.
-
-    Attributes:
-        samples, error: those of the wrapped sensor.
-    """
+    """A sensor that observes nothing for a while."""
 
     def __init__(self, sensor: Sensor, *, until: float) -> None:
         """Wrap a sensor; it observes again from the simulated time `until` on, s."""

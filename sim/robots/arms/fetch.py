@@ -56,10 +56,8 @@ FETCH_MJCF = """<mujoco>
 def fetch_mjcf() -> mujoco.MjSpec:
     """Return the robot with its shoulder's axis over the origin, its torso raised, and an actuator of its gripper.
 
-    Bodies, arm inertias and shapes are the MJCF's. Dampings and the grip are set here.
-
-    Raises:
-        RobotError: gymnasium-robotics is not installed.
+    Bodies, arm inertias and shapes are the MJCF's. Dampings and the grip are set here. Raises `RobotError` if
+    gymnasium-robotics is not installed.
     """
     if reason := unavailable_because():
         raise RobotError(reason)

@@ -19,10 +19,8 @@ MJCF = Path(__file__).parents[3] / "assets" / "panda.xml"
 def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     """Return the robot, its base frame at the origin; `meshes` is whether it has meshes, None if they are installed.
 
-    Without them, it has capsules; kinematics, inertia, fingers and pads are the same.
-
-    Raises:
-        FileNotFoundError: `meshes` is true, and they are not installed.
+    Without them, it has capsules; kinematics, inertia, fingers and pads are the same. Raises `FileNotFoundError` if
+    `meshes` is true, and they are not installed.
     """
     folder = mesh_folder()
     if meshes and folder is None:
