@@ -3,7 +3,8 @@
 import copy
 import functools
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import mujoco
@@ -52,10 +53,7 @@ def _configuration(arm: Arm, slot: Slot, height: float) -> np.ndarray:
     where = f"locations.{slot.location}: {distance:.2f} m from the robot's base"
     if abs(bearing) > robot.max_bearing_rad:
         raise SimulationError(f"{where}, behind it: it turns {np.degrees(robot.max_bearing_rad):.0f} degrees each way")
-    q = reach(arm, slot, height)
-    if q is None:
-        q = _reach_tilted(arm, slot, height)
-    if q is not None:
+    if (q := _first_reached(arm, _poses(arm, slot, height))) is not None:
         return q
     if distance < robot.nearest_m:
         raise SimulationError(
@@ -76,7 +74,7 @@ def _farthest(arm: Arm, slot: Slot, height: float) -> float:
     def within(centimetres: int) -> bool:
         """Return whether it reaches so far."""
         nearer = replace(slot, position=base + direction * centimetres / 100)
-        return reach(arm, nearer, height) is not None or _reach_tilted(arm, nearer, height) is not None
+        return _first_reached(arm, _poses(arm, nearer, height)) is not None
 
     low, high = int(np.ceil(arm.robot.nearest_m * 100)), int(np.ceil(distance * 100))
     if not within(low):
@@ -89,29 +87,25 @@ def _farthest(arm: Arm, slot: Slot, height: float) -> float:
 
 def reach(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
     """Return a configuration with the tool at a height, m, over a slot and with its yaw; None if there is none."""
-    return _solved(arm, ToolPose.down(np.array([*slot.position[:2], height]), slot.yaw))
+    return _first_reached(arm, itertools.islice(_poses(arm, slot, height), 1))
 
 
-def _reach_tilted(arm: Arm, slot: Slot, height: float) -> np.ndarray | None:
-    """Return a configuration as `reach` does, with another heading or tilt of the hand; None if there is none."""
+def _poses(arm: Arm, slot: Slot, height: float) -> Iterator[ToolPose]:
+    """Yield poses of the tool at a height, m, over a slot: with its yaw, then with other headings and tilts."""
+    position, outwards = np.array([*slot.position[:2], height]), slot.position - arm.robot.position
+    yield ToolPose.down(position, slot.yaw)
+    across = ToolPose.down(position, float(np.arctan2(outwards[1], outwards[0])) + np.pi / 2)
     tilts = np.radians([0, 15, 30, 45, 60, 75, 90])
-    outwards = slot.position - arm.robot.position
-    across = float(np.arctan2(outwards[1], outwards[0])) + np.pi / 2
-    for tilt, turn in itertools.product(tilts, (0.0, np.pi / 2)):
-        pose = ToolPose.down(np.array([*slot.position[:2], height]), across)
-        for side in (-1.0, 1.0):
-            tilted = pose.leaning(tilt, side * outwards * [1, 1, 0])
-            turned = replace(tilted, rotation=tilted.rotation @ about_z(turn))
-            if (q := _solved(arm, turned)) is not None:
-                return q
+    for tilt, turn, side in itertools.product(tilts, (0.0, np.pi / 2), (-1.0, 1.0)):
+        tilted = across.leaning(tilt, side * outwards * [1, 1, 0])
+        yield replace(tilted, rotation=tilted.rotation @ about_z(turn))
+
+
+def _first_reached(arm: Arm, poses: Iterable[ToolPose]) -> np.ndarray | None:
+    for pose in poses:
+        with suppress(SimulationError):
+            return arm.reach(pose.symmetric_poses())[0]
     return None
-
-
-def _solved(arm: Arm, pose: ToolPose) -> np.ndarray | None:
-    try:
-        return arm.reach(pose.symmetric_poses())[0]
-    except SimulationError:
-        return None
 
 
 class RobotAtSlots:
