@@ -1,25 +1,15 @@
 """Bodies of a user's scene as convex parts, on which grasps are sought."""
 
-import functools
-from pathlib import Path
-
 import numpy as np
 import trimesh
 
 from sim.external.meshes import MeshParts
-from sim.external.user_scene import UserScene, bounds, read_file, solids
+from sim.external.user_scene import UserScene, bounds, solids
 from sim.geometry.mjcf import plain_solid
 
 
-def parts_of(path: Path, body: str) -> MeshParts:
+def parts_of(scene: UserScene, body: str) -> MeshParts:
     """Return the colliding shapes of a free body of a scene about the middle of their box."""
-    return _parts_of(path, path.stat().st_mtime_ns, body)
-
-
-@functools.lru_cache(maxsize=32)
-def _parts_of(path: Path, changed: int, body: str) -> MeshParts:
-    """Return the same; `changed` is the time of the file's last change, so that the cache notices it."""
-    scene = read_file(path)
     data, found = scene.data, solids(scene, body)
     turn, at = data.body(body).xmat.reshape(3, 3), data.body(body).xpos
     middle = np.mean(bounds(scene, body), axis=0)

@@ -77,11 +77,6 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     path = model.folder / model.scene
     if not os.path.isfile(path):
         raise SimulationError(f"scene: {path}: no such file")
-    return read_file(path)
-
-
-def read_file(path: Path) -> UserScene:
-    """Return the user's scene in a file; raise `SimulationError` if MuJoCo refuses it."""
     check_file(path, "scene")
     try:
         compiled = mujoco.MjModel.from_xml_path(as_utf8(path))

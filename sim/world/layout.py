@@ -12,6 +12,7 @@ from prefplan.limits import check_limits
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
 from sim.errors import SimulationError, collecting
+from sim.external.user_scene import UserScene
 from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
 from sim.robots.gripper import Gripper
@@ -47,8 +48,10 @@ NEIGHBOUR_DISTANCE_M = 0.12
 """At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
-def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> TableLayout:
-    """Return the stations and slots of a model, placed such that a robot can work at them.
+def arrange(
+    model: ManipulationModel, robot: Robot, own: UserScene | None = None, *, judged: bool = True
+) -> TableLayout:
+    """Return the stations and slots of a model, of a user's own scene if there is one, where a robot can work at them.
 
     If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything. A location
     that is out of reach is no fault but a warning: a plan may do without it.
@@ -61,7 +64,7 @@ def arrange(model: ManipulationModel, robot: Robot, *, judged: bool = True) -> T
     shapes: dict[str, ObjectShape] = {}
     for obj in model.objects:
         with collecting(faults):
-            shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, model.scene)
+            shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, own)
             _check_mass(obj, shapes[obj.name], robot)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
     arm = Arm(robot)

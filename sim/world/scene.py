@@ -135,7 +135,7 @@ def build_scene(
     own = read_scene(model)
     if own is not None:
         model = resolved(model, own)
-    layout = arrange(model, robot, judged=judged)
+    layout = arrange(model, robot, own, judged=judged)
     shapes = layout.shapes
     spec = robot.spec(meshes=meshes)
     spec.modelname = "prefplan"

@@ -14,6 +14,7 @@ from prefplan.models.manipulation.model import Object
 from sim.errors import SimulationError
 from sim.external.body_parts import parts_of
 from sim.external.meshes import MeshParts, mesh_of
+from sim.external.user_scene import UserScene
 from sim.geometry.antipodes import Antipodes, antipodes
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.seats import Seat, seats
@@ -170,10 +171,10 @@ def opening(width: float) -> float:
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
-def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | None = None) -> ObjectShape:
+def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScene | None = None) -> ObjectShape:
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
-    Files are looked for in a folder, and an object that is a body of the user's `scene` must have been `resolved`.
+    Files are looked for in a folder, and an object that is a body of the user's own scene must have been `resolved`.
 
     Raises:
         SimulationError: an object of an unknown kind, or that the hand cannot grasp. The message starts with its key.
@@ -182,8 +183,8 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), scene: str | 
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
     mesh = mesh_of(obj, folder) if obj.kind == "mesh" and obj.size is None else None
     size = mesh.size if mesh is not None else _checked_size(obj, where)
-    if obj.kind == "mesh" and obj.body is not None and scene is not None:
-        mesh = parts_of(folder / scene, obj.body)
+    if obj.kind == "mesh" and obj.body is not None and own is not None:
+        mesh = parts_of(own, obj.body)
     if obj.kind == "cylinder":
         x, height = size
         y, volume = x, math.pi / 4 * x**2 * height
