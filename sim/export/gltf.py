@@ -29,13 +29,9 @@ BASE = "world"
 
 
 def encode_glb(logs: Mapping[str, Log]) -> bytes:
-    """Return a binary glTF file with the scene of some runs, and each run as an animation.
+    """Return a binary glTF file with the scene that the logs of some runs share, and each as an animation of its name.
 
-    Args:
-        logs: of runs in the same scene, one at least, by the animation's name.
-
-    Raises:
-        LogError: the scene of a log cannot be built.
+    Raises `LogError` if the scene of a log cannot be built.
     """
     worlds = {name: RecordedWorld(log) for name, log in logs.items()}
     first = next(iter(worlds.values()))

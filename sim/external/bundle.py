@@ -44,10 +44,8 @@ def _contents(path: Path) -> bytes:
 def unpacked(model: ManipulationModel, files: Mapping[str, str]) -> ManipulationModel:
     """Return a model with packed files, in a temporary folder that is removed when the process ends.
 
-    Nothing outside that folder is read: the files must be exactly those that the model names.
-
-    Raises:
-        LogError: a path or the contents of a file are invalid, or the model names other files.
+    Nothing outside that folder is read: the files must be exactly those that the model names. Raises `LogError` if they
+    are not, or if a path or the contents of a file are invalid.
     """
     named = [obj.file for obj in model.objects] + [model.scene, model.robot_setup.mjcf]
     for name in filter(None, named):

@@ -84,8 +84,7 @@ class MeshParts:
 def mesh_of(obj: Object, folder: Path) -> MeshParts:
     """Return the mesh of an object whose file is beside the scenario, in a folder.
 
-    Raises:
-        SimulationError: the file is missing or no mesh. The message starts with the object's key.
+    Raises `SimulationError`, which starts with the object's key, if the file is missing or no mesh.
     """
     where = f"objects.{obj.name}.file"
     if obj.file is None:

@@ -67,11 +67,7 @@ class UserScene:
 
 
 def read_scene(model: ManipulationModel) -> UserScene | None:
-    """Return the user's scene that a model names, or None.
-
-    Raises:
-        SimulationError: the file is missing, or MuJoCo refuses it.
-    """
+    """Return the user's scene that a model names, or None; raise `SimulationError` if MuJoCo cannot read it."""
     if model.scene is None:
         return None
     path = model.folder / model.scene
@@ -88,11 +84,7 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
 
 
 def scene_files(path: Path) -> list[Path]:
-    """Return the files that a user's scene consists of.
-
-    Raises:
-        SimulationError: one of them is missing, or no XML.
-    """
+    """Return the files that a user's scene consists of; raise `SimulationError` if one is missing, or no XML."""
     if not os.path.isfile(path):
         raise SimulationError(f"{path}: no such file")
     try:

@@ -119,10 +119,9 @@ def draw_solid(
 
 
 def as_utf8(path: Path) -> str:
-    """Return a path as MuJoCo takes it; in another locale than its own, Python has characters that are none.
+    """Return a path as MuJoCo takes it, in UTF-8, or raise `SimulationError`.
 
-    Raises:
-        SimulationError: it is not UTF-8.
+    In another locale than its own, Python has characters that are none.
     """
     try:
         return os.fsencode(path).decode()

@@ -122,10 +122,8 @@ def camera_names(scene: Scene) -> tuple[str, ...]:
 def read_view(text: str) -> tuple[float, float, float]:
     """Return azimuth and elevation, degrees, and distance, m, of a camera given as `az,el,dist`.
 
-    Azimuth 180 looks towards the robot from in front of it, elevation -90 straight down.
-
-    Raises:
-        RenderingError: the text is not of this form, or a number is out of range.
+    Azimuth 180 looks towards the robot from in front of it, elevation -90 straight down. Raises `RenderingError` if the
+    text is not of this form, or a number is out of range.
     """
     try:
         azimuth, elevation, distance = map(float, text.split(","))

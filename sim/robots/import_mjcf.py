@@ -38,8 +38,7 @@ class ImportedArm(ArmConstants):
     def robot(self) -> Robot:
         """Return the robot, made for scenes when it is first asked for.
 
-        Raises:
-            RobotError, ValueError: the MJCF is not available or cannot be read, or does not fit the constants.
+        Raises `RobotError` or `ValueError` if the MJCF is not available or readable, or does not fit the constants.
         """
         spec, gripper = _imported(self)
         constants = {each.name: getattr(self, each.name) for each in fields(ArmConstants)}

@@ -106,8 +106,7 @@ class Robot(ArmConstants):
     def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
         """Return the robot's MJCF, with actuators that compensate gravity within their torque limits.
 
-        Raises:
-            RobotError: its MJCF cannot be loaded, or lacks a part that is named here.
+        Raises `RobotError` if its MJCF cannot be loaded, or lacks a part that is named here.
         """
         spec, gripper = self.mjcf(meshes), self.gripper
         try:

@@ -29,8 +29,7 @@ DOWN_COSINE = 0.98
 def user_robot(setup: RobotSetup) -> Robot:
     """Return the robot that a scenario describes, which `check_robot` has passed.
 
-    Raises:
-        SimulationError: the MJCF cannot be read, or does not fit the table; the message begins with the key.
+    Raises `SimulationError`, which begins with the key, if the MJCF cannot be read, or does not fit the table.
     """
     path = setup.folder / str(setup.mjcf)
     if not os.path.isfile(path):

@@ -57,8 +57,7 @@ class Recorder:
     def begin_period(self, data: mujoco.MjData, controls: np.ndarray) -> np.ndarray:
         """Record the commands of a control period, and the state if it differs from the end of the last period.
 
-        Returns:
-            (steps, nu) the commands to send, rounded to their resolution.
+        Returns the (steps, nu) commands to send, rounded to their resolution.
         """
         mujoco.mj_getState(self._model, data, self._found, STATE)
         if self._found.tobytes() != self._left.tobytes():
@@ -193,11 +192,8 @@ def _recursive(now: float, before: float, driven: np.ndarray) -> np.ndarray:
 def missed_contacts(constraints: np.ndarray, lopsided: Sequence[int]) -> np.ndarray:
     """Return (K,) bool, which steps are affected by contacts of a pad that MuJoCo misses.
 
-    Contacts come and go, but those that are lost and found again within `MISSED_STEPS` were missed.
-
-    Args:
-        constraints: (K,) number of constraints in each step.
-        lopsided: the steps in which something touches one pad only.
+    Contacts come and go, but those that are lost and found again within `MISSED_STEPS` were missed. Given are the (K,)
+    numbers of constraints in each step, and the lopsided steps, in which something touches one pad only.
     """
     missed, one_pad = np.zeros((2, len(constraints)), dtype=bool)
     one_pad[lopsided] = True

@@ -53,8 +53,7 @@ def add_objects(
 ) -> tuple[str, ...]:
     """Add the objects where they start, and the user's own scene if there is one; return warnings for the user.
 
-    Raises:
-        SimulationError: an object has the name of another part of the scene, or the user's scene cannot be added.
+    Raises `SimulationError` if an object has the name of another part of the scene.
     """
     _check_names(spec, model)
     warnings: list[str] = []

@@ -151,8 +151,7 @@ class RobotAtSlots:
     def lamp_foot(self, station: Station) -> np.ndarray:
         """Return the (2,) foot of a station's lamp, m: clear of the robot, near the station, and away from the base.
 
-        Raises:
-            SimulationError: there is no space for it.
+        Raises `SimulationError` if there is no space for it.
         """
         centre = station.outline.centre
         x, y = centre - self._robot.position[:2]

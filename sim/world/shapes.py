@@ -175,9 +175,7 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScen
     """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
 
     Files are looked for in a folder, and an object that is a body of the user's own scene must have been `resolved`.
-
-    Raises:
-        SimulationError: an object of an unknown kind, or that the hand cannot grasp. The message starts with its key.
+    Raises `SimulationError` for an unknown kind, or one that the hand cannot grasp; the message starts with its key.
     """
     where = f"objects.{obj.name}"
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
