@@ -296,7 +296,6 @@ def _set_physics(spec: mujoco.MjSpec) -> None:
     option = spec.option
     option.timestep = TIMESTEP_S
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10
     option.ccd_tolerance = COLLISION_TOLERANCE

@@ -14,10 +14,8 @@ FORCE_N = 27.1434
 def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
     """Return the robot; arguments and errors as of `panda_spec`."""
     spec = panda_spec(meshes=meshes)
-    for element in (*spec.equalities, *spec.tendons, spec.actuator(PANDA.gripper.actuator)):
-        spec.delete(element)
     for name in ("left_finger", "right_finger"):
-        spec.delete(spec.body(name))
+        spec.delete(spec.body(name))  # and what moves it
     cup = mujoco.MjSpec.from_file(str(MJCF.with_name("suction_cup.xml")))
     cup.option = spec.option
     spec.body("hand").add_frame(pos=spec.site(PANDA.tool).pos).attach_body(cup.body("cup"), "suction_", "")
