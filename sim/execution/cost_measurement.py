@@ -159,14 +159,13 @@ def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -
 
 def _exchanged(model: ManipulationModel, state: ManipulationState, one: str, other: str) -> ManipulationState:
     """Return the state with two objects exchanged."""
-    order = [obj.name for obj in model.objects]
-    name = {obj: obj for obj in order} | {one: other, other: one}
+    name = {obj.name: obj.name for obj in model.objects} | {one: other, other: one}
     return replace(
         state,
         held=None if state.held is None else name[state.held],
-        places=tuple(sorted(((name[obj], place) for obj, place in state.places), key=lambda at: order.index(at[0]))),
+        places=tuple((name[obj], place) for obj, place in state.places),
         marks=frozenset((name[obj], mark) for obj, mark in state.marks),
-        slots=tuple(sorted(((name[obj], slot) for obj, slot in state.slots), key=lambda at: order.index(at[0]))),
+        slots=tuple((name[obj], slot) for obj, slot in state.slots),
     )
 
 

@@ -105,20 +105,16 @@ class Arm(InverseKinematics):
                 or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` with the joints moving
                 straight to the goal.
         """
-        limits = self.limits(q, goal, load=load)
-        if self.tool(q).rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
+        limits, start = self.limits(q, goal, load=load), self.tool(q)
+        if start.rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
             movement = timed(limits, *self._straight(q, goal, height), seconds=seconds)
         else:
-            path = self._path(q, goal, pose, height, drawn_in)
+            turn = self._turn(q, goal)
+            turn += wrap(pose.yaw - start.yaw - turn)
+            straight = height is None and not pose.points_down
+            path = transfer_path(self.robot, start, pose, turn, height=height, drawn_in=drawn_in, straight=straight)
             movement = self._on_path(limits, q, goal, path, seconds=seconds, height=height)
         return movement if ending is None else begun_late(limits, movement, q, ending)
-
-    def _path(self, q: np.ndarray, goal: np.ndarray, pose: ToolPose, height: float | None, drawn_in: float) -> ToolPath:
-        """Return the `transfer_path` of a movement; see `move`."""
-        start, turn = self.tool(q), self._turn(q, goal)
-        turn += wrap(pose.yaw - start.yaw - turn)
-        straight = height is None and not pose.points_down
-        return transfer_path(self.robot, start, pose, turn, height=height, drawn_in=drawn_in, straight=straight)
 
     def _on_path(
         self,
