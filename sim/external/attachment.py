@@ -71,14 +71,13 @@ def _remove_mechanisms(world: mujoco.MjSpec) -> list[str]:
 def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
     """Give a user's scene the options of a spec; return the names of those that the user had set otherwise."""
     usual, changed = mujoco.MjSpec().option, []
-    for name in filter(str.islower, vars(type(usual))):
-        own = getattr(world.option, name, None)
-        if name.startswith("_") or own is None:
+    for name in vars(type(usual)):
+        own = getattr(world.option, name)
+        if name.startswith("_") or not name.islower():
             continue
         if not any(np.array_equal(own, getattr(option, name), equal_nan=True) for option in (spec.option, usual)):
             changed.append("option flag" if name in ("disableflags", "enableflags") else f"option {name}")
-        setattr(world.option, name, getattr(spec.option, name))
-    world.visual, world.stat = spec.visual, spec.stat
+    world.option, world.visual, world.stat = spec.option, spec.visual, spec.stat
     for name in ("memory", "nconmax", "njmax", "nstack", "nuserdata"):
         setattr(world, name, getattr(spec, name))
     return changed
