@@ -1,7 +1,5 @@
 """The program as a module: `python -m prefplan` does what `prefplan` does."""
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -4,8 +4,6 @@ Tasks are checked by the semantics of their formulas (`prefplan.logic.good_prefi
 This shares neither automata nor sums with the planner and `prefplan.ledger`, on purpose, in order to check them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The errors that the planner raises on purpose, with a common base class."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 

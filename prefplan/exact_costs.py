@@ -11,8 +11,6 @@ Floats of more than 12 digits, which were probably computed, are rounded to a *r
 would not fit 64 bits (`in_units`); the front is exact for the rounded costs.
 """
 
-from __future__ import annotations
-
 import math
 import numbers
 from collections.abc import Iterable, Sequence

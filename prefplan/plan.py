@@ -1,7 +1,5 @@
 """A plan, as a result for the user: in the user's names and units."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """From a problem to its plans: a single plan, within bounds if wanted, or the whole Pareto front."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Collection, Mapping

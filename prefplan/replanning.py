@@ -5,8 +5,6 @@ The automata read the observed labels of the past, and the search goes on from t
 been paid for yet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Compile the kernels ahead of their first use: `python -m prefplan.warm_up`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from prefplan.heuristics.prepare import Options, Prepared

@@ -1,7 +1,5 @@
 """Why there is no plan."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import prefplan as pp

@@ -3,8 +3,6 @@
 The growth of mu can be minimised in the same way: an edge of cost w adds rate(S) w while the tasks in S are satisfied.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial

@@ -9,8 +9,6 @@ T x A_j of the same cost. For the same reason it is consistent, h(p) <= cost(p, 
 pops labels in order of f. Other files of this folder have larger bounds, and fill the same tables in compiled code.
 """
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections import defaultdict

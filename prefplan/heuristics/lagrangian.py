@@ -15,8 +15,6 @@ self-loops, and over least costs between nodes that ignore the labels passed, wh
 only for automaton states that reading a node's label leads to, since a search reaches a node by reading its label.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import NamedTuple

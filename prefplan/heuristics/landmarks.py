@@ -11,8 +11,6 @@ Where many tasks are left this bound exceeds those of sets of a few tasks (`patt
 larger than the graph. It is admissible, but need not be consistent.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -12,8 +12,6 @@ tabulated in the same way, for disjoint sets, whose bounds are added. Orders are
 The table of a set K has an entry for every node and every combination of the states of K's automata.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple

@@ -6,8 +6,6 @@ that K does not mention may be merged. Every step of the model maps to a step of
 an object left out moves at most the hand.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -14,8 +14,6 @@ For all nodes of a combination together this is the minimum of a few rows of num
 `backward` by Dijkstra's algorithm or less.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from graphlib import CycleError, TopologicalSorter

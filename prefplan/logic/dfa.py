@@ -17,8 +17,6 @@ A state is *satisfied* when every infinite continuation satisfies the formula, i
 (Koenig's lemma). Merging states by partition refinement then gives the minimal automaton.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache

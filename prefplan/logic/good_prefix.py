@@ -18,8 +18,6 @@ can be passed on for ever. There are finitely many sets of obligations: such a w
 Nothing here is shared with the automata that the search follows, so that each can be checked against the other.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from copy import copy

@@ -1,7 +1,5 @@
 """Co-safe formulas and safety rules in negation normal form; other formulas are refused."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Iterator
 
 from prefplan.errors import FormulaError

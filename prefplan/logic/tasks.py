@@ -1,7 +1,5 @@
 """Temporal tasks, which may be relaxed, and rules, with their automata."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -6,8 +6,6 @@ propositions were true, for a price. A task that may be skipped has one more sta
 A rule's automaton accepts its bad prefixes: its accepting state is entered at a price, or never.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from prefplan.logic.dfa import Automaton

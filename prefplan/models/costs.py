@@ -1,7 +1,5 @@
 """Costs of actions: a number, or a table of named costs, with the same names for all actions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Explicit model: the transition system written out, edge by edge."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar

@@ -1,7 +1,5 @@
 """Graph model whose nodes and edges are in files."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Grid model: a mobile robot that moves north, south, east and west between cells (the paper's Example 1)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar

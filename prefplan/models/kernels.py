@@ -1,7 +1,5 @@
 """Kernels: numba functions, compiled once and cached on disk, and the sentinel values that they share."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

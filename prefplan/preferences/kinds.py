@@ -4,8 +4,6 @@ A preference is written in terms of task names and the user's units. `terms` spl
 has label keys; `prefplan.preferences.objective` binds these to a problem.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

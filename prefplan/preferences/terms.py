@@ -5,8 +5,6 @@ satisfied, additive terms over cost grow at a fixed rate. It is their value wher
 and those in S cost nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction

@@ -6,8 +6,6 @@ through. Contraction keeps the other states and the start, at most 64 in all, wi
 inert states between each two; so costs are kept, and sequences of labels that are not inert.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

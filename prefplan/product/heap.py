@@ -4,8 +4,6 @@ The smallest key comes first; of equal keys the item with the lexicographically 
 then the largest item.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ of each task has its own alphabet: a letter is a number composed of what each di
 propositions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Costs and preference values are whole multiples of `Problem.units`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

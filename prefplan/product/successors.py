@@ -1,7 +1,5 @@
 """Successors of product states."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

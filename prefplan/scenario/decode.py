@@ -1,7 +1,5 @@
 """Scenario files: TOML decoded strictly into a model, tasks and a preference."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Scenario files: where they are, and their contents as TOML."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

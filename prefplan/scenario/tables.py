@@ -4,8 +4,6 @@ A field's metadata may rename its key, `{"key": "from"}`, or exclude it, `{"key"
 is excluded are written as a table of tables, each under its name.
 """
 
-from __future__ import annotations
-
 import numbers
 import types
 from collections.abc import Hashable, Mapping

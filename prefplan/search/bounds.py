@@ -1,7 +1,5 @@
 """Limits of a search, and bounds of objectives, as a user gives them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from decimal import Decimal

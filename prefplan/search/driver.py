@@ -1,7 +1,5 @@
 """The loop around the compiled search, which runs in slices so that it can be limited and interrupted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction

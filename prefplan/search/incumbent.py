@@ -4,8 +4,6 @@ The exact search and weighted A* take turns until the exact search has a plan; e
 as the one before. A search that finds its first goal early, as most do, never looks for another plan.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Why no plan satisfies all tasks: some tasks, or rules, that cannot be satisfied together, though any fewer can."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain, combinations

@@ -17,8 +17,6 @@ Heuristic tables are looked up only until the bound puts the label behind those 
 label is popped: most states are never expanded.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from prefplan.heuristics.lagrangian import lagrangian_bound

@@ -4,8 +4,6 @@
 limited, and a search interrupted.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Expressions are turned into Python functions of a label's key. Where all values 
 divisions, and those of Python functions, are rounded; their entries are integers in the same order (`ordered_number`).
 """
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable, Sequence
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """How values are written, in a scenario file and in Python, for messages about values that are written otherwise."""
 
-from __future__ import annotations
-
 import numbers
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """Valid names of propositions, tasks, locations and objects, and the labels that people are shown in place of names."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

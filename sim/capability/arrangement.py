@@ -1,7 +1,5 @@
 """Arrangements in which nothing lies on one object at a location, as similar to the start as the model allows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Why the arm cannot grasp an object at a location: how much that is too far away, or the obstacle above too low."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import replace

@@ -5,8 +5,6 @@ answer = feasibility.check("blue", "bin")       # answer.reason: "out of reach b
 system.without(answer.barred)                   # the model without what the arm cannot do
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Whether an object can be grasped where it is, if need be after dragging or turning it; if not, why not."""
 
-from __future__ import annotations
-
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import find_drag

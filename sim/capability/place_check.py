@@ -1,7 +1,5 @@
 """What the arm can do with one object at one location."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from prefplan.models.manipulation.symbolic import at

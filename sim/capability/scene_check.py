@@ -1,7 +1,5 @@
 """What the arm can do in a scene, within limits of time and memory, and the tasks that need what it cannot do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 

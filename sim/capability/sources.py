@@ -1,7 +1,5 @@
 """The sources that decide what the arm can do and how it moves: what was found with others is outdated."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Checks of the actions in a log: where each brought the hand, what it cost and did, and what is told of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction

@@ -6,8 +6,6 @@ follows from them needs no other check. The propositions after each action are r
 this uses neither the run's observations, nor the planner's automata, nor `prefplan.ledger`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

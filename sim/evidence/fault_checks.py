@@ -1,7 +1,5 @@
 """Checks of the faults in a log: each must have been requested, and the states must show its effect."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Sequence

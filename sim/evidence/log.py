@@ -4,8 +4,6 @@ It is a NumPy archive: the arrays of `Log` under their names, most of them packe
 rows, column by column), and everything else as JSON under `about`.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """Checks of the motions in a log: that they end at rest, keep joint limits, and have the events that are told."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The scene of a logged run, built again from a scenario, the log's own or a given one, and the log's setting."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ This checks `sim.perception`, and shares nothing with it: an object rests where 
 and is held if both pads touch and press it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import mujoco

@@ -5,8 +5,6 @@ the same kind of machine; then every recorded digit must be reproduced. Otherwis
 is simulated from the recorded one before it, and must agree within tolerances, alone and summed over the run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

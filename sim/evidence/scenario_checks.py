@@ -1,7 +1,5 @@
 """Check of the scenario in a log against a given one."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from typing import Any

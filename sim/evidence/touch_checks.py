@@ -3,8 +3,6 @@
 This shares nothing with the collision checks used in motion planning (`sim.simulation.collision`).
 """
 
-from __future__ import annotations
-
 import copy
 from bisect import bisect_right
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The skills of the arm, by the kind of action."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from prefplan.models.manipulation.symbolic import Action

@@ -1,7 +1,5 @@
 """Dragging free: an object with too little space for the fingers beside it is pressed and dragged away from walls."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress

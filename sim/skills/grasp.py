@@ -1,7 +1,5 @@
 """Grasp: close the hand on the object below it and raise it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass

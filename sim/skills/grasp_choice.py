@@ -1,7 +1,5 @@
 """Choice of a grasp: the arm must reach it without a collision, where the object is and where it is put down next."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The hand close to objects: straight motions, collision-free poses, and what it holds."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 from collections.abc import Callable, Iterable, Sequence

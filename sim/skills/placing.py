@@ -1,7 +1,5 @@
 """Where an object can be put down: free slots, its supports there, and obstacles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import mujoco

@@ -1,7 +1,5 @@
 """Regrasping: an object that no single grasp sets upright is first set down on another face, or elsewhere."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress

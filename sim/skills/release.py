@@ -1,7 +1,5 @@
 """Release: put the held object down."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """A skill: an operator (precondition and effect of a kind of action) with the motion that achieves the effect."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 

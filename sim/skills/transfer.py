@@ -1,7 +1,5 @@
 """Transfer motions: paths of the tool over all objects at rest, or planned paths if those are in collision."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Transit: bring the empty hand over a location."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Transport: carry the held object over a location."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from prefplan.models.manipulation.operators import Transport

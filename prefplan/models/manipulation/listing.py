@@ -1,7 +1,5 @@
 """The reachable states of a manipulation model, breadth first."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The file of measurements of a scenario: the time, travel and energy of each action in simulation."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Manipulation model: an arm moves one object at a time between named locations."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, ClassVar

@@ -4,8 +4,6 @@ Plans do not choose slots, but the measured cost of an action depends on them; s
 distinguish them. The actions determine them: an object is put into the free slot farthest from the others there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

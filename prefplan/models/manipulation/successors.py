@@ -8,8 +8,6 @@ canonical state stands for all that result from exchanging neutral locations and
 The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 The simulation checks and uses it; a plan depends on none of it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from pathlib import Path

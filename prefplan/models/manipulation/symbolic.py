@@ -1,7 +1,5 @@
 """Symbolic states and actions of a manipulation model, and the propositions of states, as text."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 
