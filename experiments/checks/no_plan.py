@@ -1,5 +1,7 @@
 """Why there is no plan."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
 
 import prefplan as pp

@@ -1,5 +1,7 @@
 """`prefplan draw`: pictures of a scenario's plans and automata."""
 
+from __future__ import annotations
+
 from decimal import Decimal
 from pathlib import Path
 
