@@ -1,18 +1,17 @@
 """Checks of the actions in a log: where each brought the hand, what it cost and did, and what is told of it."""
 
 import math
-from collections.abc import Callable, Sequence
-from fractions import Fraction
+from collections.abc import Sequence
 
 import numpy as np
 
 from prefplan.claims import Check
 from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
-from prefplan.models.costs import by_name
-from prefplan.models.manipulation.action_costs import MeasuredCosts
-from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
-from prefplan.models.manipulation.slots import location_of, pose
+from prefplan.models.costs import UNMEASURED
+from prefplan.models.manipulation.action_costs import cost_tables
+from prefplan.models.manipulation.model import ManipulationState
+from prefplan.models.manipulation.slots import hand_poses, location_of, pose
 from prefplan.models.manipulation.symbolic import Action, at, holding, marked
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, RecordedWorld
@@ -104,8 +103,10 @@ class _Hand:
         self._log, self._world, self._model = log, world, world.model
         self._answers = [event.time for event in log.about.events if event.kind in ANSWERS]
         self._begun, self._ended = -math.inf, 0.0
-        # The poses that it may have, as costs have them, and the symbolic state as far as the actions determine it.
-        self._poses = {world.model.start}
+        self._hands = hand_poses(world.model.slot_counts, world.model.start)
+        self._costs = cost_tables(world.model, self._hands)[0]
+        # The locations over which it may be, and the symbolic state as far as the actions determine it.
+        self._over = {world.model.start}
         self._state: ManipulationState | None = world.model.initial_state
 
     def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:
@@ -117,7 +118,7 @@ class _Hand:
         now, before = action.start + ROUNDING_S, self._ended
         if any(self._begun < time <= now for time in self._answers):
             far = self._distances([self._world.frame_at(before)])
-            self._poses |= {ELSEWHERE, *(near for near in far if far[near][0] < GOING_ON_M)}
+            self._over |= {ELSEWHERE, *(near for near in far if far[near][0] < GOING_ON_M)}
             self._state = None
         self._begun, self._ended = now, action.end
         objection = self._objection_to_times(action, before)
@@ -138,7 +139,7 @@ class _Hand:
 
     def _objection_to_place(self, action: Action, label: Label) -> str | None:
         """Return which move a grasp or a release lacks, before which the frames show a label, in words, or None."""
-        obj, places, over = action.obj, self._world.scene.slots.keys(), {location_of(name) for name in self._poses}
+        obj, places, over = action.obj, self._world.scene.slots.keys(), self._over
         needed = action.location or next((place for place in places if at(obj, place) in label), None)
         if needed is None:  # the object is off every location, or not in the scenario
             known = any(obj == other.name for other in self._model.objects)
@@ -170,37 +171,26 @@ class _Hand:
         }
 
     def _objection_to_cost(self, action: LoggedAction, symbolic: Action) -> str | None:
-        """Move on to the poses after an action; return that it does not cost what the scenario says, or None.
+        """Move on to where the hand is after an action; return that it does not cost what the scenario says, or None.
 
         Measured costs depend on the slots between which the hand moves. Until the first mismatch, these follow from the
-        actions; then the cost between any slots is accepted, and elsewhere that of any action of its kind.
+        actions; then the cost between any slots is accepted, and elsewhere between any poses.
         """
-        operator, before = self._model.operator(symbolic.kind), self._poses
+        operator, before = self._model.operator(symbolic.kind), self._poses()
         if operator.travels:
-            self._poses = {symbolic.location}
+            self._over = {symbolic.location}
         if self._state is not None:
             outcomes = operator.outcomes(self._model, self._state)
             self._state = next((state for other, state in outcomes if other == symbolic), None)
-        if self._state is not None:
-            self._poses = {pose(self._state.hand, self._state.hand_slot)}
-        right = _costs(self._model, symbolic.kind, before, self._poses, exactly=self._state is not None)
+        entries = self._costs.entries[self._model.kinds.index(symbolic.kind)][np.ix_(before, self._poses())]
+        right = {self._costs.unit * int(entry) for entry in entries.flat if entry != UNMEASURED}
         if exact(action.cost) in right:
             return None
         return f"it costs {to_number(right.pop()) if len(right) == 1 else 'another amount'}, not {action.cost}"
 
-
-def _costs(model: ManipulationModel, kind: str, before: set[str], after: set[str], *, exactly: bool) -> set[Fraction]:
-    """Return what an action of a kind may cost between some poses of the hand, or any slots of their locations.
-
-    Where that was not measured, it is what any action of the kind may cost.
-    """
-    name = model.cost_names[0]
-    if not isinstance(model.costs, MeasuredCosts):
-        return {exact(by_name(model.costs[kind])[name])}
-    table = {(a, b): exact(by_name(cost)[name]) for (other, a, b), cost in model.costs.entries.items() if other == kind}
-    levels: list[Callable[[str], str]] = [str, location_of] if exactly else [location_of]
-    for near in levels if ELSEWHERE not in before | after else []:
-        starts, ends = {*map(near, before)}, {*map(near, after)}
-        if found := {cost for (a, b), cost in table.items() if near(a) in starts and near(b) in ends}:
-            return found
-    return {*table.values()}
+    def _poses(self) -> list[int]:
+        """Return the numbers of the poses that the hand may have: all, if it may be over no location."""
+        if self._state is not None:
+            return [self._hands.index(pose(self._state.hand, self._state.hand_slot))]
+        is_over = self._over <= self._world.scene.slots.keys()
+        return [i for i, hand in enumerate(self._hands) if not is_over or location_of(hand) in self._over]
