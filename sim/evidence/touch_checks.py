@@ -35,8 +35,10 @@ class Touches:
         self._is_finger = world.robot.fingers(model)
         # The simulation ignores collisions between the robot's own links.
         world.robot.let_links_collide(model)
-        # Of each geom, the nearest body above that has a name.
-        self._owner = np.array([_named(model, int(body)) for body in model.geom_bodyid])
+        # Of each geom, the name of its body or of the nearest one above that has one.
+        self._names = np.array([_name_of(model, int(body)) for body in model.geom_bodyid])
+        # Before the first action and in each one, which geoms are its object's.
+        self._is_load = [self._names == obj for obj in ("", *(action.obj for action in world.actions))]
         self._starts = [action.start for action in log.about.actions]
         self._of_robot = list[tuple[float, str, str]]()
         # Contacts of the objects of actions, with the action and the frame.
@@ -53,15 +55,15 @@ class Touches:
             self._data.qpos[:], data = data.qpos, self._data
             mujoco.mj_kinematics(self._model, data)
             mujoco.mj_collision(self._model, data)
-        action = bisect_right(self._starts, float(self._log.times[frame])) - 1
-        is_load = self._is_of(self.world.actions[action].obj if action >= 0 else "")
+        action = bisect_right(self._starts, float(self._log.times[frame]))
+        is_load = self._is_load[action]
         pairs = data.contact.geom[data.contact.dist < 0]
         for first, other in pairs[(self._is_robot | is_load)[pairs].any(axis=1)].tolist():
             if not self._is_robot[first] and (self._is_robot[other] or not is_load[first]):
                 first, other = other, first
-            contact = time, self._name(first), self._name(other)
+            contact = time, str(self._names[first]), str(self._names[other])
             if not self._is_robot[first]:
-                self._of_load.append((contact, action, frame))
+                self._of_load.append((contact, action - 1, frame))
             elif not (self._is_finger[first] and (self._is_finger[other] or is_load[other])):
                 self._of_robot.append(contact)
 
@@ -83,7 +85,7 @@ class Touches:
         found = set[str]()
         if self.world.model.operator(symbolic.kind).travels:
             return found
-        is_load = self._is_of(symbolic.obj)
+        is_load = self._is_load[action + 1]
         own, others = np.flatnonzero(is_load).tolist(), np.flatnonzero(~self._is_robot & ~is_load).tolist()
         during = (log.times >= self._starts[action]) & (log.times <= log.about.actions[action].end)
         frames = np.flatnonzero(during & pressed)
@@ -91,15 +93,9 @@ class Touches:
         for frame in frames[np.maximum(begins, ceases) > PRESS_MEMORY_FRAMES]:
             self._data.qpos[:] = log.qpos[frame]
             mujoco.mj_kinematics(self._model, self._data)
-            found |= {self._name(other) for other in others for geom in own if touching(self._data, geom, other)}
+            touched = [other for other in others if any(touching(self._data, geom, other) for geom in own)]
+            found |= {*self._names[touched].tolist()}
         return found
-
-    def _is_of(self, obj: str) -> np.ndarray:
-        """Return (ngeom,) bool, which geoms are an object's; none if it has no name."""
-        return np.asarray(self._owner == (mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, obj) if obj else -1))
-
-    def _name(self, geom: int) -> str:
-        return str(self._model.body(self._owner[geom]).name)
 
 
 def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]]) -> Check:
@@ -118,8 +114,8 @@ def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]
     return Check("contacts", True, f"only with the grasped object; {touches.checked} states checked, with {shapes}")
 
 
-def _named(model: mujoco.MjModel, body: int) -> int:
-    """Return a body, or the nearest one above that has a name."""
+def _name_of(model: mujoco.MjModel, body: int) -> str:
+    """Return the name of a body, or of the nearest one above that has a name."""
     while not model.body(body).name:
         body = int(model.body_parentid[body])
-    return body
+    return str(model.body(body).name)
