@@ -91,6 +91,20 @@ class Certificate:
         return next(check for check in self.checks if check.name == name)
 
 
+@contextmanager
+def _checking() -> Iterator[None]:
+    """Keep MuJoCo from writing warnings to a file: forged states may be impossible, which the checks report."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    except FormulaError as error:  # formulas are read where they are used
+        raise LogError(f"the scenario in the log cannot be used: {error}") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+@_checking()
 def certify(log: Log, *, scenario: Scenario | None = None) -> Certificate:
     """Check every claim about a run against its recorded frames, and these against a simulation of its commands.
 
@@ -101,25 +115,6 @@ def certify(log: Log, *, scenario: Scenario | None = None) -> Certificate:
     Raises:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
-    with _without_warnings():
-        try:
-            return _certify(log, scenario)
-        except FormulaError as error:  # formulas are read where they are used
-            raise LogError(f"the scenario in the log cannot be used: {error}") from None
-
-
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    """Keep MuJoCo from writing warnings to a file: forged states may be impossible, which the checks report."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
-
-
-def _certify(log: Log, scenario: Scenario | None) -> Certificate:
     given = [check_scenario(log, scenario)] if scenario else []
     # What a log of another scenario shows is told in its own.
     world = RecordedWorld(log, scenario if all(check.holds for check in given) else None)
@@ -128,13 +123,7 @@ def _certify(log: Log, scenario: Scenario | None) -> Certificate:
     trace, actions = check_actions(log, world)
     costs = [exact(action.cost) for action in about.actions]
     verdict = judge(about.claims, own.tasks, own.preference, trace, costs, rules=own.rules)
-    claims = (
-        *given,
-        *actions,
-        check_rest(log, world),
-        check_events(log),
-        *verdict.checks,
-    )
+    claims = (*given, *actions, check_rest(log, world), check_events(log), *verdict.checks)
     if verdict.completed and not about.claims.completed and not _is_explained(log, (*claims, *motions)):
         told = "every task is satisfied, and nothing in the log says why the run is called not completed"
         claims += (Check("not completed", False, told),)
