@@ -37,9 +37,9 @@ class _Fault:
     due: int
     begun: int
 
-    def at_once(self, change: Change) -> bool:
-        """Return whether it happened at the time of a change."""
-        return abs(self.time - change.time) < FAULT_TIME_S
+    def shows_in(self, change: Change) -> bool:
+        """Return whether a change is of what it moves, at its time."""
+        return self.obj == change.joint and abs(self.time - change.time) < FAULT_TIME_S
 
 
 def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> tuple[Check, list[tuple[float, str]]]:
@@ -58,13 +58,12 @@ def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> t
         elif obj := world.actions[fault.begun - 1].obj if fault.kind == "slip" else fault.obj:
             shown.append((fault.time, obj))
     for change in changes:
-        for joint, far in sorted(change.moved.items()):
-            kinds = {fault.kind for fault in told if fault.obj == joint and fault.at_once(change)}
-            when = f"at {change.time:.2f} s"
-            if not kinds:
-                objections.append(f"{joint} was moved from outside {when}, and no recorded fault says so")
-            elif kinds == {"knock"} and far > UNMOVED_M:
-                objections.append(f"{joint} jumps to another place {when}, which a knock does not do")
+        kinds = {fault.kind for fault in told if fault.shows_in(change)}
+        when = f"at {change.time:.2f} s"
+        if not kinds:
+            objections.append(f"{change.joint} was moved from outside {when}, and no recorded fault says so")
+        elif kinds == {"knock"} and change.far > UNMOVED_M:
+            objections.append(f"{change.joint} jumps to another place {when}, which a knock does not do")
     words = f"{len(told)}, as asked for, and the states show them" if told else "none"
     return Check("faults", not objections, objections[0] if objections else words), shown
 
@@ -97,6 +96,6 @@ def _objection(fault: _Fault, log: Log, world: RecordedWorld, changes: Sequence[
         for action, symbolic in zip(log.about.actions, world.actions, strict=True):
             if symbolic.kind == "grasp" and action.end > fault.time:
                 return f"`{action.action}` succeeded" if holding(symbolic.obj) in action.label else None
-    if fault.obj and not any(fault.at_once(change) and fault.obj in change.moved for change in changes):
+    if fault.obj and not any(map(fault.shows_in, changes)):
         return f"no state shows that {fault.obj} is moved from outside"
     return None

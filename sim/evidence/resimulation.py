@@ -7,6 +7,7 @@ is simulated from the recorded one before it, and must agree within tolerances, 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,8 +20,6 @@ from sim.geometry.mjcf import columns, joint_at
 from sim.motion.trajectory import STEPS
 from sim.simulation.recorder import COMMANDS_PER_UNIT, STATE, Recorder
 from sim.simulation.run import FRAME_RATE_HZ
-
-NAME = "simulated again"
 
 EXACT = {"times": 1e-6, "qpos": 0.6 * 10**-DECIMALS, "qvel": 0.6 * 10**-DECIMALS}
 """Arrays that are compared, and the greatest difference due to rounding."""
@@ -51,17 +50,18 @@ FREELY_SET = int(mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL | m
 """What a fault may set; what else a step depends on, such as forces from outside, follows from the steps before."""
 
 
-@dataclass(frozen=True)
-class Change:
-    """What was set from outside before a step.
+class Change(NamedTuple):
+    """A joint whose position or velocity was set from outside before a step.
 
     Attributes:
         time: of the step, s.
-        moved: joints whose positions or velocities were set, each with the distance by which it moved, m or rad.
+        joint: its name.
+        far: distance by which it moved, m or rad.
     """
 
     time: float
-    moved: Mapping[str, float]
+    joint: str
+    far: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Resimulation:
 
     check: Check
     equal: bool
-    changes: tuple[Change, ...]
+    changes: list[Change]
     arrays: dict[str, np.ndarray]
 
 
@@ -102,7 +102,7 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
             "smaller forgeries are not excluded"
         )
     check = Check("simulated again", objection is None, objection or words)
-    return Resimulation(check, check.holds and not other, tuple(changes), arrays)
+    return Resimulation(check, check.holds and not other, changes, arrays)
 
 
 def _simulated(
@@ -127,11 +127,10 @@ def _simulated(
     frames = 1
     for step in range(len(controls)):
         if step in interventions:
-            change = _intervene(data, interventions[step], *(slack if step else first))
-            if change is None:
+            moved = _intervene(data, interventions[step], *(slack if step else first))
+            if moved is None:
                 forced = forced or f"a force or a time is set from outside at {data.time:.2f} s"
-            elif change.moved:
-                changes.append(change)
+            changes += moved or ()
         data.ctrl[:] = controls[step]
         mujoco.mj_step(world.mujoco, data)
         if due := recorder.feel(data):
@@ -146,7 +145,7 @@ def _simulated(
 
 def _intervene(
     data: mujoco.MjData, state: np.ndarray, qpos_slack: float | np.ndarray, qvel_slack: float
-) -> Change | None:
+) -> list[Change] | None:
     """Set a state, and return what that moves by more than some slack; None if it sets what no fault does."""
     model = data.model
     qpos, qvel, rest = data.qpos.copy(), data.qvel.copy(), _rest(data)
@@ -157,8 +156,8 @@ def _intervene(
     dofs = np.flatnonzero(np.abs(data.qvel - qvel) > qvel_slack)
     joints = {joint_at(model, place) for place in np.flatnonzero(np.abs(off) > qpos_slack).tolist()}
     joints |= {model.joint(int(model.dof_jntid[dof])).name for dof in dofs}
-    moved = {joint: float(np.linalg.norm(off[columns(model, joint)[0]][:3])) for joint in joints}
-    return Change(float(data.time), moved)
+    far = {joint: float(np.linalg.norm(off[columns(model, joint)[0]][:3])) for joint in sorted(joints)}
+    return [Change(float(data.time), joint, far[joint]) for joint in far]
 
 
 def _rest(data: mujoco.MjData) -> np.ndarray:
