@@ -3,8 +3,8 @@
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import find_drag
-from sim.skills.grasp_choice import ranked
-from sim.skills.hand import frame_of, free_pose
+from sim.skills.grasp_choice import choose_grasp, ranked
+from sim.skills.hand import frame_of
 from sim.skills.regrasp import find_regrasp
 
 
@@ -13,24 +13,20 @@ def ungraspable_because(cell: Workcell, obj: str) -> str | None:
 
     The text continues a sentence that begins with the object's name.
     """
-    pose = cell.observe(obj)
-    frame = frame_of(pose, pose.yaw)
-    options, fixtures = tuple(ranked(cell, obj, frame)), set[str]()
-    for grasp in options:
-        try:
-            free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
-        except BlockedError as error:
-            if any(name in cell.scene.shapes for name in error.by):
-                return None
-            fixtures.update(error.by)
-        except SimulationError:
-            continue
-        else:
+    pose, fixtures = cell.observe(obj), tuple[str, ...]()
+    try:
+        choose_grasp(cell, obj, pose, pose.yaw, None)
+        return None
+    except BlockedError as error:
+        if any(name in cell.scene.shapes for name in error.by):
             return None
+        fixtures = error.by
+    except SimulationError:
+        pass  # out of reach
     if find_regrasp(cell, obj, pose, None) is not None or (fixtures and find_drag(cell, obj, pose) is not None):
         return None
     if fixtures:
-        return f"leaves no room for the fingers beside {' and '.join(sorted(fixtures))}"
-    if not options:
+        return f"leaves no room for the fingers beside {' and '.join(fixtures)}"
+    if next(ranked(cell, obj, frame_of(pose, pose.yaw)), None) is None:
         return "lies so that no grasp can pick it up and set it upright"
     return "is out of reach"

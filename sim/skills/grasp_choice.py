@@ -2,8 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -33,26 +32,11 @@ TILT_STEP_RAD = np.radians(15)
 
 
 class ChosenGrasp(NamedTuple):
-    """A grasp, its pre-grasp pose, and the pose of the tool in which the fingers close."""
+    """A grasp, its pre-grasp pose, and the pose of the tool in which the fingers close, or let go of the object."""
 
     grasp: GraspPose
     before: ToolPose
     tool: ToolPose
-
-
-@dataclass
-class Refusals:
-    """Why no grasp was found.
-
-    Attributes:
-        blockers: bodies in the way of grasps that the arm reaches.
-        inside: grasps with which the hand alone would be inside a body, whether or not the arm reaches them.
-        unplaceable: whether some grasp is possible where the object is, but with none of these it can be put down next.
-    """
-
-    blockers: set[str] = field(default_factory=set)
-    inside: list[GraspPose] = field(default_factory=list)
-    unplaceable: bool = False
 
 
 def choose_grasp(
@@ -71,18 +55,14 @@ def choose_grasp(
         BlockedError: bodies are in the way of grasps that the arm reaches.
         SimulationError: the arm reaches no grasp, or none with which the object can be put down next.
     """
-    refusals = Refusals()
-    found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike, refusals=refusals)
+    found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike)
     if found is not None:
         return found
-    if refusals.unplaceable:
+    frame, blockers = frame_of(pose, yaw), set[str]()
+    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, blockers=blockers)):
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
-    frame = frame_of(pose, yaw)
-    for grasp in refusals.inside:
-        with suppress(SimulationError):
-            freely(cell, obj, pose, frame, grasp, refusals.blockers)
-    if refusals.blockers:
-        raise BlockedError.beside_fingers(refusals.blockers)
+    if blockers:
+        raise BlockedError.beside_fingers(blockers)
     if next(ranked(cell, obj, frame), None) is None:
         raise SimulationError(f"{obj} stands or lies so that no grasp can pick it up and set it upright")
     raise SimulationError(f"{obj} is out of reach")
@@ -98,7 +78,6 @@ def find_grasp(
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
     certain: bool = False,
-    refusals: Refusals | None = None,
 ) -> ChosenGrasp | None:
     """Return the first suitable grasp, or None.
 
@@ -115,20 +94,15 @@ def find_grasp(
         tilted: leave out grasps for which the hand points straight down.
         unlike: leave out grasps for which the hand points in the direction of one of these poses (`TILT_STEP_RAD`).
         certain: whether the grasp must be possible there for a standing object, too.
-        refusals: the reasons why other grasps are not suitable are added here.
     """
-    frame, refusals = frame_of(pose, yaw), refusals or Refusals()
     slot, others = _next_slot(cell, obj, destination), dict[bytes, ChosenGrasp]()
-    for choice in _free_grasps(cell, obj, pose, frame, refusals, tilted=tilted):
-        if any(choice.tool.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD) for other in unlike):
-            continue
+    for choice in _free_grasps(cell, obj, pose, frame_of(pose, yaw), tilted=tilted, unlike=unlike):
         if slot is None:
             return choice
         alike = _placed_alike(cell.scene.shapes[obj], choice.grasp)
         if alike not in others and _can_place(cell, obj, slot, choice.grasp):
             return choice
         others.setdefault(alike, choice)
-    refusals.unplaceable = bool(others)
     if slot is None or pose.posture != Posture.UPRIGHT or certain:
         return None
     barely = (other for other in others.values() if _can_place(cell, obj, slot, other.grasp, barely=True))
@@ -136,34 +110,44 @@ def find_grasp(
 
 
 def _free_grasps(
-    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, refusals: Refusals, *, tilted: bool
+    cell: Workcell,
+    obj: str,
+    pose: ObjectPose,
+    frame: np.ndarray,
+    *,
+    tilted: bool,
+    unlike: Sequence[ToolPose],
+    blockers: set[str] | None = None,
 ) -> Iterator[ChosenGrasp]:
-    """Yield grasps that the arm reaches without a collision where the object is; add why not others to `refusals`.
+    """Yield grasps that the arm reaches without a collision where the object is.
 
-    The arguments are those of `find_grasp`, with the object's (3, 3) axes. Of two symmetric poses of the hand one is
-    chosen, and the grasp has its rotation.
+    The arguments are those of `find_grasp`, with the object's (3, 3) axes. All bodies in the way of other grasps are
+    added to `blockers`, if given; that takes longer.
     """
     for grasp in ranked(cell, obj, frame):
         tool = grasp.at(pose.position, frame)
         if tilted and tool.points_down:
             continue
-        if _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
-            refusals.inside.append(grasp)
+        if blockers is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
             continue
-        with suppress(SimulationError):
-            yield freely(cell, obj, pose, frame, grasp, refusals.blockers)
+        try:
+            choice = freely(cell, obj, pose, frame, grasp)
+        except BlockedError as error:
+            if blockers is not None:
+                blockers.update(error.by)
+        except SimulationError:
+            continue
+        else:
+            if all(choice.tool.rotation[:, 2] @ other.rotation[:, 2] <= np.cos(TILT_STEP_RAD) for other in unlike):
+                yield choice
 
 
-def freely(
-    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, blockers: set[str]
-) -> ChosenGrasp:
-    """Return a grasp with its poses by `free_pose`, which may raise; add the bodies in the way to the blockers."""
-    goals = grasp.at(pose.position, frame).symmetric_poses()
-    try:
-        before, tool = free_pose(cell, goals, grasp, obj, near=cell.reference)
-    except BlockedError as error:
-        blockers.update(error.by)
-        raise
+def freely(cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose) -> ChosenGrasp:
+    """Return a grasp with its poses by `free_pose`, which may raise.
+
+    Of two symmetric poses of the hand one is chosen, and the grasp has its rotation.
+    """
+    before, tool = free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
     return ChosenGrasp(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
 
 
@@ -177,12 +161,8 @@ def choose_placement(
     margin: float,
     clearance: float = FINGER_CLEARANCE_M,
     foreseen: bool = False,
-) -> tuple[ToolPose, ToolPose, float]:
-    """Return how to set an object, in a given grasp, upright into a slot where the fingers can open.
-
-    Returns:
-        The pose from which the hand moves straight to the placement, the tool's pose there, and how wide the hand can
-        open there, m.
+) -> ChosenGrasp:
+    """Return how to set an object, in a given grasp, upright into a slot, and how wide the fingers can open there.
 
     Args:
         cell: the running simulation.
@@ -205,8 +185,8 @@ def choose_placement(
             if foreseen and _is_inside(cell, obj, goals, option.opening):
                 continue
             try:
-                before, pose = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
-                return before, pose, option.opening
+                poses = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
+                return ChosenGrasp(option, *poses)
             except BlockedError as error:
                 blockers.update(error.by)
             except SimulationError as error:
@@ -230,14 +210,14 @@ def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
     return False
 
 
-def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose, float]:
+def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
     """Return, as `choose_placement` does, how to set down the held object: upright, or else leaning as it does now.
 
     Raises:
         BlockedError, SimulationError: as for `choose_placement`.
     """
 
-    def choose(grasp: GraspPose) -> tuple[ToolPose, ToolPose, float]:
+    def choose(grasp: GraspPose) -> ChosenGrasp:
         placement = partial(choose_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
         try:
             return placement(near=cell.reference)

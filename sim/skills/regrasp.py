@@ -60,7 +60,7 @@ def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | 
     @cache
     def reached(grasp: GraspPose) -> ChosenGrasp | None:
         with suppress(SimulationError):
-            return freely(cell, obj, pose, frame, grasp, set())
+            return freely(cell, obj, pose, frame, grasp)
         return None
 
     for grasp, turned in _options(cell, obj, frame):

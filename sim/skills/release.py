@@ -125,7 +125,8 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
         turn, width = about_z(slot.yaw - shape.yaw_near(held.yaw, slot.yaw)), None
     else:
         # A leaning object, or a mesh held away from its middle, leaves less space for the hand.
-        _, placing, width = choose_placement_of_held(cell, obj, slot)
+        grasp, _, placing = choose_placement_of_held(cell, obj, slot)
+        width = grasp.opening
         turn = placing.rotation @ tool.rotation.T
     lowest = shape.depth(turn @ held.rotation) - shape.half[2] + DROP_HEIGHT_M
     position = resting_centre(cell, obj, slot) + [0.0, 0.0, lowest] - turn @ (held.position - tool.position)

@@ -20,7 +20,7 @@ class TransportSkill(Transport, Skill):
         obj = action.obj
         slot = free_slot(cell, obj, action.location)
         check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
-        before, pose, _ = choose_placement_of_held(cell, obj, slot)
+        _, before, pose = choose_placement_of_held(cell, obj, slot)
         cell.attach(obj)
         height = transfer_height(cell, cell.shapes, held=obj)
         travel(cell, [before], height=height, onward=pose)
