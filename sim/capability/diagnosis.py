@@ -1,7 +1,7 @@
 """Why the arm cannot grasp an object at a location: how much that is too far away, or the obstacle above too low."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -44,7 +44,7 @@ class FailureDiagnosis:
         # Dragging and turning take long to search for, and a greater change lets the hand grasp without them.
         direct = replace(grasp, max_preparations=0) if isinstance(grasp, GraspSkill) else grasp
         self._skills = {**skills, "grasp": direct}
-        self._last: dict[tuple[str, str], int] = {}
+        self._last: dict[str, int] = {}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
 
@@ -55,15 +55,16 @@ class FailureDiagnosis:
         roof, blocked = self._roof(refused), isinstance(error, BlockedError)
         remedies = []
         if roof is not None:
-            remedies.append((partial(self._raised, refused, roof), f"{self._name(roof)} above too low for the hand"))
+            remedies.append((f"{self._name(roof)} above too low for the hand", partial(self._raised, refused, roof)))
         if roof is not None or not blocked:
             below = f" below {self._name(roof)}" if roof is not None and blocked else ""
-            near = self._distance(refused) < self._scene.robot.nearest_m
+            to_base = self._scene.robot.position - self._scene.slots[refused.location][0].position
+            near = float(np.hypot(*to_base[:2])) < self._scene.robot.nearest_m
             words = "too near to the robot's base" if near else "out of reach"
-            remedies.append((partial(self._nearer, refused, -1 if near else 1), f"{words}{below}"))
+            remedies.append((f"{words}{below}", partial(self._moved, refused, -to_base if near else to_base, 0.01)))
         reason, most = None, MOST_CM
-        for helps, words in remedies if blocked else reversed(remedies):
-            if change := self._least(refused, helps, most):
+        for words, helps in remedies if blocked else reversed(remedies):
+            if change := self._least(f"{refused.location} {words}", helps, most):
                 reason, most = f"{words} by {change} cm", change - 1
         if reason is None and isinstance(error, BlockedError):
             reason = self._too_close(refused, error)
@@ -75,18 +76,17 @@ class FailureDiagnosis:
         own = next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
         return own if self._scene.model.scene is None else own.removeprefix(f"{Path(self._scene.model.scene).stem}/")
 
-    def _least(self, refused: Rehearsal, helps: partial[bool], most: int) -> int | None:
-        """Return the least change up to `most` that helps, cm, if greater changes help as well; None if none does."""
-        known = refused.location, helps.func.__name__
+    def _least(self, lack: str, helps: Callable[[int], bool], most: int) -> int | None:
+        """Return the least change up to `most` that helps, if greater changes help as well; None if none does."""
         low, high, stride = 0, most + 1, 1
-        guess = min(self._last.get(known, 1), most)  # what other objects lack there is a good guess
+        guess = min(self._last.get(lack, 1), most)  # what other objects lack there is a good guess
         while high - low > 1:
             low, high = (low, guess) if helps(guess) else (guess, high)
             guess = min(low + stride, most) if high > most else max((low + high) // 2, high - stride)
             stride *= 2
         if high > most:
             return None
-        self._last[known] = high
+        self._last[lack] = high
         return high
 
     def _too_close(self, refused: Rehearsal, error: BlockedError) -> str | None:
@@ -97,28 +97,17 @@ class FailureDiagnosis:
         if not beside:
             return None
         nearest = min(beside, key=lambda other: float(np.hypot(*beside[other][:2])))
-        away = -beside[nearest] * [1.0, 1.0, 0.0]
-        millimetres = self._least(refused, partial(self._apart, refused, away), MOST_APART_MM)
+        helps = partial(self._moved, refused, -beside[nearest], 0.001)
+        millimetres = self._least(f"{refused.location} apart", helps, MOST_APART_MM)
         return None if millimetres is None else f"{error}, {millimetres / 10:.1f} cm too close"
 
-    def _apart(self, refused: Rehearsal, away: np.ndarray, millimetres: int) -> bool:
-        """Return whether the rehearsal would succeed with the location moved so far in a (3,) direction."""
-        return self._moved(refused, millimetres / 1000 * away / max(float(np.linalg.norm(away)), 1e-9))
+    def _moved(self, refused: Rehearsal, direction: np.ndarray, unit: float, count: int) -> bool:
+        """Return whether the rehearsal would succeed with the location and its supports moved, level, by some units, m.
 
-    def _distance(self, refused: Rehearsal) -> float:
-        """Return the distance of the location from the robot's base, m."""
-        return self._scene.robot.polar(self._scene.slots[refused.location][0].position)[0]
-
-    def _nearer(self, refused: Rehearsal, sign: int, centimetres: int) -> bool:
-        """Return whether the rehearsal would succeed with the location and its supports so much nearer to the base.
-
-        With a negative sign, they are farther away.
+        `direction` is a (3,) vector.
         """
-        offset = (self._scene.robot.position - self._scene.slots[refused.location][0].position) * [1.0, 1.0, 0.0]
-        return self._moved(refused, sign * centimetres / 100 * offset / max(float(np.linalg.norm(offset)), 1e-9))
-
-    def _moved(self, refused: Rehearsal, shift: np.ndarray) -> bool:
-        """Return whether the rehearsal would succeed with the location and its supports moved by (3,) m."""
+        level = direction * [1.0, 1.0, 0.0]
+        shift = count * unit * level / max(float(np.linalg.norm(level)), 1e-9)
         moved = {refused.location, *under(self._scene.model, refused.location)}
         slots = {
             name: tuple(replace(slot, position=slot.position + shift) for slot in row) if name in moved else row
