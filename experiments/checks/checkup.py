@@ -43,14 +43,13 @@ def check(
     *,
     robot: str | None = None,
     quick: bool = False,
-    kept: bool = True,
     limits: Limits | None = None,
     tell: Tell = lambda stage, done, total, what: None,
 ) -> dict[str, Any]:
     """Check a scenario without planning its tasks together, and return the documented JSON object.
 
     What is not known when a limit is reached, or after Ctrl-C, stays unknown. If `quick`, what the arm can do with each
-    object at each location is left out; it is read from and written to the disk unless `kept` is false.
+    object at each location is left out.
 
     Raises:
         ScenarioError: the scenario has a mistake.
@@ -68,7 +67,7 @@ def check(
     if isinstance(model, ManipulationModel) and has_simulation() and not limits.out_of_time:
         from sim.capability.scene_check import check_scene, tasks_out_of_reach
 
-        arm = check_scene(model, limits, robot=robot, quick=quick, kept=kept, tell=tell)
+        arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
         wanted = [task["achievable"] is True for task in tasks]
         faults += arm.faults or ()
         faults += tasks_out_of_reach(problem, wanted, arm.places or (), partial(is_achievable, limits=limits))

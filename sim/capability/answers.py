@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -36,24 +35,21 @@ class Capability:
     The scene is built, and what that takes is imported, when the first answer is needed that is not known.
     """
 
-    def __init__(
-        self, model: ManipulationModel, *, robot: str | None = None, scene: Scene | None = None, kept: bool = True
-    ) -> None:
+    def __init__(self, model: ManipulationModel, *, robot: str | None = None, scene: Scene | None = None) -> None:
         """Take a scene.
 
         Args:
             model: the manipulation model.
             robot: one of `sim.robots.catalogue.ROBOTS`; None for the model's.
             scene: its scene with this robot; None to build it.
-            kept: whether to read and write the answers on disk.
         """
-        self._model, self._robot, self._kept = model, robot, kept
+        self._model, self._robot = model, robot
         if scene is not None:
             self.__dict__["_scene"] = scene
 
     def __getstate__(self) -> dict[str, object]:
         """Return what is pickled: all but what can be found again."""
-        return {"_model": self._model, "_robot": self._robot, "_kept": self._kept}
+        return {"_model": self._model, "_robot": self._robot}
 
     def check_start(self) -> str | None:
         """See `Feasibility.check_start`; it is found anew each time.
@@ -76,7 +72,8 @@ class Capability:
             names = [one.name for one in self._model.objects], [place.name for place in self._model.locations]
             known = obj in names[0] and location in names[1] and arranged(self._model, obj, location) is not None
             self._answers[name] = self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
-            self._keep()
+            text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
+            keep(self._path, text.encode())
         return self._answers[name]
 
     @cached_property
@@ -93,17 +90,10 @@ class Capability:
 
     @cached_property
     def _answers(self) -> dict[str, PlaceCheck]:
-        found: dict[str, PlaceCheck] = {}
-        if self._kept:
-            with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
-                found = {name: _decoded(each) for name, each in json.loads(self._path.read_text()).items()}
-        return found
-
-    def _keep(self) -> None:
-        """Write the answers to disk, if that is writable."""
-        if self._kept:
-            text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
-            keep(self._path, text.encode())
+        try:
+            return {name: _decoded(each) for name, each in json.loads(self._path.read_text()).items()}
+        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+            return {}
 
     @cached_property
     def _path(self) -> Path:

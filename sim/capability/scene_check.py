@@ -45,7 +45,6 @@ def check_scene(
     *,
     robot: str | None = None,
     quick: bool = False,
-    kept: bool = True,
     tell: Callable[[str, int, int, str], None] = lambda stage, done, total, what: None,
 ) -> SceneCheck:
     """Check what the arm can do in a model's scene; what is not known when a limit is reached stays unknown.
@@ -55,7 +54,6 @@ def check_scene(
         limits: of time and memory; Ctrl-C ends them, too.
         robot: one of `sim.robots.catalogue.ROBOTS`; None for the model's.
         quick: whether to leave out what the arm can do with each object at each location.
-        kept: whether to read and write answers on disk.
         tell: called with the progress.
 
     Raises:
@@ -69,7 +67,7 @@ def check_scene(
             check_limits()
             scene = build_scene(model, robot=robot)
             warnings = tuple(f"model.{warning}" for warning in scene.warnings)
-            capability = Capability(model, robot=robot, scene=scene, kept=kept)
+            capability = Capability(model, robot=robot, scene=scene)
             if (fault := capability.check_start()) is not None:
                 return SceneCheck((fault,), warnings)
             if quick:

@@ -8,6 +8,7 @@ with all but its supports away. One success refutes the exclusion.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from unittest.mock import patch
 
 import mujoco
 
@@ -37,10 +39,11 @@ MAX_BYTES, MAX_SECONDS = 1e9, 60.0
 """Limits of the search for the plans of a scene."""
 
 
+@patch.dict(os.environ, XDG_CACHE_HOME=os.devnull)  # no answer is kept
 def excluded(scenario: Scenario, scene: Scene) -> list[PlaceCheck]:
     """Return the answers because of which plans were searched for again."""
     assert isinstance(scenario.model, ManipulationModel)
-    arm = Capability(scenario.model, scene=scene, kept=False)
+    arm = Capability(scenario.model, scene=scene)
     if arm.check_start() is not None:
         return []
     planner = Planner(replace(scenario, feasible=arm).problem())

@@ -7,6 +7,7 @@ that refused the scene: this tells how often the check refuses what the arm can 
 from __future__ import annotations
 
 import faulthandler
+import os
 import signal
 import time
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
+from unittest.mock import patch
 
 from experiments.checks.checkup import check, impossible
 from experiments.cli.files import write_bytes
@@ -131,6 +133,7 @@ def try_scene(seed: int, folder: Path, known: Record) -> None:
     known |= _carried_out(scenario, scene, seed)
 
 
+@patch.dict(os.environ, XDG_CACHE_HOME=os.devnull)  # no answer is kept
 def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, list[str]]:
     """Return a scenario's scene, None if the check refuses its layout, and why `prefplan check` refuses it, if it does.
 
@@ -142,12 +145,12 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
     scene = None
     with suppress(PrefplanError):
         scene = build_scene(model)
-        capability = Capability(model, scene=scene, kept=False)
+        capability = Capability(model, scene=scene)
         if capability.check_start() is None:
             able = replace(scenario, feasible=capability)
             Planner(able.problem()).cheapest()
             return scene, []
-    found = check(scenario, kept=False)
+    found = check(scenario)
     return scene, [*found["faults"], *(f"task {name} cannot be satisfied" for name in impossible(found))]
 
 
