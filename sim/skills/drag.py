@@ -125,21 +125,21 @@ def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> Non
     up, heading = before.position - over.position, left / np.linalg.norm(left)
     lowest = over.shifted([0.0, 0.0, -cell.scene.robot.gripper.fingertip_m])
     travel(cell, [before], height=float(before.position[2]), onward=lowest)
-    move_tool(cell, [over])
+    move_tool(cell, over)
 
     hold_down = HOLD_DOWN_N + HOLD_DOWN_N_KG * cell.scene.shapes[obj].mass
     try:
         with suppress(_FeltError):
-            move_tool(cell, [lowest], seconds=PRESS_DURATION_S, watch=lambda: _feel(cell, PRESS_FORCE_N))
+            move_tool(cell, lowest, seconds=PRESS_DURATION_S, watch=lambda: _feel(cell, PRESS_FORCE_N))
         for _ in range(round(STROKE_M / STROKE_STEP_M)):
             excess = float(cell.contacts.pad_forces.sum()) - hold_down
             give = np.clip(COMPLIANCE_M_N * excess, -MAX_GIVE_M, MAX_GIVE_M)
             step = STROKE_STEP_M * heading + [0.0, 0.0, give]
-            move_tool(cell, [cell.arm.tool(cell.reference).shifted(step)], seconds=STROKE_STEP_S)
+            move_tool(cell, cell.arm.tool(cell.reference).shifted(step), seconds=STROKE_STEP_S)
             if _rolled(cell, obj, heading):
                 break
     finally:
-        move_tool(cell, [cell.arm.tool(cell.reference).shifted(up)], seconds=RISE_DURATION_S)
+        move_tool(cell, cell.arm.tool(cell.reference).shifted(up), seconds=RISE_DURATION_S)
 
 
 def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:

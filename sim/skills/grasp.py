@@ -155,7 +155,7 @@ class GraspSkill(Grasp, Skill):
         cell.set_width(grasp.opening, OPEN_DURATION_S)
         travel(cell, [before], height=float(before.position[2]), onward=target)
         _check_still(cell, obj, pose)
-        move_tool(cell, [target], within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
+        move_tool(cell, target, within=CLOSING_DISTANCE_M, watch=lambda: _check_still(cell, obj, pose))
         cell.grip(grasp.width + NEARLY_CLOSED_M, CLOSE_DURATION_S)
         cell.settle()
         pressing = cell.scene.robot.gripper.pressing(grasp.width, cell.scene.shapes[obj].mass)
@@ -170,7 +170,7 @@ class GraspSkill(Grasp, Skill):
         if forces is None or blocked is not None:
             cell.unload()
             cell.grip(grasp.opening, OPEN_DURATION_S)
-            move_tool(cell, [before], within=BLEND_M)
+            move_tool(cell, before, within=BLEND_M)
             raise blocked or SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
         return forces
@@ -184,20 +184,20 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     """
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
-        move_tool(cell, [cell.arm.tool(cell.reference).shifted([0.0, 0.0, LIFT_M])], seconds=LIFT_DURATION_S)
+        move_tool(cell, cell.arm.tool(cell.reference).shifted([0.0, 0.0, LIFT_M]), seconds=LIFT_DURATION_S)
     slow = 0.0
     if _leans(cell, obj, before):
         shift, slow = _shift_off(cell, obj), RUBBING_LIFT_S
         if shift is not None:
             with suppress(BlockedError):
-                move_tool(cell, [cell.arm.tool(cell.reference).shifted(shift)], seconds=slow)
+                move_tool(cell, cell.arm.tool(cell.reference).shifted(shift), seconds=slow)
                 before, slow = before.shifted(shift * [1.0, 1.0, 0.0]), 0.0
     try:
-        move_tool(cell, [before], within=BLEND_M, seconds=slow)
+        move_tool(cell, before, within=BLEND_M, seconds=slow)
     except BlockedError as blocked:
         for pose in pregrasps(cell.arm.tool(cell.reference)):
             with suppress(SimulationError):
-                move_tool(cell, [pose], within=BLEND_M, seconds=slow)
+                move_tool(cell, pose, within=BLEND_M, seconds=slow)
                 return
         raise blocked
 

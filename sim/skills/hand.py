@@ -72,14 +72,14 @@ BLEND_M = 0.02
 
 def move_tool(
     cell: Workcell,
-    goals: Sequence[ToolPose],
+    goal: ToolPose,
     *,
     within: float = 0.0,
     seconds: float = 0.0,
     watch: Callable[[], None] = lambda: None,
     touching: bool = True,
-) -> ToolPose:
-    """Move the tool along a straight line to one of several poses nearby; return that pose.
+) -> None:
+    """Move the tool along a straight line to a pose nearby.
 
     The next movement may begin when the tool is nearer than `within` to its goal, m; 0 to come to rest there. `seconds`
     is the least duration, s. If `watch`, called repeatedly, raises an error, the arm brakes. `touching` is whether the
@@ -87,12 +87,11 @@ def move_tool(
 
     Raises:
         BlockedError: bodies are on the path.
-        SimulationError: the arm reaches none of the poses, or an error of `watch`.
+        SimulationError: the arm does not reach the pose, or an error of `watch`.
     """
-    pose, movement = straight_move(cell, goals, seconds=seconds)
+    movement = straight_move(cell, goal, seconds=seconds)
     check_path(cell, movement, clearance=FINGER_CLEARANCE_M, touching=touching)
     cell.follow(movement, within=within, watch=watch)
-    return pose
 
 
 def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, touching: bool = True) -> None:
@@ -113,22 +112,21 @@ def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, t
         raise BlockedError.on_the_way(met, load=held or cell.attached)
 
 
-def straight_move(cell: Workcell, goals: Sequence[ToolPose], *, seconds: float) -> tuple[ToolPose, JointTrajectory]:
-    """Return one of several poses nearby and the movement of `move_tool` to it.
+def straight_move(cell: Workcell, goal: ToolPose, *, seconds: float) -> JointTrajectory:
+    """Return the movement of `move_tool`.
 
     Raises:
-        SimulationError: the arm reaches none of the poses.
+        SimulationError: the arm does not reach the pose.
     """
-    goal, pose = None, goals[0]
+    now = cell.arm.tool(cell.reference)
     # IK in small steps keeps the elbow's configuration; from a distant seed, a joint may end at its limit.
-    for steps in (APPROACH_STEPS, FINE_STEPS) if len(goals) == 1 else ():
+    for steps in (APPROACH_STEPS, FINE_STEPS):
         with contextlib.suppress(SimulationError):
-            now = cell.arm.tool(cell.reference)
-            goal = _followed(cell, cell.reference, now, pose, margin=TILTED_MARGIN_RAD, steps=steps)[-1]
+            q = _followed(cell, cell.reference, now, goal, margin=TILTED_MARGIN_RAD, steps=steps)[-1]
             break
-    if goal is None:
-        goal, pose = cell.arm.reach(goals, near=cell.reference)
-    return pose, cell.arm.move(cell.reference, goal, pose, seconds=seconds, ending=cell.ending, load=cell.load)
+    else:
+        q, _ = cell.arm.reach([goal], near=cell.reference)
+    return cell.arm.move(cell.reference, q, goal, seconds=seconds, ending=cell.ending, load=cell.load)
 
 
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:

@@ -63,7 +63,7 @@ class ReleaseSkill(Release, Skill):
         cell.attach(obj)
         pose, _ = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)
-        move_tool(cell, [before], within=BLEND_M)
+        move_tool(cell, before, within=BLEND_M)
         check_free(cell, obj, slot)
         pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
@@ -93,10 +93,10 @@ def lower(cell: Workcell, obj: str, pose: ToolPose, *, watch: Callable[[], None]
     shape, above = cell.scene.shapes[obj], cell.arm.tool(cell.reference).position - pose.position
     if shape.pairs or shape.seats or shape.is_heavy or cell.sensor.error:
         near = pose.shifted(above * LIFT_M / max(above[2], LIFT_M))
-        move_tool(cell, [near], seconds=LOWER_DURATION_S, watch=watch)
-        move_tool(cell, [pose], seconds=LIFT_DURATION_S, watch=watch)
+        move_tool(cell, near, seconds=LOWER_DURATION_S, watch=watch)
+        move_tool(cell, pose, seconds=LIFT_DURATION_S, watch=watch)
     else:
-        move_tool(cell, [pose], seconds=_lower_duration(cell, obj, pose), watch=watch)
+        move_tool(cell, pose, seconds=_lower_duration(cell, obj, pose), watch=watch)
 
 
 def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
@@ -105,8 +105,7 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
     The arm lags behind as it brakes, by more the farther it is stretched out, and its accelerations decrease with the
     square of the duration.
     """
-    _, movement = straight_move(cell, [pose], seconds=LOWER_DURATION_S)
-    references = movement.references
+    references = straight_move(cell, pose, seconds=LOWER_DURATION_S).references
     lag = cell.arm.lag(cell.reference, references, load=cell.scene.shapes[obj].mass)
     lowest = min(float(cell.arm.tool(q).position[2]) for q in references - lag)
     return LOWER_DURATION_S * np.sqrt(max(1.0, (pose.position[2] - lowest) / DROP_HEIGHT_M))

@@ -83,7 +83,7 @@ def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
         SimulationError: the pose is out of reach.
     """
     try:
-        move_tool(cell, [before], within=BLEND_M, seconds=seconds, touching=False)
+        move_tool(cell, before, within=BLEND_M, seconds=seconds, touching=False)
     except BlockedError:
         travel(cell, [before], height=float(before.position[2]))
 

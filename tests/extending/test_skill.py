@@ -40,10 +40,11 @@ class Push(sim.Skill):
         behind, up = along * (half[0] + FINGER_M), np.array([0.0, 0.0, HOVER_HEIGHT_M])
         cell.touch(obj)
         cell.grip(0.0, 0.3)
-        hand = move_tool(cell, sim.ToolPose.down(centre - 1.3 * behind + up, yaw).symmetric_poses())
+        _, hand = cell.arm.reach(sim.ToolPose.down(centre - 1.3 * behind + up, yaw).symmetric_poses())
+        move_tool(cell, hand)
         pushing = np.linspace(centre - 1.3 * behind, goal - behind, round(np.linalg.norm(goal - centre) / STEP_M))
         for position in (*pushing, goal - behind + up, goal + up):
-            move_tool(cell, [sim.ToolPose(position, hand.rotation)])
+            move_tool(cell, sim.ToolPose(position, hand.rotation))
 
 
 def test_a_skill_from_outside_is_planned_and_carried_out() -> None:

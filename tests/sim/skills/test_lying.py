@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import Any
 
@@ -102,11 +101,11 @@ def test_what_cannot_be_raised_the_way_the_hand_came(
     cell, left = lying("cylinder", (0.06, 0.03), 1.0), [BlockedError("blocked by y", {"y"})] * refusals
     refused: list[ToolPose] = []
 
-    def move_tool(cell: Workcell, goals: Sequence[ToolPose], **options: Any) -> ToolPose:
+    def move_tool(cell: Workcell, goal: ToolPose, **options: Any) -> None:
         if cell.held() and left:
             refused.append(cell.arm.tool(cell.reference))
             raise left.pop()
-        return hand.move_tool(cell, goals, **options)
+        hand.move_tool(cell, goal, **options)
 
     monkeypatch.setattr(grasp, "move_tool", move_tool)
     monkeypatch.setattr(grasp, "find_drag", lambda *_: None)  # nor dragged away from y

@@ -61,7 +61,7 @@ def test_the_hand_is_lowered_straight_where_joints_turn_fast() -> None:
     start.qpos[scene.robot.qpos(scene.mujoco)] = [0.832, 0.250, -1.763, -2.627, -2.669, 3.723, 2.596]
     cell = Workcell(scene, start)
     low = cell.arm.tool(cell.reference).shifted([0.0, 0.0, -0.12])
-    move_tool(cell, [low])
+    move_tool(cell, low)
     cell.settle()
     assert cell.arm.tool(cell.angles).position == pytest.approx(low.position, abs=0.001)
 
