@@ -1,9 +1,7 @@
-"""A scene as MJCF, MuJoCo's own format: one XML file, and the files that it names."""
+"""A scene as MJCF, MuJoCo's own format: one XML file and the meshes and textures that it names."""
 
 import io
-import tempfile
 from pathlib import Path
-from zipfile import ZipFile
 
 import mujoco
 import numpy as np
@@ -20,29 +18,46 @@ START = "start"
 
 def encode_mjcf(scene: Scene) -> dict[str, bytes]:
     """Return the files of a scene by their paths; `scene.xml` is the last, and names the others."""
-    spec, made = scene.spec.copy(), {}
-    # XML holds no textures in memory, and coordinates of meshes to 6 digits only.
-    for i, mesh in enumerate(mesh for mesh in spec.meshes if len(mesh.uservert)):
-        path = f"{ASSETS}/mesh_{i:03}.obj"
-        made[path] = _obj(mesh)
-        mesh.file, mesh.content_type = path, ""
-        mesh.uservert, mesh.usernormal, mesh.usertexcoord = [], [], []
-        mesh.userface, mesh.userfacenormal, mesh.userfacetexcoord = [], [], []
-    for i, texture in enumerate(texture for texture in spec.textures if len(texture.data)):
-        path = f"{ASSETS}/texture_{i:03}.png"
-        made[path] = _png(texture)
-        texture.file, texture.data, texture.content_type = path, b"", ""
-    spec.assets = made
+    spec, files = scene.spec.copy(), {}
+    for i, mesh in enumerate(spec.meshes):
+        ending = Path(mesh.file).suffix if mesh.file else ".obj"
+        path = f"{ASSETS}/{i:03}_{_plain(mesh.name)}{ending}"
+        files[path] = Path(mesh.file).read_bytes() if mesh.file else _obj(mesh)
+        _move(mesh, path)
+    for i, texture in enumerate(spec.textures):
+        stem = f"{ASSETS}/{i:03}_{_plain(texture.name)}"
+        sides = [(f"{stem}_{side}{Path(file).suffix}", file) for side, file in enumerate(texture.cubefiles)]
+        files |= {path: Path(file).read_bytes() for path, file in sides if file}
+        if any(texture.cubefiles):
+            texture.cubefiles = [file and path for path, file in sides]
+        if texture.file or len(texture.data):
+            path = stem + (Path(texture.file).suffix or ".png")
+            files[path] = Path(texture.file).read_bytes() if texture.file else _png(texture)
+            texture.file, texture.data, texture.content_type = path, b"", ""
+    for i, field in enumerate(spec.hfields):
+        if field.file:
+            path = f"{ASSETS}/{i:03}_{_plain(field.name)}{Path(field.file).suffix}"
+            files[path] = Path(field.file).read_bytes()
+            field.file = path
+    spec.meshdir = spec.texturedir = spec.modelfiledir = ""
     start = initial_state(scene)
     spec.add_key(name=START, qpos=start.qpos, ctrl=start.ctrl)
+    spec.assets = files
     spec.compile()
-    with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder, "scene.zip"))
-        spec.encode(path)
-        with ZipFile(path) as archive:
-            files = {name: archive.read(name) for name in archive.namelist()}
-    (xml,) = (name for name in files if name.endswith(".xml"))
-    return files | {"scene.xml": files.pop(xml)}
+    files["scene.xml"] = spec.to_xml().encode()
+    return files
+
+
+def _move(mesh: mujoco.MjsMesh, path: str) -> None:
+    """Replace the data of a mesh in memory by the path of a file."""
+    mesh.file, mesh.content_type = path, ""
+    mesh.uservert, mesh.usernormal, mesh.usertexcoord = [], [], []
+    mesh.userface, mesh.userfacenormal, mesh.userfacetexcoord = [], [], []
+
+
+def _plain(name: str) -> str:
+    """Return a name that is valid in every file system."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name) or "part"
 
 
 def _png(texture: mujoco.MjsTexture) -> bytes:

@@ -4,13 +4,14 @@ Everything but objects is fixed in place: of the file's joints only the free joi
 actuators. The time step and the solver are those of every scene, whatever options the file has.
 """
 
+import os
 from collections.abc import Collection, Mapping
-from typing import Any
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from sim.external.user_scene import UserScene, bounds
+from sim.external.user_scene import UserScene, bounds, scene_files
 from sim.geometry.mjcf import as_utf8
 
 
@@ -19,19 +20,24 @@ def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, 
 
     Objects are given by name, with their body and whether its y axis is their x axis. Returns warnings for the user.
     """
-    world = mujoco.MjSpec.from_file(as_utf8(scene.path.absolute()))
+    world = mujoco.MjSpec.from_file(as_utf8(scene.path))
+    _find_files(world, scene.path)
     without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]
     notes = _hold_still(world, {part for part, _ in objects.values()})
     if without_effect:
         notes.append(f"scene: without effect here: {', '.join(without_effect)}")
-    compiled = _fuse(world, [moved for moved, _ in objects.values()])
-    for moved, turned in objects.values():
-        _centre(world.body(moved), compiled.body(moved), bounds(scene, moved), turned=turned)
+    bodies: dict[str, str] = {}
+    for name, (moved, turned) in objects.items():
+        body = world.body(moved)
+        explicit = any(part.explicitinertial for part in (body, *body.find_all("body")))
+        bodies |= {f"{scene.prefix}{part}": name for part in (moved, *_join(body))}
+        _centre(body, scene, turned=turned, explicit=explicit)
     spec.attach(world, prefix=scene.prefix, frame=spec.worldbody.add_frame())
     geoms: dict[str, str] = {}
     for name, (moved, _) in objects.items():
         geoms |= _rename(spec.body(f"{scene.prefix}{moved}"), name)
-    _rename_excluded(spec, {f"{scene.prefix}{moved}": name for name, (moved, _) in objects.items()})
+    for exclude in spec.excludes:
+        exclude.bodyname1, exclude.bodyname2 = (bodies.get(n, n) for n in (exclude.bodyname1, exclude.bodyname2))
     for pair in spec.pairs:
         pair.geomname1, pair.geomname2 = (geoms.get(n, n) for n in (pair.geomname1, pair.geomname2))
     taken = {camera.name for camera in spec.cameras}
@@ -83,39 +89,72 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
     return changed
 
 
-def _fuse(world: mujoco.MjSpec, moving: Collection[str]) -> mujoco.MjModel:
-    """Merge all descendants of the bodies that move into these, and return the compiled scene."""
-    for body in world.bodies:
-        body.fuse = False
-    for name in moving:
-        parts = world.body(name).find_all("body")
-        # What is excluded by its name would not be merged.
-        _rename_excluded(world, {part.name: name for part in parts})
+def _find_files(world: mujoco.MjSpec, path: Path) -> None:
+    """Replace the file names of meshes, textures and height fields by absolute paths."""
+    known = [part.resolve() for part in scene_files(path)]
+
+    def found(file: str, beside: str) -> str:
+        """Return the path of a file, which a nested model may give relative to its own folder."""
+        named = Path(os.path.abspath(path.parent / beside / file))
+        ends = Path(os.path.normpath(Path(beside) / file)).parts
+        inner = (other for other in known if other.parts[-len(ends) :] == ends)
+        return str(named if os.path.isfile(named) else next(inner, named))
+
+    for parts, folder in ((world.meshes, "meshdir"), (world.textures, "texturedir"), (world.hfields, "meshdir")):
         for part in parts:
-            part.fuse = True
-    world.fuse_static()
-    return world.compile()
+            beside = getattr(part.compiler, folder)
+            if part.file:
+                part.file = found(part.file, beside)
+    for texture in world.textures:
+        if any(texture.cubefiles):
+            texture.cubefiles = [file and found(file, texture.compiler.texturedir) for file in texture.cubefiles]
+    world.meshdir = world.texturedir = ""
 
 
-def _rename_excluded(spec: mujoco.MjSpec, names: Mapping[str, str]) -> None:
-    for exclude in spec.excludes:
-        exclude.bodyname1, exclude.bodyname2 = (names.get(n, n) for n in (exclude.bodyname1, exclude.bodyname2))
+def _join(body: mujoco.MjsBody) -> list[str]:
+    """Merge all child bodies of a body into it; return their names."""
+    names = []
+    while len(body.bodies):
+        child = body.bodies[0]
+        names.append(child.name)
+        child.to_frame()
+    return names
 
 
-def _centre(body: mujoco.MjsBody, compiled: Any, box: tuple[np.ndarray, np.ndarray], *, turned: bool) -> None:
-    """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close."""
+def _centre(body: mujoco.MjsBody, scene: UserScene, *, turned: bool, explicit: bool) -> None:
+    """Give a body the frame of an object: in the middle of its box, x along the line on which the fingers close.
+
+    `explicit` is whether the file gives the inertia of any of its parts.
+    """
+    low, high = bounds(scene, body.name)
     turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if turned else np.eye(3)
-    quat, offset = np.zeros(4), -turn @ np.mean(box, axis=0)
+    quat, offset = np.zeros(4), -turn @ (low + high) / 2
     mujoco.mju_mat2Quat(quat, turn.ravel())
     parts = [part for parts in (body.geoms, body.sites, body.cameras, body.lights, body.frames) for part in parts]
     frame = body.add_frame(pos=offset, quat=quat)
     for part in parts:
         if part.frame is None:
             part.set_frame(frame)
-    body.explicitinertial, body.mass, body.inertia = True, compiled.mass[0], compiled.inertia
-    body.ipos, body.fullinertia = turn @ compiled.ipos + offset, np.full(6, np.nan)
-    mujoco.mju_mulQuat(body.iquat, quat, compiled.iquat)
-    body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    body.explicitinertial = explicit
+    if explicit:
+        body.mass, centre, inertia = _inertia(scene, body.name)
+        body.ipos, body.fullinertia = turn @ centre + offset, np.full(6, np.nan)
+        body.inertia, axes = np.linalg.eigh(turn @ inertia @ turn.T)
+        axes[:, 2] *= np.linalg.det(axes)
+        mujoco.mju_mat2Quat(body.iquat, axes.ravel())
+        body.ialt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return mass, kg, (3,) centre, m, and (3, 3) inertia about it of a free body and its children, in its frame."""
+    data, number = mujoco.MjData(scene.mujoco), scene.mujoco.body(body).id
+    mujoco.mj_kinematics(scene.mujoco, data)
+    mujoco.mj_comPos(scene.mujoco, data)
+    mujoco.mj_crb(scene.mujoco, data)
+    # The composite inertia about the centre: three moments, three products, three zeros and the mass.
+    xx, yy, zz, xy, xz, yz, *_, mass = data.crb[number]
+    total, turn = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), data.xmat[number].reshape(3, 3)
+    return float(mass), turn.T @ (data.subtree_com[number] - data.xpos[number]), turn.T @ total @ turn
 
 
 def _rename(body: mujoco.MjsBody, name: str) -> dict[str, str]:

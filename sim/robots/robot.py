@@ -140,9 +140,12 @@ class Robot(ArmConstants):
         """The arm alone, without geoms, fingers and actuators."""
         spec = self.spec(meshes=False)
         # Without geoms, bodies whose inertia is not explicit would have none.
-        for body in spec.bodies[1:]:
-            if not body.explicitinertial:
-                spec.adopt_inertial(body)
+        if implicit := [body for body in spec.bodies[1:] if not body.explicitinertial]:
+            whole = spec.compile()
+            for body in implicit:
+                body.mass, body.inertia = whole.body_mass[body.id], whole.body_inertia[body.id]
+                body.ipos, body.iquat = whole.body_ipos[body.id], whole.body_iquat[body.id]
+                body.explicitinertial = True
         for name in self.gripper.joints:
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger
