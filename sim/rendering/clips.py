@@ -1,4 +1,4 @@
-"""Finished videos side by side."""
+"""Videos made from finished ones: side by side, faster, smaller, as MP4, GIF or WebP."""
 
 import os
 import subprocess
@@ -17,21 +17,32 @@ GAP_PX = 4
 HEADING = 0.055
 """Height of a heading's letters, as a share of the video's height."""
 
-ENCODER = "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart"
-"""ffmpeg's options for the file to write."""
+ENCODERS = {
+    ".mp4": "-c:v libx264 -crf 21 -preset veryfast -pix_fmt yuv420p -movflags +faststart -f mp4",
+    ".gif": "-loop 0 -f gif",
+    ".webp": "-c:v libwebp_anim -quality 70 -loop 0 -f webp",
+}
+"""ffmpeg's options for each suffix of the file to write."""
 
 
 def compose(
-    videos: Sequence[Path], path: Path, *, headings: Sequence[str] = (), height: int = 540, fps: int = 30
+    videos: Sequence[Path],
+    path: Path,
+    *,
+    headings: Sequence[str] = (),
+    height: int = 540,
+    fps: int = 30,
+    speed: float = 1.0,
 ) -> Path:
-    """Write an MP4 file of videos side by side; those that end before the longest one hold their last frame.
+    """Write a video of others side by side; those that end before the longest one hold their last frame.
 
     Args:
-        videos: to show, two at least.
-        path: the file to write; it appears only when it is complete.
+        videos: to show; a single one is only scaled and sped up.
+        path: the file to write, with a suffix in `ENCODERS`. It appears only when it is complete.
         headings: text in a strip above each video; none for no strip.
         height: of the videos in pixels, even; a strip adds to it.
         fps: frames a second.
+        speed: factor of the playback speed.
 
     Returns:
         The path.
@@ -39,15 +50,18 @@ def compose(
     Raises:
         RenderingError: a video is missing or cannot be read, or ffmpeg failed.
     """
+    durations = [_duration(video) for video in videos]
     command = [part for video in videos for part in ("-i", str(video))]
+    steps, shown = [], []
     strip = 2 * round(HEADING * height) if headings else 0
-    steps, shown = [], [f"[video{i}]" for i in range(len(videos))]
-    for i, name in enumerate(shown):
-        gap = GAP_PX if i else 0
+    for i, duration in enumerate(durations):
+        rest = max(durations) - duration
         steps.append(
-            f"[{i}:v]fps={fps},scale=-2:{height}:flags=lanczos,pad=iw:ih+{strip}:0:{strip}:0x090b0f,"
-            f"pad=iw+{gap}:ih:{gap}:0:white{name}"
+            f"[{i}:v]tpad=stop_mode=clone:stop_duration={rest:.3f},setpts=PTS/{speed:g},fps={fps},"
+            f"scale=-2:{height}:flags=lanczos,pad=iw:ih+{strip}:0:{strip}:0x090b0f,"
+            f"pad=iw+{GAP_PX if i else 0}:ih:{GAP_PX if i else 0}:0:white[video{i}]"
         )
+        shown.append(f"[video{i}]")
     with tempfile.TemporaryDirectory(prefix=f".clip-{os.getpid()}-", dir=path.parent) as folder:
         for i, text in enumerate(headings):
             heading = Path(folder, f"{i}.png")
@@ -55,9 +69,14 @@ def compose(
             command += ["-i", str(heading)]
             steps.append(f"{shown[i]}[{len(videos) + i}:v]overlay=x=(W-w)/2:y=({strip}-h)/2[named{i}]")
             shown[i] = f"[named{i}]"
-        steps.append(f"{''.join(shown)}hstack=inputs={len(videos)},crop=trunc(iw/2)*2:ih")
-        draft = Path(folder, path.name)
-        run_ffmpeg([*command, "-filter_complex", ";".join(steps), *ENCODER.split(), str(draft)], making=path)
+        joined = f"{''.join(shown)}hstack=inputs={len(videos)}" if len(videos) > 1 else f"{shown[0]}null"
+        if path.suffix == ".gif":
+            joined += ",split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4"
+        elif path.suffix == ".mp4":
+            joined += ",crop=trunc(iw/2)*2:ih"
+        draft = Path(folder, f"whole{path.suffix}")
+        command += ["-filter_complex", ";".join([*steps, joined]), *ENCODERS[path.suffix].split(), str(draft)]
+        run_ffmpeg(command, making=path)
         os.replace(draft, path)
     return path
 
@@ -69,6 +88,15 @@ def run_ffmpeg(command: Sequence[str], *, making: Path) -> None:
     )
     if done.returncode:
         raise RenderingError(f"{making}: ffmpeg could not make it: {done.stderr.strip().splitlines()[-1]}")
+
+
+def _duration(video: Path) -> float:
+    """Return the length of a video, s."""
+    try:
+        return float(imageio_ffmpeg.count_frames_and_secs(video)[1])
+    except (OSError, RuntimeError):
+        why = "cannot be read as a video" if os.path.exists(video) else "no such file"
+        raise RenderingError(f"{video}: {why}") from None
 
 
 def _heading(text: str, height: int) -> Image.Image:
