@@ -50,7 +50,7 @@ def _panel(axes: Axes, cells: list[Cell], kind: str) -> None:
     for method, (colour, marker, name, published) in STYLES.items():
         shown = {cell.what["tasks"]: cell for cell in cells if cell.what["method"] == method}
         medians = {tasks: cell.statistic("seconds", median) or (0.0, False) for tasks, cell in shown.items()}
-        seconds = [[run["seconds"] for run in cell.runs] for cell in shown.values()]
+        seconds = [[run["seconds"] for run in cell.runs.values()] for cell in shown.values()]
         axes.plot(list(shown), [value for value, _ in medians.values()], f"{marker}-", color=colour, label=name)
         axes.fill_between(
             list(shown), [*map(min, seconds)], [*map(max, seconds)], color=colour, alpha=0.15, linewidth=0

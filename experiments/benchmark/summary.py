@@ -1,10 +1,10 @@
 """Statistics of a benchmark's runs: medians, maxima, ratios, and tables of them."""
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from statistics import fmean, median
-from typing import Any, NamedTuple
+from typing import Any
 
 from experiments.benchmark.published import PUBLISHED
 from experiments.benchmark.runs import FRONT, SINGLE, Record
@@ -20,54 +20,74 @@ COLUMNS: dict[str, tuple[str, Statistic]] = {
     "x first": ("ratio", median),
     "labels expanded": ("expanded", median),
     "MB": ("megabytes", median),
-    "points": ("count", fmean),
+    "points": ("points", fmean),
     "within %": ("within", median),
 }
-"""Columns of a table by heading: an entry of a run of a `Cell`, and the statistic."""
+"""Columns of a table by heading: an entry of `Cell.statistic`, and the statistic."""
 
 PAPER = "paper: s"
 """Heading of the column with the published times."""
 
+Runs = dict[int, Record]
+"""Records by seed."""
+
 Key = tuple[tuple[str, Any], ...]
 
 
-class Cell(NamedTuple):
+@dataclass(frozen=True)
+class Cell:
     """Runs that differ only in their seed.
 
     Attributes:
         what: `Search.what` without the seed.
-        runs: their records, and of each the `ratio` of its time to that of the first method on the same instance (None
-            for that method, or if that run was ended), the `count` of points, and its peak memory in `megabytes`.
+        runs: their records.
+        first: the records of the first method on the same instances.
     """
 
     what: Mapping[str, Any]
-    runs: list[Record]
+    runs: Runs
+    first: Runs
 
     def statistic(self, entry: str, of: Statistic) -> tuple[float, bool] | None:
-        """Return a statistic of an entry, and whether it is only a lower bound; None if no run has the entry.
+        """Return a statistic, and whether it is only a lower bound; None if no run has the entry.
 
-        It is a lower bound if greater numbers in place of those of ended runs, or of what is not proven, would change
-        it.
+        Args:
+            entry: an entry of the records; `megabytes` of memory, or `ratio`: the time over that of the first method.
+            of: the statistic. It is a lower bound if greater numbers in place of those of ended runs would change it.
         """
-        told = [run for run in self.runs if run[entry] is not None or entry == "within"]
-        if not told:
+        values = {seed: self._value(entry, seed) for seed in self.runs}
+        numbers = {seed: value for seed, value in values.items() if value is not None}
+        if not numbers:
             return None
-        numbers = [float(run[entry] or 0) for run in told]
-        is_open = [run["within"] is None if entry == "within" else run["ended"] is not None for run in told]
-        raised = [math.inf if is_bound else number for number, is_bound in zip(numbers, is_open, strict=True)]
-        return of(numbers), of(raised) != of(numbers)
+        end = "within" if entry == "within" else "ended"
+        open_ended = {seed for seed in numbers if (self.runs[seed][end] is None) == (end == "within")}
+        raised = [math.inf if seed in open_ended else number for seed, number in numbers.items()]
+        found = of([*numbers.values()])
+        return found, of(raised) != found
+
+    def _value(self, entry: str, seed: int) -> float | None:
+        run, first = self.runs[seed], self.first.get(seed)
+        if entry == "ratio":
+            if first is None or first is run or first["ended"]:
+                return None
+            return float(run["seconds"] / first["seconds"])
+        if entry == "megabytes":
+            return float(run["peak_bytes"] / 1e6)
+        return float(len(run["points"] or ()) if entry == "points" else run[entry] or 0)
 
 
 def cells(records: Iterable[Record]) -> list[Cell]:
     """Return a cell for each set of runs that differ only in their seed, in the order of the runs."""
-    runs = defaultdict[Key, list[Record]](list)
-    firsts: dict[Key, Record] = {}
+    groups: dict[Key, Runs] = {}
+    first: dict[Key, Runs] = {}
     for record in records:
-        first = firsts.setdefault(_key(record, "method"), record)
-        ratio = None if first is record or first["ended"] else record["seconds"] / first["seconds"]
-        more = {"ratio": ratio, "count": len(record["points"] or ()), "megabytes": record["peak_bytes"] / 1e6}
-        runs[_key(record, "seed")].append(record | more)
-    return [Cell(dict(what), found) for what, found in runs.items()]
+        runs = groups.setdefault(_key(record, "seed"), {})
+        runs[record["seed"]] = record
+        first.setdefault(_key(record, "seed", "method"), runs)
+    return [
+        Cell(dict(what), runs, first[tuple(entry for entry in what if entry[0] != "method")])
+        for what, runs in groups.items()
+    ]
 
 
 def disagreements(records: Sequence[Record]) -> list[str]:

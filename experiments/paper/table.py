@@ -41,7 +41,9 @@ def compare_times(study: Study, out: Path) -> None:
     )
     found = cells(record for record in records if record["family"] == RANDOM)
     times = {
-        (cell.what["kind"], cell.what["method"], cell.what["tasks"]): median(run["seconds"] for run in cell.runs)
+        (cell.what["kind"], cell.what["method"], cell.what["tasks"]): median(
+            record["seconds"] for record in cell.runs.values()
+        )
         for cell in found
     }
     _growth(study, times)

@@ -36,7 +36,7 @@ def test_table_1_has_a_row_for_each_family_kind_and_method_beside_records_and_pi
     places = [(run["family"], run["kind"], run["tasks"], run["method"]) for run in records]
     assert sorted(places) == sorted((family, kind, 2, m) for family in FAMILIES for kind in KINDS for m in methods)
     for cell in cells(records):
-        (run,) = cell.runs
+        (run,) = cell.runs.values()
         assert run["ended"] is None and run["seconds"] > 0 and run["expanded"] > 0 and run["baseline_bytes"] > 0
         assert (cell.statistic("ratio", median) is None) == (cell.what["method"] == OURS)
     printed = capsys.readouterr().out
