@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from prefplan.logic.good_prefix import Label
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.manipulation.action_costs import cost_tables
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.manipulation.slots import hand_poses, location_of, pose
+from prefplan.models.manipulation.slots import hand_poses, location_of, pose, slots_at_start
 from prefplan.models.manipulation.symbolic import Action, at, holding, marked
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, RecordedWorld
@@ -103,11 +104,13 @@ class _Hand:
         self._log, self._world, self._model = log, world, world.model
         self._answers = [event.time for event in log.about.events if event.kind in ANSWERS]
         self._begun, self._ended = -math.inf, 0.0
-        self._hands = hand_poses(world.model.slot_counts, world.model.start)
+        start, counts = world.model.initial_state, world.model.slot_counts
+        self._hands = hand_poses(counts, world.model.start)
         self._costs = cost_tables(world.model, self._hands)[0]
         # The locations over which it may be, and the symbolic state as far as the actions determine it.
         self._over = {world.model.start}
-        self._state: ManipulationState | None = world.model.initial_state
+        slots = slots_at_start([(obj, place) for obj, place in start.places if counts[place] > 1], {}, counts)
+        self._state: ManipulationState | None = replace(start, slots=tuple(slots.items()))
 
     def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:
         """Take an action, before which the frames show a label; return what is wrong with its times, moves or cost.

@@ -91,6 +91,11 @@ def test_what_noise_decides_is_as_the_log_says_and_nothing_else(
     assert found == accepted
 
 
+def test_measured_costs_depend_on_the_slots_of_objects_at_the_start() -> None:
+    """The first action that depends on them carries the mug to the counter, where the fish takes a slot."""
+    assert refutations(log_of_run(shipped("kitchen_energy"))) == {}
+
+
 def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     log = log_of_run(shipped("case_study_3_energy"))
     assert certify(log).confirmed
