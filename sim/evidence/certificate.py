@@ -93,7 +93,7 @@ class Certificate:
 
 @contextmanager
 def _checking() -> Iterator[None]:
-    """Keep MuJoCo from writing warnings to a file: forged states may be impossible, which the checks report."""
+    """Refuse unreadable formulas, and keep MuJoCo from writing warnings to a file: forged states may be impossible."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
