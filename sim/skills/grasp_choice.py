@@ -151,7 +151,7 @@ def freely(cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp:
     return ChosenGrasp(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
 
 
-def choose_placement(
+def _placement(
     cell: Workcell,
     obj: str,
     slot: Slot,
@@ -162,21 +162,9 @@ def choose_placement(
     clearance: float = FINGER_CLEARANCE_M,
     foreseen: bool = False,
 ) -> ChosenGrasp:
-    """Return how to set an object, in a given grasp, upright into a slot, and how wide the fingers can open there.
+    """Return how to set an object, in a grasp, upright into a slot; for errors and limits of poses, see `free_pose`.
 
-    Args:
-        cell: the running simulation.
-        obj: the object.
-        slot: where it is put down.
-        grasp: how the hand holds it.
-        near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
-        margin: distance from the joints' position limits if the hand is tilted, rad.
-        clearance: from other bodies if the hand is tilted, m.
-        foreseen: whether the object is not held yet; then errors need not name all that is in the way.
-
-    Raises:
-        BlockedError: bodies are in the way.
-        SimulationError: the arm does not reach it.
+    If the object is `foreseen`, that is not held yet, errors need not name all that is in the way.
     """
     blockers: set[str] = set()
     unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
@@ -211,14 +199,15 @@ def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
 
 
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
-    """Return, as `choose_placement` does, how to set down the held object: upright, or else leaning as it does now.
+    """Return how to set down the held object, upright or else as it leans now, and how wide the fingers open there.
 
     Raises:
-        BlockedError, SimulationError: as for `choose_placement`.
+        BlockedError: bodies are in the way.
+        SimulationError: the arm does not reach it.
     """
 
     def choose(grasp: GraspPose) -> ChosenGrasp:
-        placement = partial(choose_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
+        placement = partial(_placement, cell, obj, slot, grasp, margin=PLACING_MARGIN_RAD)
         try:
             return placement(near=cell.reference)
         except SimulationError:
@@ -288,7 +277,7 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
 
 def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely: bool = False) -> bool:
     """Return whether an object that is not held yet can be put into a slot in a grasp, if need be `barely`."""
-    place = partial(choose_placement, cell, obj, slot, grasp, foreseen=True)
+    place = partial(_placement, cell, obj, slot, grasp, foreseen=True)
     try:
         if barely:
             place(near=cell.reference, margin=PLACING_MARGIN_RAD)
