@@ -74,7 +74,8 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        staying = Rehearsal(_taking(obj, location), places, obj, location)
+        actions = f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
+        staying = Rehearsal(actions, places, obj, location)
         placeable = start == location or self._is_placeable(staying)
         brought = None if start == location else self._immovable.get(obj)
         if start != location and placeable and brought is None:
@@ -135,13 +136,7 @@ class Feasibility:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
         It may also be put down at one of the nearest locations in between, without the objects there: where it starts,
-        walls may leave only grasps that do not fit at the location.
-
-        Args:
-            obj: the object.
-            location: the location.
-            places: of all objects.
-            first: how it went from its start; None if that was not tried.
+        walls may leave only grasps that do not fit at the location. `first` is how it went from its start, if tried.
         """
         start = self._scene.model.initial_state.place[obj]
         if first is not None and first.done < TAKEN:
@@ -207,10 +202,6 @@ class Feasibility:
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene, self._skills)
-
-
-def _taking(obj: str, location: str) -> tuple[str, ...]:
-    return f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
 
 
 def _is_at_goal(error: SimulationError | None) -> bool:
