@@ -101,11 +101,12 @@ def program(context: click.Context) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit status."""
-    if instruction := os.environ.get(COMPLETE):
-        return shell_complete(program, {}, "prefplan", COMPLETE, instruction)
     status = DONE
     try:
-        status = call(program, "prefplan", arguments)
+        if instruction := os.environ.get(COMPLETE):
+            status = shell_complete(program, {}, "prefplan", COMPLETE, instruction)
+        else:
+            status = call(program, "prefplan", arguments)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader has closed the pipe, so flushing at exit would fail again.

@@ -103,5 +103,5 @@ def front_with(plan: pp.Plan, planner: pp.Planner, *, max_cost: Number | None) -
     except PreferenceError:
         # The front under a general preference needs a bound on the cost, and the user gave none.
         front = []
-    known = {(other.cost, other.preference): other for other in (*front, plan)}
+    known = {tuple(other.objectives.values()): other for other in (*front, plan)}
     return sorted(known.values(), key=lambda other: other.cost)

@@ -49,5 +49,5 @@ def _entry(name: str) -> dict[str, Any]:
 def _show(found: Sequence[dict[str, Any]]) -> None:
     rows = [(one["name"], f"{one['summary']} ({one['kind']}, {one['tasks']} tasks)") for one in found]
     shown = table("", ("scenario", "what it is about"), rows, bold=[0])
-    shown.show_lines = True  # on a terminal, where most wrap
+    shown.show_lines, shown.columns[0].no_wrap = True, True  # on a terminal most summaries wrap; names are copied
     Console(highlight=False).print(shown)

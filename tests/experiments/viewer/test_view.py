@@ -188,6 +188,8 @@ def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
     preferred = planner.preferred()
     assert [plan.cost for plan in front_with(preferred, planner, max_cost=None)] == [34, 41]
     assert [plan.cost for plan in front_with(preferred, planner, max_cost=34)] == [34, 41]
+    several = Planner(shipped("rover").problem())
+    assert len(front_with(several.cheapest(), several, max_cost=None)) == len([*several.front()])
     product = 'kind = "expression"\nexpression = "tidy * tidy"\ncontract = "general"'
     boundless = Planner(loads(CUP.replace('kind = "order"', product)).problem())
     cheapest = boundless.cheapest()
