@@ -183,12 +183,39 @@ def test_without_its_libraries_it_names_the_command_that_installs_them(
     assert told == f"prefplan: view needs the libraries viser and mjviser: {install}\n"
 
 
+ERRANDS = """
+[model]
+kind = "grid"
+size = [3, 3]
+start = [1, 1]
+cost = 1
+
+[model.regions]
+a = [0, 0, 0, 0]
+b = [2, 0, 2, 0]
+c = [1, 2, 1, 2]
+
+[[tasks]]
+name = "a"
+formula = "F a"
+
+[[tasks]]
+name = "b"
+formula = "F b"
+
+[[tasks]]
+name = "c"
+formula = "F c"
+"""
+
+
 def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
     planner = Planner(shipped("case_study_3").problem())
     preferred = planner.preferred()
     assert [plan.cost for plan in front_with(preferred, planner, max_cost=None)] == [34, 41]
     assert [plan.cost for plan in front_with(preferred, planner, max_cost=34)] == [34, 41]
-    several = Planner(shipped("rover").problem())
+    wishes = [f"[[preferences]]\nname = 'early_{i}'\nkind = 'weighted-sum'\nweights = {{ {i} = 1 }}" for i in "abc"]
+    several = Planner(loads("\n".join([ERRANDS, *wishes])).problem())
     assert len(front_with(several.cheapest(), several, max_cost=None)) == len([*several.front()])
     product = 'kind = "expression"\nexpression = "tidy * tidy"\ncontract = "general"'
     boundless = Planner(loads(CUP.replace('kind = "order"', product)).problem())
