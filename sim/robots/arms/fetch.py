@@ -1,11 +1,15 @@
 """The Fetch Mobile Manipulator's arm and gripper, its base and torso fixed: MJCF and meshes of gymnasium-robotics."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
+import trimesh
 
 from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
-from sim.geometry.mjcf import yaw_quat
+from sim.geometry.mjcf import HIDDEN, VISIBLE, draw_solid, yaw_quat
+from sim.geometry.solids import smoothed
 from sim.robots.assets import asset_folder
 from sim.robots.import_mjcf import ImportedArm, add_servo
 
@@ -46,6 +50,21 @@ OPENING_M = 0.10
 GRIP_FORCE_N = 60.0
 """Greatest force of a finger, as in the URDF."""
 
+PALETTE = {
+    "white": (0.86, 0.87, 0.88, 1),
+    "blue": (0.06, 0.34, 0.62, 1),
+    "grey": (0.25, 0.26, 0.28, 1),
+    "red": (0.70, 0.05, 0.05, 1),
+}
+
+COLOURS = {
+    **dict.fromkeys(("base_link", "head_pan_link", "laser_link", "gripper_link"), "grey"),
+    **dict.fromkeys(("head_tilt_link", "torso_fixed_link"), "blue"),
+    **dict.fromkeys(("shoulder_lift_link", "elbow_flex_link", "wrist_flex_link"), "blue"),
+    "estop_link": "red",
+}
+"""Colour of each link that is not white."""
+
 FETCH_MJCF = """<mujoco>
   <compiler angle="radian" meshdir="{meshes}"/>
   <include file="shared.xml"/>
@@ -66,6 +85,7 @@ def fetch_mjcf() -> mujoco.MjSpec:
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
     spec = mujoco.MjSpec.from_string(FETCH_MJCF.format(meshes=stl), include=files)
     _strip(spec)
+    _dress(spec, stl)
     spec.body(f"{FETCH_PREFIX}base_link").pos = [-SHOULDER_M, 0.0, -TABLE_HEIGHT_M]
     spec.body(f"{FETCH_PREFIX}torso_lift_link").pos[2] += TORSO_LIFT_M
     spec.body(f"{FETCH_PREFIX}head_pan_link").quat = yaw_quat(HEAD_PAN_RAD)
@@ -83,15 +103,31 @@ def unavailable_because() -> str | None:
 
 
 def _strip(spec: mujoco.MjSpec) -> None:
-    """Remove the parts for gymnasium-robotics' own tasks: a mocap body, cameras, margins and textures."""
+    """Remove the parts for gymnasium-robotics' own tasks: a mocap body that pulls the hand, cameras, textures."""
     spec.delete(spec.body(f"{FETCH_PREFIX}mocap"))
     for element in (*spec.equalities, *spec.cameras, *spec.textures, *spec.materials):
         spec.delete(element)
-    spec.add_material(name="fetch", specular=0.35, shininess=0.4)
+
+
+def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
+    """Use the links' convex hulls for collisions, and add smooth, coloured visual meshes."""
+    for name, rgba in PALETTE.items():
+        spec.add_material(name=f"fetch_{name}", rgba=rgba, specular=0.35, shininess=0.4)
     for geom in spec.geoms:
-        geom.margin = 0.0
-        # The colours are those of the geoms' classes.
-        geom.material = geom.classname.geom.material = "fetch"
+        geom.contype, geom.conaffinity, geom.margin = 2, 1, 0.0
+        # Written as MJCF, a geom without a material has its class's.
+        geom.material = geom.classname.geom.material = ""
+    for mesh in list(spec.meshes):
+        geom = spec.geom(mesh.name)
+        if geom is None:
+            spec.delete(mesh)
+            continue
+        solid = trimesh.load_mesh(folder / mesh.file)
+        mesh.file, mesh.uservert, mesh.userface = "", solid.vertices.ravel(), solid.faces.ravel()
+        geom.group = HIDDEN
+        link = mesh.name.removeprefix(FETCH_PREFIX)
+        colour = f"fetch_{COLOURS.get(link, 'white')}"
+        draw_solid(spec, geom.parent, f"fetch_{link}", smoothed(solid), colour, pos=geom.pos)
 
 
 def _set_gripper(spec: mujoco.MjSpec) -> None:
@@ -108,7 +144,7 @@ def _set_gripper(spec: mujoco.MjSpec) -> None:
         link.pos[1] -= np.sign(link.pos[1]) * CLOSED_GAP_M / 2
         joint.armature, joint.damping[0] = FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M
         joint.solref_limit, joint.solimp_limit = [0.02, 1], [0.9, 0.95, 0.001, 0.5, 2]
-        geom.friction[0] = 1.2
+        geom.material, geom.group, geom.friction[0] = "fetch_grey", VISIBLE, 1.2
         width.wrap_joint(joint.name, 1.0)
     together = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=f"{fingers[0]}_joint", name2=f"{fingers[1]}_joint")
     together.solref, together.solimp[:3] = [0.005, 1], [0.95, 0.99, 0.001]
