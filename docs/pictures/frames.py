@@ -48,7 +48,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name, plan in {"cheapest": front[0], "preferred": front[-1]}.items():
             outcome = run_plan(scenario, scene, plan)
-            texts = captions(outcome, scenario.model)
+            texts = captions(outcome)
             taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")
             videos.append(render_video(scene, outcome.run, texts, video, fps=FPS, size=VIDEO_SIZE, quality=DRAFT))
@@ -62,7 +62,7 @@ def taken(scenario: Scenario, scene: Scene, outcome: Outcome) -> Image.Image:
     lit = np.flatnonzero(rollout.glow >= 0)
     moment = int(lit[-1]) - BEFORE if len(lit) else len(rollout.times) // 2
     lamps = [scene.model.locations[rollout.glow[moment]].name] if len(lit) else []
-    caption = caption_at(captions(outcome, scenario.model), float(rollout.times[moment]))
+    caption = caption_at(captions(outcome), float(rollout.times[moment]))
     frame = render_frame(scene, rollout.qpos[moment], caption=caption, glow=lamps, quality=FINAL)
     return Image.fromarray(frame).resize(SHOWN, Image.Resampling.LANCZOS)
 
