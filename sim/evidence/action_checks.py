@@ -109,7 +109,8 @@ class _Hand:
         self._costs = cost_tables(world.model, self._hands)[0]
         # The locations over which it may be, and the symbolic state as far as the actions determine it.
         self._over = {world.model.start}
-        slots = slots_at_start([(obj, place) for obj, place in start.places if counts[place] > 1], {}, counts)
+        resting = [(obj, place) for obj, place in start.places if counts[place] > 1]
+        slots = slots_at_start(resting, dict(start.slots), counts)
         self._state: ManipulationState | None = replace(start, slots=tuple(slots.items()))
 
     def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from report_browser import SOFTWARE_GL, start_chrome
-from scenario_texts import CUP, shipped
+from scenario_texts import CUP, shipped, task_tables
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.action_chains import ActionChains
@@ -189,24 +189,11 @@ kind = "grid"
 size = [3, 3]
 start = [1, 1]
 cost = 1
-
 [model.regions]
 a = [1, 2, 1, 2]
 b = [0, 0, 0, 0]
 c = [2, 0, 2, 0]
-
-[[tasks]]
-name = "a"
-formula = "F a"
-
-[[tasks]]
-name = "b"
-formula = "F b"
-
-[[tasks]]
-name = "c"
-formula = "F c"
-"""
+""" + task_tables(a="F a", b="F b", c="F c", preference="")
 
 
 def test_the_front_goes_with_the_plan_that_is_carried_out() -> None:
