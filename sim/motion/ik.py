@@ -30,8 +30,8 @@ MAX_GOAL_STEPS = 60
 """Greatest number of IK steps to a goal; usually about 7 are needed."""
 
 MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
-"""Greatest turn of a joint in an IK step if the hand points down, when the seed is near; and in the last step, after
-which the remaining error is a thousandth of that."""
+"""Greatest turn of a joint in an IK step, and in the last one, after which the remaining error is a thousandth of
+that."""
 
 STALLED_STEPS, LEAST_PROGRESS = 12, 0.01
 """A search has failed after so many steps of which none reduced the least error by this share."""
@@ -132,10 +132,10 @@ class InverseKinematics:
                 yield q, goal
 
     def _seed(self, goal: ToolPose) -> np.ndarray:
-        """Return home with the first joint turned towards a pose and the last to its yaw if their axes are vertical."""
+        """Return home with the first joint turned towards the flange at a pose, the last to the yaw, if vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
-        turn = self.robot.polar(goal.position)[1] - self._home_bearing
+        turn = self.robot.polar(goal.position + goal.rotation @ self._reach.flange)[1] - self._home_bearing
         q[0] += first * turn
         if last and len(q) > 1:
             q[-1] += last * (goal.yaw - self._home.yaw - abs(first) * turn)
@@ -161,10 +161,9 @@ class InverseKinematics:
             return None
         self._configuration.update(seed)
         self._aim(goal.position, goal.rotation, seed)
-        longest = MAX_SEARCH_STEP_RAD if goal.points_down else np.inf
         least, stalled = np.inf, 0
         for _ in range(MAX_GOAL_STEPS):
-            step, error = self._search_step(longest)
+            step, error = self._search_step()
             least, stalled = (error, 0) if error < (1 - LEAST_PROGRESS) * least else (least, stalled + 1)
             if stalled == STALLED_STEPS:
                 return None
@@ -176,16 +175,15 @@ class InverseKinematics:
         q, (low, high) = self._configuration.q, self.model.jnt_range.T
         return q, float(np.minimum(q - low, high - q).min())
 
-    def _search_step(self, longest: float) -> tuple[np.ndarray, float]:
+    def _search_step(self) -> tuple[np.ndarray, float]:
         """Return a step (n,) of a search, rad, and the weighted error of the tool before it.
 
-        It is the least-squares step, of at most `longest`, unless that leaves the joints' ranges: then the best one
-        within them, of at most what their velocity limits allow in a second.
+        It is the least-squares step, of limited length, unless that leaves the joints' ranges: then the best one within
+        them, of at most what their velocity limits allow in a second.
         """
         normal, pull, error = self._normal_equations()
         _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
-        if (farthest := np.abs(step).max()) > longest:
-            step *= longest / farthest
+        step *= min(1.0, MAX_SEARCH_STEP_RAD / float(np.abs(step).max()))
         q = self._configuration.data.qpos
         if not self._within_ranges(q + step):
             most = self.robot.velocity_limits
