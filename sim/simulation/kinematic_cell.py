@@ -16,8 +16,9 @@ from sim.world.scene import Scene
 CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
-PRESSED_N = 2.75
-"""Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drag`)."""
+PRESSED_N = 12.5
+"""Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drag`). With it, the
+Panda's fingers drag a quarter of a kilogram."""
 
 PARALLEL = 0.99
 """Least cosine of the angle between the closing directions of the hand and of the pair of surfaces that it holds."""
