@@ -9,7 +9,7 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import overlap
 from sim.perception.sensors import ObjectPose, Poses, Posture, on_table
-from sim.world.places import AT_RADIUS_M, Slot
+from sim.world.places import AT_RADIUS_M, Slot, lowest_under
 from sim.world.scene import Scene
 
 AT_HEIGHT_M = 0.008
@@ -93,8 +93,9 @@ def carriers(poses: Poses, name: str) -> list[str]:
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     """Return whether the hand is over a location: over its row of slots or between two of them.
 
-    A tilted hand is over what it points at within `POINTING_M`.
+    A tilted hand is over what it points at within `POINTING_M`. How high a pile is does not matter.
     """
+    floor = scene.slots[lowest_under(scene.model, location)][0].position[2]
     tool, row = data.site(scene.robot.tool), scene.slots[location]
     first, last = row[0].position, row[-1].position
     along = (last - first)[:2]
@@ -102,7 +103,7 @@ def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     offsets = (axis - first)[:, :2]
     shares = np.clip(offsets @ along / max(along @ along, 1e-12), 0.0, 1.0)
     near = np.hypot(*(offsets - shares[:, None] * along).T) < AT_RADIUS_M
-    return bool(near.any() and tool.xpos[2] > first[2])
+    return bool(near.any() and tool.xpos[2] > floor)
 
 
 def hand_location(scene: Scene, data: mujoco.MjData, candidates: Iterable[str]) -> str:

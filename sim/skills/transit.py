@@ -16,7 +16,7 @@ from sim.skills.grasp_choice import ChosenGrasp, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
-from sim.world.places import extent, under
+from sim.world.places import extent, lowest_under
 
 TRANSFER_RADIUS_M = 0.2
 """Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
@@ -48,8 +48,7 @@ class TransitSkill(Transit, Skill):
         height = max(centre[2] + middle + HOVER_HEIGHT_M, transfer_height(cell, piled))
         pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)
         height = transfer_height(cell, cell.shapes)
-        lowest = [action.location, *under(cell.scene.model, action.location)][-1]
-        floor = float(cell.scene.slots[lowest][0].position[2])
+        floor = float(cell.scene.slots[lowest_under(cell.scene.model, action.location)][0].position[2])
         try:
             _check_open(cell, pose, floor)
             travel(cell, pose.symmetric_poses(), height=height)

@@ -137,6 +137,11 @@ def under(model: ManipulationModel, location: str) -> list[str]:
     return list(dict.fromkeys([*direct, *deeper]))
 
 
+def lowest_under(model: ManipulationModel, location: str) -> str:
+    """Return the lowest location that one lies on; itself if it lies on none, or is not the model's."""
+    return [location, *(under(model, location) if location in model.slot_counts else ())][-1]
+
+
 def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:
     """Return unused names, such as `spot1`, whose propositions the model does not have either."""
     used = [obj.name for obj in model.objects] + [place.name for place in model.locations]

@@ -113,6 +113,16 @@ def test_the_hand_is_where_it_was_sent_unless_it_is_not(scene: Scene, arrange: A
     assert observe(scene, arrange(), hand="bin1", held=None).hand == NOWHERE
 
 
+def test_a_hand_is_over_a_pile_however_low_the_objects_are() -> None:
+    scene = build_scene(TOWER, meshes=False)
+    data, nominal = initial_state(scene), scene.slots["b"][0].position
+    pointing = ToolPose.down(nominal - [0.08, 0.0, 0.01], np.pi / 2).leaning(np.radians(85), np.array([-1.0, 0.0, 0.0]))
+    q, _ = Arm(PANDA).reach(pointing.symmetric_poses())
+    PANDA.put(data, q, width=0.0)
+    mujoco.mj_forward(scene.mujoco, data)
+    assert observe(scene, data, hand="b", held=None).hand == "b"
+
+
 def test_marks_are_carried_over(scene: Scene, arrange: Arrange) -> None:
     assert observe(scene, arrange(), hand="home", held=None, marks=MARKS).marks == MARKS
 
