@@ -61,17 +61,14 @@ class Shortcuts(NamedTuple):
     Attributes:
         near: (S, S) int64, cost of the edge between two nodes, or NO_EDGE.
         classes: (S,) int32, label class of each node.
-        through: (S, S) uint64, as bits, the nodes that lie on cheaper paths between two.
         active: (N + R, Q) uint64, as bits, nodes whose label can change automaton i in q.
-        distance: (S,) int64 and via: (S,) int64, scratch.
+        distance: (S,) int64, scratch.
     """
 
     near: np.ndarray
     classes: np.ndarray
-    through: np.ndarray
     active: np.ndarray
     distance: np.ndarray
-    via: np.ndarray
 
 
 class Generated(NamedTuple):
@@ -114,8 +111,7 @@ def space_of(product: Product, graph: Graph) -> Space:
     edges = shortcuts = None
     if graph.contracted:
         active = bits_of(changes(product)[:, :, graph.classes])
-        scratch = np.empty((2, graph.size), np.int64)
-        shortcuts = Shortcuts(graph.near, graph.classes, _through(graph), active, *scratch)
+        shortcuts = Shortcuts(graph.near, graph.classes, active, np.empty(graph.size, np.int64))
     elif product.generated is None:
         edges = Edges(graph.offsets, graph.targets, graph.classes)
     nodes = graph.size if graph.contracted else product.nodes
@@ -133,12 +129,6 @@ def space_of(product: Product, graph: Graph) -> Space:
         first_relaxed=product.extra_first,
     )
     return Space(automata, edges, shortcuts, product.generated)
-
-
-def _through(graph: Graph) -> np.ndarray:
-    """Return (S, S) for each two nodes those on paths cheaper than their edge, as bits."""
-    least = graph.least
-    return bits_of((least[:, :, None] + least[None, :, :] < graph.near[:, None, :]).transpose(0, 2, 1))
 
 
 @inner_kernel

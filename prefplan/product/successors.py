@@ -92,52 +92,29 @@ def _macro_moves(automata: Automata, shortcuts: Shortcuts, node: Integer, buffer
     """Write the macro-moves: to every node that changes some automaton, by least cost through nodes that change none.
 
     Exact: no automaton moves before the last node, so the set of satisfied tasks stays the same, and mu depends only on
-    the path's cost. Only nodes in `through` lie on paths cheaper than an edge, so no others are tried.
+    the path's cost (Dijkstra's algorithm).
     """
-    near, distance, via = shortcuts.near, shortcuts.distance, shortcuts.via
-    nodes = near.shape[0]
-    one = np.uint64(1)
+    near, distance, one = shortcuts.near, shortcuts.distance, np.uint64(1)
     stops = np.uint64(0)
     for i in range(buffer.automata.shape[0]):
         stops |= shortcuts.active[i, buffer.automata[i]]
-    through = np.uint64(0)
-    for v in range(nodes):
-        if (stops >> np.uint64(v)) & one:
-            through |= shortcuts.through[node, v]
-    through &= ~stops
-    reached: Integer = np.int64(0)
-    if through:
-        reached = _reach_through(near, node, through, distance, via)
-    count: Integer = np.int64(0)
-    for v in range(nodes):
-        if (stops >> np.uint64(v)) & one:
-            cost = near[node, v]
-            for r in range(reached):
-                cost = min(cost, distance[r] + near[via[r], v])
-            if cost < NO_EDGE:
-                label = np.int64(shortcuts.classes[v])
-                count = _read(automata, None, None, np.int64(v), label, np.int64(cost), buffer, count)
-    return count
-
-
-@inner_kernel
-def _reach_through(near: np.ndarray, node: Integer, through: Integer, distance: np.ndarray, via: np.ndarray) -> Integer:
-    """Write some nodes and the least costs of reaching them through one another (Dijkstra), and return how many."""
-    count = 0
     for v in range(near.shape[0]):
-        if (through >> np.uint64(v)) & np.uint64(1):
-            via[count] = v
-            distance[count] = near[node, v]
-            count += 1
-    for settled in range(count):
-        best = settled
-        for r in range(settled + 1, count):
-            if distance[r] < distance[best]:
-                best = r
-        via[settled], via[best] = via[best], via[settled]
-        distance[settled], distance[best] = distance[best], distance[settled]
-        for r in range(settled + 1, count):
-            distance[r] = min(distance[r], distance[settled] + near[via[settled], via[r]])
+        distance[v] = near[node, v]
+    passable, via = ~stops, node
+    while via >= 0:
+        via = -1
+        for v in range(near.shape[0]):
+            if passable >> np.uint64(v) & one and distance[v] < (NO_EDGE if via < 0 else distance[via]):
+                via = v
+        if via >= 0:
+            passable &= ~(one << np.uint64(via))
+            for v in range(near.shape[0]):
+                distance[v] = min(distance[v], distance[via] + near[via, v])
+    count: Integer = np.int64(0)
+    for v in range(near.shape[0]):
+        if stops >> np.uint64(v) & one and distance[v] < NO_EDGE:
+            label, cost = np.int64(shortcuts.classes[v]), np.int64(distance[v])
+            count = _read(automata, None, None, np.int64(v), label, cost, buffer, count)
     return count
 
 
