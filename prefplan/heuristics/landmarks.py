@@ -17,7 +17,7 @@ import numpy as np
 
 from prefplan.heuristics.backward import steps_of
 from prefplan.limits import check_limits
-from prefplan.models.kernels import INFINITE, Integer, bare_kernel, inner_kernel
+from prefplan.models.kernels import INFINITE, Integer, inner_kernel
 from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product
 
@@ -33,9 +33,9 @@ SCALE = 16
 DISCONNECTED = 2**48
 """Stands for the cost between sets neither of which can be reached from the other; scaled costs are less."""
 
-ROUNDS, FIRST_STEP, SHRINKING, HOPED = 200, 1.0, 0.98, 1.15
-"""Of the ascent: number of trees, length of the first step, the factor by which steps shrink, and the bound that a step
-aims at, in multiples of the best yet."""
+ROUNDS, SHRINKING, HOPED = 25, 0.87, 1.15
+"""Of the ascent: number of trees, the factor by which steps shrink, and the bound that a step aims at, in multiples of
+the best yet."""
 
 
 class Landmarks(NamedTuple):
@@ -62,21 +62,6 @@ NO_LANDMARKS = Landmarks(*np.zeros((3, 0, 0), np.int64), *np.zeros((4, 0), np.in
 """Of no use. They are of the same type as others, so that the search need not be compiled once more without them."""
 
 
-class Ascent(NamedTuple):
-    """Memory of a subgradient ascent, (M + 1,) each, of the landmarks and then of the start's node.
-
-    Attributes:
-        degrees: in a spanning tree; 2 for landmarks that need not be visited.
-        exact: multipliers before they are rounded.
-        best: int64, the multipliers of the best bound. nearest: int64, scratch.
-    """
-
-    degrees: np.ndarray
-    exact: np.ndarray
-    best: np.ndarray
-    nearest: np.ndarray
-
-
 def landmarks(product: Product, graph: Graph) -> Landmarks:
     """Return the landmarks of a product over a contracted graph; none if costs are too large."""
     least = graph.least
@@ -91,14 +76,56 @@ def landmarks(product: Product, graph: Graph) -> Landmarks:
     member = np.array([np.isin(np.arange(len(least)), nodes) for nodes in sets])
     between = np.where(member @ member.T, 0, np.minimum(between, between.T))
     price, node_price = np.zeros(len(sets), dtype=np.int64), np.zeros(len(least), dtype=np.int64)
-    marks = Landmarks(remaining, between, ahead.copy(), price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
     codes = [start.automata[: len(remaining)] for start in product.starts]
-    at_start = [int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes]
-    ascent = Ascent(*np.zeros((2, len(sets) + 1)), *np.zeros((2, len(sets) + 1), dtype=np.int64))
-    ascend(marks, graph.start, max(at_start, key=int.bit_count), ascent)
+    at_start = max((int(np.bitwise_or.reduce(remaining[np.arange(len(q)), q])) for q in codes), key=int.bit_count)
+    needed = [m for m in range(len(sets)) if at_start >> m & 1]
+    if needed:
+        distances = np.zeros((1 + len(needed), 1 + len(needed)), dtype=np.int64)
+        distances[0, 1:] = distances[1:, 0] = ahead[graph.start, needed]
+        distances[1:, 1:] = between[np.ix_(needed, needed)]
+        ascended = multipliers(distances)
+        node_price[graph.start], price[needed] = ascended[0], ascended[1:]
     for m, nodes in reversed(list(enumerate(sets))):
         node_price[nodes] = price[m]
-    return marks._replace(ahead=ahead + node_price[:, None] + price)
+    between, ahead = between + price + price[:, None], ahead + node_price[:, None] + price
+    return Landmarks(remaining, between, ahead, price, node_price, *np.zeros((2, len(sets)), dtype=np.int64))
+
+
+def multipliers(costs: np.ndarray) -> np.ndarray:
+    """Return a multiplier of each of some sets, given (n, n) costs between them, by subgradient ascent.
+
+    They are for paths that begin in the first set.
+    """
+    exact, best, highest, step = np.zeros(len(costs)), np.zeros(len(costs), dtype=np.int64), -1.0, 1.0
+    for _ in range(ROUNDS):
+        price = np.rint(exact).astype(np.int64)
+        total, excess = _spanning_tree(costs + price + price[:, None])
+        # A path's end counts as joined to its start, so that all have two neighbours on it.
+        end = 1 + int(price[1:].argmin())
+        excess[[0, end]] += 1
+        bound = float(total - 2 * price.sum() + price[0] + price[end])
+        if bound > highest:
+            highest, best = bound, price
+        excess -= 2
+        if highest >= DISCONNECTED / 2 or not excess.any():
+            break
+        exact += step * max(HOPED * highest - bound, 1.0) / (excess @ excess) * excess
+        step *= SHRINKING
+    return best
+
+
+def _spanning_tree(costs: np.ndarray) -> tuple[int, np.ndarray]:
+    """Return the cost of a minimum spanning tree and the number of neighbours of each node (Prim's algorithm)."""
+    least, nearest, total = costs[0].copy(), np.zeros(len(costs), dtype=np.int64), 0
+    neighbours, is_outside = np.zeros(len(costs), dtype=np.int64), np.arange(len(costs)) > 0
+    while is_outside.any():
+        added = np.where(is_outside, least, INFINITE).argmin()
+        total += int(least[added])
+        neighbours[[added, nearest[added]]] += 1
+        is_outside[added] = False
+        closer = costs[added] < least
+        least[closer], nearest[closer] = costs[added, closer], added
+    return total, neighbours
 
 
 def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -146,49 +173,6 @@ def _without(leads: np.ndarray, ends: np.ndarray, avoided: frozenset[int]) -> np
     return ~reached
 
 
-@bare_kernel
-def ascend(marks: Landmarks, node: Integer, bits: Integer, ascent: Ascent) -> None:
-    """Set the multipliers of the landmarks and a node by subgradient ascent of the node's bound, all 0 at first."""
-    count, highest, length = marks.price.shape[0], -1.0, FIRST_STEP
-    for _ in range(ROUNDS):
-        bound = float(_tree_bound(marks, node, bits, ascent))
-        if bound > highest:
-            highest = bound
-            for m in range(count):
-                ascent.best[m] = marks.price[m]
-            ascent.best[count] = marks.node_price[node]
-        norm = 0.0
-        for m in range(count + 1):
-            norm += (ascent.degrees[m] - 2.0) ** 2
-        if norm == 0.0 or highest >= DISCONNECTED / 2:
-            break
-        step = length * max(HOPED * highest - bound, 1.0) / norm
-        for m in range(count + 1):
-            ascent.exact[m] += step * (ascent.degrees[m] - 2.0)
-            _set_price(marks, node, m, np.int64(np.rint(ascent.exact[m])))
-        length *= SHRINKING
-    for m in range(count + 1):
-        _set_price(marks, node, m, ascent.best[m])
-
-
-@inner_kernel
-def _set_price(marks: Landmarks, node: Integer, m: Integer, price: Integer) -> None:
-    """Set the multiplier of a landmark, or, beyond them, of a node."""
-    count = marks.price.shape[0]
-    if m == count:
-        for k in range(count):
-            marks.ahead[node, k] += price - marks.node_price[node]
-        marks.node_price[node] = price
-        return
-    change = price - marks.price[m]
-    for k in range(count):
-        marks.between[m, k] += change
-        marks.between[k, m] += change
-    for v in range(marks.node_price.shape[0]):
-        marks.ahead[v, m] += change
-    marks.price[m] = price
-
-
 @inner_kernel
 def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray) -> Integer:
     """Return a lower bound of the cost-to-go of a product state; `INFINITE` if not all landmarks can be visited."""
@@ -199,55 +183,36 @@ def landmark_bound(marks: Landmarks | None, node: Integer, automata: np.ndarray)
         bits |= marks.remaining[i, automata[i]]
     if bits == 0:
         return np.int64(0)
-    bound = _tree_bound(marks, node, bits, None)
+    bound = _tree_bound(marks, node, bits)
     if bound >= DISCONNECTED // 2:
         return np.int64(INFINITE)
     return np.int64(max(0, (bound + SCALE - 1) // SCALE))
 
 
 @inner_kernel
-def _tree_bound(marks: Landmarks, node: Integer, bits: Integer, ascent: Ascent | None) -> Integer:
-    """Return the scaled bound by a minimum spanning tree over a node and some landmarks (Prim's algorithm).
-
-    For an ascent, degrees are written; the path's end counts as joined to its start: all degrees on a path are 2.
-    """
-    start = marks.price.shape[0]
-    count, best, last, m = 0, 0, 0, 0
+def _tree_bound(marks: Landmarks, node: Integer, bits: Integer) -> Integer:
+    """Return the scaled bound by a minimum spanning tree over a node and some landmarks (Prim's algorithm)."""
+    count, best, m = 0, 0, 0
     total, cheapest = -marks.node_price[node], np.int64(DISCONNECTED)
-    if ascent is not None:
-        ascent.degrees[:] = 2.0
     while bits:
         if bits & 1:
             marks.order[count], marks.least[count] = m, marks.ahead[node, m]
-            if ascent is not None:
-                ascent.degrees[m], ascent.nearest[count] = 0.0, start
             if marks.least[count] < marks.least[best]:
                 best = count
             total -= 2 * marks.price[m]
-            if marks.price[m] < cheapest:
-                cheapest, last = marks.price[m], m
+            cheapest = min(cheapest, marks.price[m])
             count += 1
         bits >>= 1
         m += 1
-    if ascent is not None:
-        ascent.degrees[start] = 1.0
-        ascent.degrees[last] += 1.0
     # Landmarks outside the tree stay at the front of `order`.
     while count:
         total += marks.least[best]
         added = marks.order[best]
         count -= 1
-        if ascent is not None:
-            ascent.degrees[added] += 1.0
-            ascent.degrees[ascent.nearest[best]] += 1.0
-            ascent.nearest[best] = ascent.nearest[count]
         marks.order[best], marks.least[best] = marks.order[count], marks.least[count]
         best = 0
         for k in range(count):
-            onward = marks.between[added, marks.order[k]]
-            if ascent is not None and onward < marks.least[k]:
-                ascent.nearest[k] = added
-            marks.least[k] = min(marks.least[k], onward)
+            marks.least[k] = min(marks.least[k], marks.between[added, marks.order[k]])
             if marks.least[k] < marks.least[best]:
                 best = k
     return total + cheapest
