@@ -123,33 +123,17 @@ def cost_tables(
 
 
 def growth_tables(
-    objective: int,
-    preference: PreferenceObjective,
-    backward: Backward | ProjectedBackward,
-    costs: Sequence[TableOf],
+    objective: int, preference: PreferenceObjective, backward: Backward | ProjectedBackward
 ) -> Iterator[TableOf]:
     """Yield tables of how a preference, the objective of that number, grows, for sets of tasks that are neighbours.
 
-    They are filled by `backward`, over the cost in which it measures tasks; `costs` of single tasks are reused.
+    They are filled by `backward`, over the cost in which it measures tasks.
     """
     rates = [rate for rate in preference.measure.rate_terms if not isinstance(rate, OrderRate)]
-    if not rates:
-        return
-    alone = {each.tasks: each.entries for each in costs if each.objective == preference.cost and len(each.tasks) == 1}
-    for tasks in _neighbours(backward):
+    for tasks in _neighbours(backward) if rates else ():
         due = [rate for rate in rates if isinstance(rate, WeightedRate) or rate.members.issubset(tasks)]
         factors = preference.measure.rates(due, preference.units.factor, tasks)
-        if not factors.any():
-            continue
-        if tasks in alone and isinstance(backward, Backward):
-            # mu grows at one rate until the task is satisfied.
-            grown = (alone[tasks].astype(np.int64) >> backward.shift) * min(int(factors[0]), UNREACHABLE)
-            yield TableOf(
-                objective,
-                tasks,
-                np.where(alone[tasks] < UNREACHABLE, np.minimum(grown, UNREACHABLE - 1), UNREACHABLE).astype(np.int32),
-            )
-        else:
+        if factors.any():
             yield TableOf(objective, tasks, backward.growth(tasks, factors))
 
 

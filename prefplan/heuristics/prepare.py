@@ -163,7 +163,7 @@ class Prepared:
         tables: list[TableOf] = list(cost_tables(backwards, sets))
         for e, o in enumerate(self.product.problem.objectives, len(backwards)):
             if self.options.preference_bound and o.measure.is_whole:
-                tables += growth_tables(e, o, backwards[o.cost], tables)
+                tables += growth_tables(e, o, backwards[o.cost])
         return joined_tables(backwards, tables)
 
     def guided(self, weight: float) -> Prepared:
