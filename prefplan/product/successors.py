@@ -127,43 +127,33 @@ def _read(
     label: Integer,
     step: Integer,
     buffer: Successors,
-    count: Integer,
+    first: Integer,
 ) -> Integer:
     """Write the states after reading a node's label, in every way it may be read, and return the new count.
 
-    A generated node has no label, but the letters that its digits make.
+    A generated node has no label, but the letters that its digits make. Whatever is written so far, for the automata
+    before, is written once more for each relaxed reading of an automaton.
     """
-    code = np.int64(node)
+    end = first + 1
+    buffer.code[first], buffer.step[first] = node, step
     for i in range(buffer.automata.shape[0]):
+        q, free = buffer.automata[i], end
         if letters is not None and digits is not None:
             label = np.int64(0)
             for d in range(digits.shape[0]):
                 label += letters[i, d, digits[d]]
-        jump = automata.jump[i, buffer.automata[i], label]
+        jump = automata.jump[i, q, label]
         if jump < 0:
-            return count
-        if i < automata.tolls.shape[0]:
-            buffer.violation[count, i] = automata.tolls[i, buffer.automata[i], label]
-        code += jump
-    buffer.code[count] = code
-    buffer.step[count] = step
-    return _read_relaxed(automata, label, buffer, count) if automata.relaxed.shape[0] else count + 1
-
-
-@inner_kernel
-def _read_relaxed(automata: Automata, label: Integer, buffer: Successors, first: Integer) -> Integer:
-    """Write, after the state of the free reading, those of all others, and return the new count."""
-    jump, first_relaxed, relaxed, count = automata.jump, automata.first_relaxed, automata.relaxed, 1
-    for i in range(first_relaxed.shape[0]):
-        q = buffer.automata[i]
-        begin, end = first_relaxed[i, q, label], first_relaxed[i, q, label + 1]
-        for reading in range(begin, end):
-            for free in range(first, first + count):
-                k = free + count * (1 + reading - begin)
-                buffer.code[k] = buffer.code[free] - jump[i, q, label] + relaxed[reading, 0]
-                buffer.step[k] = buffer.step[free]
-                for j in range(buffer.violation.shape[1]):
-                    buffer.violation[k, j] = buffer.violation[free, j]
-                buffer.violation[k, i] = relaxed[reading, 1]
-        count *= 1 + end - begin
-    return first + count
+            return first
+        for reading in range(automata.first_relaxed[i, q, label], automata.first_relaxed[i, q, label + 1]):
+            for k in range(first, free):
+                buffer.code[end], buffer.step[end] = buffer.code[k] + automata.relaxed[reading, 0], step
+                for j in range(i):
+                    buffer.violation[end, j] = buffer.violation[k, j]
+                buffer.violation[end, i] = automata.relaxed[reading, 1]
+                end += 1
+        for k in range(first, free):
+            buffer.code[k] += jump
+            if i < automata.tolls.shape[0]:
+                buffer.violation[k, i] = automata.tolls[i, q, label]
+    return end
