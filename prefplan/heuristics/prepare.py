@@ -30,7 +30,7 @@ from prefplan.heuristics.sweep import Stages
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import Graph, contract, whole_graph
 from prefplan.product.product_automaton import Product
-from prefplan.product.reduction import GeneratedProduct, unit_costs
+from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.space import space_of
 
 COMBINATIONS_EACH = 500
@@ -113,14 +113,15 @@ class Prepared:
         needed = 48 * len(product.targets) + 4 * entries.sum() + 120 * entries.max()
         if len(problem.cost_names) * needed > max_bytes:
             raise LimitError("memory")
-        if object in (product.costs.dtype, product.extra_price.dtype, product.tolls.dtype):
+        numbers = (product.costs, *product.more_costs, product.extra_price, product.tolls)
+        if any(each.dtype == object for each in numbers):
             raise OverflowError
         listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
         # Contraction leaves out detours, which may be worth their cost if a contract is general.
         contraction = options.contraction and listed and not several and not problem.is_general
         self.graph = (contract(product) if contraction else None) or whole_graph(product)
         self.space = space_of(product, self.graph)
-        self.costs = [self.graph.costs, *more_costs(product)]
+        self.costs = [self.graph.costs, *product.more_costs]
         require_64_bits(product, self.graph, self.costs)
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
         self.bounds: Bounds
@@ -192,22 +193,6 @@ class Prepared:
                 raise
             return self.bounds
         return self.bounds._replace(lagrangian=table)
-
-
-def more_costs(product: Product) -> list[np.ndarray]:
-    """Return the further costs of a product's edges, or actions, in units.
-
-    Raises:
-        OverflowError: if 64 bits may not be enough.
-    """
-    problem, further = product.problem, range(1, len(product.problem.cost_names))
-    if isinstance(product, GeneratedProduct):
-        every = [unit_costs(product.model, problem, d) for d in further]
-    else:
-        every = [problem.system.listed.costs[d].counts(problem.cost_units[d]) for d in further]
-    if any(max(costs.tolist(), default=0) >= INFINITE for costs in every):
-        raise OverflowError
-    return [costs.astype(np.int64) for costs in every]
 
 
 def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:

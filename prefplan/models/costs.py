@@ -51,7 +51,7 @@ class CostTable:
     def counts(self, unit: Fraction) -> np.ndarray:
         """Return all entries as whole multiples of another unit, in one dimension: int64 if all fit, else Python's."""
         ratio = self.unit / unit
-        if ratio.numerator == 1:
+        if ratio.numerator == 1 and self.entries.dtype != object:
             return self.entries.ravel() // ratio.denominator
         return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.entries.ravel().tolist()])
 

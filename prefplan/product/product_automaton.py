@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import INT64_LIMIT, exact, whole_numbers
+from prefplan.exact_costs import exact, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
@@ -84,6 +84,7 @@ class Product:
         shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
         offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
             2**shift, plus 1 if actions are counted; int64, or Python's integers where one does not fit.
+        more_costs: the further costs, (E,) each, in units.
         classes: (S,) int32, label class of each state.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
@@ -120,7 +121,9 @@ class Product:
         self.start_node = system.start
         self.offsets = system.offsets
         self.targets = system.targets
-        costs = system.costs[0].counts(problem.units.cost)
+        # A projection has one cost only.
+        tables = zip(system.costs, problem.cost_units, strict=False)
+        costs, *self.more_costs = (table.counts(unit) for table, unit in tables)
         sizes = self.follower_sizes.tolist()
         self.nodes = len(system.labels)
         states = self.nodes * math.prod(sizes)
@@ -129,8 +132,6 @@ class Product:
                 f"{self.nodes} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
                 "make more product states than can be numbered"
             )
-        if costs.dtype == object and max(costs.tolist(), default=0) < INT64_LIMIT:
-            costs = costs.astype(np.int64)
         # For each automaton and label class, in how many ways the class can be read in any state.
         each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))

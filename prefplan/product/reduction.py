@@ -84,9 +84,9 @@ class GeneratedProduct(Product):
         self._follow(problem)
         self.nodes = model.space.bound
         self.start_node = model.first
-        self.costs = unit_costs(model, problem)
-        costs, letters, unmeasured = self.costs.astype(np.int64), self._tabulate_letters(), np.full(1, -1)
-        self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
+        self.costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
+        letters, unmeasured = self._tabulate_letters(), np.full(1, -1)
+        self.generated = Generated(model.moves, self.costs, letters, steps_of(model.moves), unmeasured)
         self.offsets = np.zeros(1, dtype=np.int64)
         self.targets = self.classes = np.zeros(0, dtype=np.int32)
 
@@ -100,9 +100,8 @@ class GeneratedProduct(Product):
             dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))
             for dfa in problem.followers
         ]
-        columns = [unit_costs(model, problem, d) for d in range(len(problem.cost_names))]
-        dear = max(int(column.max()) for column in columns) >= INT64_LIMIT
-        return max(counts) <= LETTERS_LIMIT and not dear
+        greatest = max(each.greatest / unit for each, unit in zip(model.costs, problem.cost_units, strict=True))
+        return max(counts) <= LETTERS_LIMIT and greatest < INT64_LIMIT
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return actions that lead through (K,) states of the model after the start."""
@@ -127,8 +126,3 @@ class GeneratedProduct(Product):
             ]
         )
         return letters
-
-
-def unit_costs(model: ManipulationSystem, problem: Problem, cost: int = 0) -> np.ndarray:
-    """Return (4 H H,) one of the costs, by price, in a problem's units; those not measured stay negative."""
-    return model.costs[cost].counts(problem.cost_units[cost])
