@@ -15,9 +15,9 @@ can hold all other movable objects at once, and no visible location rests on sup
 actions on it, and put every object that the plan puts at a neutral location at a free one. One is free, as the object
 in the hand takes none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out
 change no visible proposition; so this needs tasks that do not count actions, and preferences that do not gain from
-waiting. By the same argument no more neutral locations are needed than there are movable objects. Exclusions are kept
-if none names these other neutral locations, or depends on an object that is not moved: then no action of the plan is
-excluded after it was changed, as the conditions of exclusions are what holds, never what does not.
+waiting. Exclusions are kept if none names these other neutral locations, or depends on an object that is not moved:
+then no action of the plan is excluded after it was changed, as the conditions of exclusions are what holds, never what
+does not.
 
 *Exclusions* are actions that do not exist in some states, such as those that no arm can do there: where all conditions
 hold, each that an object rests at a location, is in the hand, or has a mark. In `prefplan.models.system.Barred` they
@@ -108,7 +108,7 @@ class Symmetry:
         return not self.visible.isdisjoint(names)
 
     def relevant(self) -> Symmetry:
-        """Return the same without objects that need never be moved and surplus locations."""
+        """Return the same without objects that need never be moved and their locations."""
         model, start, neutral = self.model, self.model.initial_state, self.neutral_locations
         places = start.place
         if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
@@ -116,17 +116,11 @@ class Symmetry:
         blockers = {obj for action, pairs in self.exclusions for obj, _ in pairs if obj != action.obj}
         fixed = {obj.name for obj in model.objects if obj.fixed}
         idle = {obj for obj in fixed.union(*self.alike) - blockers if places.get(obj) in neutral}
-        taken = [place for obj, place in places.items() if obj not in idle and place in neutral]
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
         closed = self._excluded | {place for obj, place in places.items() if obj in idle | fixed}
-        free = [place for place in neutral if place not in closed]
-        if len(free) < len(movable):
-            return self
-        spare = [place for place in free if place not in taken]
-        needed = max(0, len(movable) - len(free) + len(spare))
-        wanted = {*taken, *spare[:needed]}
-        kept = tuple(p for p in model.locations if p.name not in neutral or p.name in wanted)
-        if not kept:
+        taken = {places[obj] for obj in idle}
+        kept = tuple(place for place in model.locations if place.name not in taken)
+        if not kept or sum(place not in closed for place in neutral) < len(movable):
             return self
         objects = tuple(
             replace(obj, start=places.get(obj.name, kept[0].name)) for obj in model.objects if obj.name not in idle
