@@ -202,7 +202,6 @@ class KeyMap:
             first=first,
             lexicographic=lexicographic,
             lazy=len(self.problem.objective_names) > 2 and not lexicographic,
-            ranked=len(self.problem.objective_names) if lexicographic else 0,
             cost_limit=PRODUCT_LIMIT // max([largest, *(slope for _, _, slope, _ in late)]),
             computed=any(each.how == VALUE for each in self.entries),
             evaluate=None,

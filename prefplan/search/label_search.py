@@ -52,7 +52,7 @@ from prefplan.search.labels import (
 def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer) -> Integer:
     """Expand labels until enough goals are found, memory runs out or so many were popped; return which (`END`)."""
     labels, queue, counters, limits = memory.labels, memory.queue, memory.counters, memory.limits
-    ranks = labels.key[:, : keys.ranked]
+    ranks = labels.key[:, : keys.objectives * keys.lexicographic]
     while True:
         while counters[AT.NEXT] < counters[AT.COUNT]:
             end = _enter(space.automata, keys, bounds.tables, memory)
@@ -163,7 +163,7 @@ def _enter(automata: Automata, keys: Keys, tables: Tables, memory: Memory) -> In
     if not keys.lazy:
         insert(keys, labels, row, label)
     estimate = max(key[keys.first] + row[BOUND + keys.first], counters[AT.LOWEST])
-    ranks = labels.key[:, : keys.ranked]
+    ranks = labels.key[:, : keys.objectives * keys.lexicographic]
     counters[AT.OPEN] = heap_push(memory.queue.keys, memory.queue.items, counters[AT.OPEN], estimate, label, ranks)
     counters[AT.LABELS] += 1
     return END.ENTERED

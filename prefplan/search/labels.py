@@ -37,10 +37,9 @@ class Keys(NamedTuple):
         shift: number of low bits of the first cost, which count actions.
         objectives: O: the first entries are the objectives.
         first: the objective in whose order goals are found.
-        lexicographic: whether a label is also no worse than another if its objectives are lexicographically no more.
+        lexicographic: whether a label is also no worse than another if its objectives are lexicographically no more;
+            with equal bounds of the first objective, it is then expanded first.
         lazy: whether labels are compared with expanded ones only; `compared` then lacks the first objective.
-        ranked: of labels with one bound of the first objective, those are expanded first of which so many first entries
-            are lexicographically less.
         cost_limit: from this cost on a product with it might not fit 64 bits.
         computed: whether some entries are values.
         evaluate: (label) -> whether the values in a label's key could be computed, as in `END`; None in Python.
@@ -57,7 +56,6 @@ class Keys(NamedTuple):
     first: int
     lexicographic: bool
     lazy: bool
-    ranked: int
     cost_limit: int
     computed: bool
     evaluate: Any
