@@ -18,6 +18,7 @@ from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
+from prefplan.product.product_automaton import histories
 
 
 def continued(problem: Problem, past: Past, system: System) -> Problem:
@@ -61,14 +62,8 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
     rules_broken = problem.broken(labels)
     if any(rule.skip is None and rule.name in rules_broken for rule in problem.rules):
         return ()
-    broken = []
-    for task, dfa in zip(problem.tasks, problem.weighted_automata, strict=True):
-        states = {0}
-        for label in labels:
-            states = {reading.state for state in states for reading in dfa.readings(state, label)}
-        if states == {dfa.automaton.dead} and task.skip is None:
-            broken.append(task.name)
-    return tuple(broken)
+    automata = zip(problem.names, problem.weighted_automata, strict=True)
+    return tuple(name for name, dfa in automata if {h.state for h in histories(dfa, labels)} == {dfa.automaton.dead})
 
 
 def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:

@@ -64,7 +64,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class _History:
+class History:
     """One way in which a task's automaton may have read the past and L(s0); `finished` counts labels."""
 
     state: int = 0
@@ -247,8 +247,8 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
     rules = [after for dfa in automata if (after := _rule_after(dfa, labels)) is not None]
     if len(rules) < len(automata):
         return ()
-    histories = [_histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
-    count = math.prod(map(len, histories))
+    read = [histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
+    count = math.prod(map(len, read))
     if count > READINGS_LIMIT:
         raise ModelError(
             f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
@@ -265,27 +265,27 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
             (*(history.price for history in each), *tolls[: len(problem.priced) - len(problem.tasks)]),
             tuple(history.relaxed for history in each),
         )
-        for each in product(*histories)
+        for each in product(*read)
     )
 
 
-def _histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool) -> list[_History]:
+def histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool = False) -> list[History]:
     """Return how a task may have read some labels: of ways that lead to the same, the cheapest, or of any price."""
-    histories = [_History()]
+    found = [History()]
     for k, label in enumerate(labels):
-        best: dict[tuple[int, int | None, int], _History] = {}
-        for before in histories:
+        best: dict[tuple[int, int | None, int], History] = {}
+        for before in found:
             for reading in dfa.readings(before.state, label):
                 ends = before.finished is None and reading.state == dfa.automaton.accepting
                 finished, price = k if ends else before.finished, before.price + reading.price
                 relaxed = (*(before.relaxed or ()), *((k, relaxation) for relaxation in reading.relaxations))
                 key = (reading.state, finished, price if any_price else 0)
                 if key not in best or price < best[key].price:
-                    best[key] = _History(reading.state, finished, price, relaxed)
-        histories = list(best.values())
+                    best[key] = History(reading.state, finished, price, relaxed)
+        found = list(best.values())
     if dfa.skip is not None and dfa.skipped is not None:
-        histories.append(_History(dfa.skipped, None, dfa.skip, None))
-    return histories
+        found.append(History(dfa.skipped, None, dfa.skip, None))
+    return found
 
 
 def _rule_after(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
