@@ -33,7 +33,7 @@ class BlockedError(SimulationError):
     """A motion for which no collision-free path or grasp was found; it fails again unless something is moved.
 
     Attributes:
-        by: names of the bodies in the way: objects, or fixtures such as a lamp; empty if none is in the way.
+        by: names of the bodies in the way: objects, or fixtures; empty if none is in the way.
         at_goal: whether they are where the fingers would be, so that it does not matter where the hand comes from.
     """
 

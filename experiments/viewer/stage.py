@@ -152,10 +152,10 @@ class Stage:
 
 
 class _Lamp:
-    """The lamp of a location that marks objects: meshes that change their colour, and a light."""
+    """The glow of a location that marks objects: a mesh that changes its colour, and a light."""
 
     def __init__(self, server: viser.ViserServer, model: mujoco.MjModel, place: Location) -> None:
-        """Hide the geoms of the lamp in the model and add them to the server instead, switched off."""
+        """Hide the geoms that glow in the model and add them to the server instead, switched off."""
         name = f"{place.name}_glow"
         geoms = [int(geom) for geom in np.flatnonzero(model.geom_matid == model.material(name).id)]
         data = mujoco.MjData(model)
@@ -167,20 +167,16 @@ class _Lamp:
             intensity=0.0,
             position=data.light_xpos[model.light(name).id],
         )
-        self._meshes: list[viser.MeshHandle] = []
-        for body in sorted({int(model.geom_bodyid[geom]) for geom in geoms}):
-            mesh = merge_geoms(model, [geom for geom in geoms if model.geom_bodyid[geom] == body])
-            self._meshes.append(
-                server.scene.add_mesh_simple(
-                    f"/glow/{place.name}/{body}",
-                    mesh.vertices,
-                    mesh.faces,
-                    color=_pixel(glow.off),
-                    cast_shadow=False,
-                    position=data.xpos[body],
-                    wxyz=data.xquat[body],
-                )
-            )
+        mesh, body = merge_geoms(model, geoms), data.body(f"{place.name}_base")
+        self._mesh = server.scene.add_mesh_simple(
+            f"/glow/{place.name}/mesh",
+            mesh.vertices,
+            mesh.faces,
+            color=_pixel(glow.off),
+            cast_shadow=False,
+            position=body.xpos,
+            wxyz=body.xquat,
+        )
         model.geom_rgba[geoms, 3] = 0
 
     def shine(self, lit: bool) -> None:
@@ -188,8 +184,7 @@ class _Lamp:
         if intensity == self._light.intensity:
             return
         self._light.intensity = intensity
-        for mesh in self._meshes:
-            mesh.color = _pixel(self._glow.on if lit else self._glow.off)
+        self._mesh.color = _pixel(self._glow.on if lit else self._glow.off)
 
 
 def _pixel(colour: tuple[float, ...]) -> tuple[int, int, int]:

@@ -1,4 +1,4 @@
-"""Table, pedestal, bins, pads, stoves, plates and lamps as MuJoCo bodies."""
+"""Table, pedestal, bins, pads, stoves and plates as MuJoCo bodies."""
 
 from collections.abc import Sequence
 
@@ -10,8 +10,8 @@ from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import dish, rounded, tray
 from sim.robots.robot import Robot
 from sim.world.fixtures import Block
-from sim.world.materials import ASSETS, glow_of
-from sim.world.places import FLOOR, LAMP_HALF_M, Station
+from sim.world.materials import glow_of
+from sim.world.places import FLOOR, Station
 from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
 
 TABLE_THICKNESS_M = 0.045
@@ -57,9 +57,8 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
 
     It is symmetric about a robot that faces +x.
     """
-    lamps = [s.lamp + d * LAMP_HALF_M for s in stations if s.lamp is not None for d in (-1, 1)]
     outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
-    points = np.array([*(corner for outline in outlines for corner in outline.corners), *lamps]).reshape(-1, 2)
+    points = np.array([outline.corners for outline in outlines]).reshape(-1, 2)
     foot = robot.position[:2]
     low, high = (
         points.min(axis=0, initial=np.inf) - TABLE_MARGIN_M,
@@ -129,13 +128,11 @@ def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking]
 
 
 def add_station(spec: mujoco.MjSpec, station: Station) -> None:
-    """Add what stands at a location, and its lamp: bodies `<location>_base` and `<location>_lamp`."""
+    """Add what stands at a location: the body `<location>_base`."""
     outline = station.outline
     place = [*outline.centre, station.height]
     body = spec.worldbody.add_body(name=f"{station.name}_base", pos=place, quat=yaw_quat(outline.yaw))
-    if station.lamp is not None:
-        _add_lamp(spec, station)
-    elif station.marks or station.kind == "stove":
+    if station.marks or station.kind == "stove":
         _add_glow(spec, body, station)
     add = {"spot": _add_spot, "bin": _add_bin, "pad": _add_pad, "stove": _add_stove, "plate": _add_plate}[station.kind]
     add(spec, body, station)
@@ -191,7 +188,7 @@ def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
     top = rounded(size, corner=0.014, edge=0.001)
     draw_solid(spec, body, f"{station.name}_plate", top, "studio_pad", pos=[0, 0, size[2]])
     if station.marks:
-        band = tray(np.array([*size[:2] - 0.014, 0.0014]), wall=0.006, corner=0.006)
+        band = tray(np.array([*size[:2] - 0.020, 0.0014]), wall=0.012, corner=0.006)
         draw_solid(spec, body, f"{station.name}_band", band, f"{station.name}_glow", pos=[0, 0, FLOOR["pad"] - 0.0009])
 
 
@@ -225,24 +222,9 @@ def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
 
 
 def _add_glow(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add the glow of a location without a lamp: its material, and a light above."""
+    """Add the glow of a location: its material, and a light above."""
     glow = f"{station.name}_glow"
     spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
     light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)
     light.type = mujoco.mjtLightType.mjLIGHT_SPOT
     light.specular, light.cutoff, light.exponent = [0.1] * 3, 40, 12
-
-
-def _add_lamp(spec: mujoco.MjSpec, station: Station) -> None:
-    """Add a post whose head faces the station."""
-    assert station.lamp is not None
-    towards = station.outline.centre - station.lamp
-    lamp = mujoco.MjSpec.from_file(str(ASSETS / "lamp.xml"))
-    spec.attach(lamp, prefix=f"{station.name}_", frame=spec.worldbody.add_frame())
-    body, head = spec.body(f"{station.name}_lamp"), spec.body(f"{station.name}_lamp_head")
-    body.pos, body.quat = [*station.lamp, 0.0], yaw_quat(float(np.arctan2(towards[1], towards[0])))
-    spec.material(f"{station.name}_glow").rgba = glow_of(station.kind).off
-    tilt = np.pi / 2 + np.arctan2(head.pos[2], np.hypot(*towards))
-    head.quat = [np.cos(tilt / 2), 0, np.sin(tilt / 2), 0]
-    solid = rounded(np.array([0.026, 0.080, 0.010]), corner=0.018, edge=0.003)
-    draw_solid(spec, head, f"{station.name}_head", solid, f"{station.name}_lamp")

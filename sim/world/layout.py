@@ -20,7 +20,7 @@ from sim.robots.robot import Robot
 from sim.world.clearance import blockages, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of
 from sim.world.places import AT_RADIUS_M, FLOOR, Extent, Slot, Station, TableLayout, extent
-from sim.world.robot_clearance import RobotAtSlots, reach
+from sim.world.robot_clearance import out_of_reach, reaches
 from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
 
 ROW_GAP_M = 0.019
@@ -80,15 +80,10 @@ def arrange(
     for station in fixed:
         with collecting(faults):
             check_surroundings(station, model)
-    at_slots = RobotAtSlots(arm, model, fixed, slots, sizes)
-    for name, station in stations.items():
-        if model.location(name).marks and station.kind != "stove" and not station.height:
-            with collecting(faults):
-                stations[name] = replace(station, lamp=at_slots.lamp_foot(station))
     if faults and judged:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
-    return TableLayout(tuple(stations.values()), slots, shapes, tuple(at_slots.out_of_reach))
+    return TableLayout(tuple(fixed), slots, shapes, tuple(out_of_reach(arm, model, slots, sizes)))
 
 
 def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], faults: list[str]) -> dict[str, Station]:
@@ -180,7 +175,7 @@ def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float
 
 def _within_reach(arm: Arm, station: Station) -> bool:
     low = station.size.low
-    return all(reach(arm, slot, float(slot.position[2]) + low / 2) is not None for slot in station.slots)
+    return all(reaches(arm, slot, float(slot.position[2]) + low / 2) for slot in station.slots)
 
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:

@@ -39,8 +39,8 @@ def glow_of(kind: str | None) -> Glow:
     """Return the colours in which a location of a kind glows."""
     if kind == "stove":  # rings printed on the glass, and red heat
         return Glow((0.16, 0.155, 0.16, 1), (1.0, 0.24, 0.05, 1), (0.75, 0.20, 0.05))
-    # A sanitizer's tubes: frosted glass, and the violet that people know from ultraviolet lamps.
-    return Glow((0.55, 0.53, 0.62, 1), (0.52, 0.36, 1.0, 1), (0.52, 0.36, 1.0))
+    # A sanitizer: frosted glass, and the violet that people know from ultraviolet lamps.
+    return Glow((0.55, 0.53, 0.62, 1), (0.25, 0.08, 1.0, 1), (0.30, 0.10, 1.0))
 
 
 ASSETS = Path(__file__).parents[2] / "assets"

@@ -21,9 +21,6 @@ START_OFFSET_M = 0.005
 START_TURN_RAD = np.radians(5)
 """Greatest random turn of objects at the start, rad."""
 
-LAMP_HALF_M = 0.04
-"""Half the width of a lamp's foot, m."""
-
 FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
 """What a location may look like (an outline, a sheet of metal, a box with walls, a hob, a dish), and the height above
 the table of the surface on which objects rest there, m."""
@@ -85,7 +82,6 @@ class Station:
         size: bounds on the objects that may come there.
         height: of the surface that carries it over the table top, m.
         marks: whether it marks objects released there.
-        lamp: (2,) foot of its lamp, m; None without one.
     """
 
     name: str
@@ -95,7 +91,6 @@ class Station:
     size: Extent
     height: float = 0.0
     marks: bool = False
-    lamp: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

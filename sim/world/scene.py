@@ -212,8 +212,7 @@ def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
 def _keys(model: ManipulationModel) -> dict[str, str]:
     """Return the key in the scenario of each body that has one."""
     keys = {body_name(fixture.name): f"fixtures.{fixture.name}" for fixture in model.fixtures}
-    for place, part in itertools.product(model.locations, ("base", "lamp", "lamp_head")):
-        keys[f"{place.name}_{part}"] = f"locations.{place.name}"
+    keys |= {f"{place.name}_base": f"locations.{place.name}" for place in model.locations}
     return keys | {obj.name: f"objects.{obj.name}" for obj in model.objects}
 
 

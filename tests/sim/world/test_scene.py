@@ -188,24 +188,6 @@ def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them() ->
     assert any(re.match(r"locations\.s15: .* beyond its reach", warning) for warning in warnings)
 
 
-def test_a_lamp_keeps_out_of_the_hands_way(arch_model: ManipulationModel) -> None:
-    layout = arrange(arch_model, PANDA)
-    lamps = [station.lamp for station in layout.stations if station.lamp is not None]
-    assert len(lamps) == 1
-    for slot in (slot for row in layout.slots.values() for slot in row):
-        assert np.hypot(*(slot.position[:2] - lamps[0])) >= 0.17
-
-
-def test_a_lamp_gives_way_to_other_locations(layout_of: Callable[..., TableLayout]) -> None:
-    san = Location("san", at=(0.45, 0.0), marks="clean")
-    (free,) = layout_of(san).stations
-    assert free.lamp is not None
-    blocked = Location("spot", at=(float(free.lamp[0]), float(free.lamp[1])))
-    moved = next(station for station in layout_of(san, blocked).stations if station.name == "san")
-    assert moved.lamp is not None
-    assert np.hypot(*(moved.lamp - blocked.at)) >= 0.17
-
-
 def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
     data = initial_state(scene)
     settle(scene, data, 1.0)
@@ -279,12 +261,6 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
     for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
         assert data.body(obj).xpos[2] == pytest.approx(FLOOR[slot.location] + scene.shapes[obj].half[2], abs=1e-3)
         assert data.body(obj).xmat[8] == pytest.approx(1.0, abs=1e-3)
-
-
-def test_a_stove_that_marks_needs_no_lamp(layout_of: Callable[..., TableLayout]) -> None:
-    kinds = {place: Location("hot", at=(0.45, 0.30), kind=place, marks="cooked") for place in ("stove", "pad")}
-    lamps = {kind: layout_of(place).stations[0].lamp is not None for kind, place in kinds.items()}
-    assert lamps == {"stove": False, "pad": True}
 
 
 def test_a_cylinder_between_the_pads_never_counts_as_deep_in_one(scene: Scene) -> None:
