@@ -19,7 +19,7 @@ from sim.perception.sensors import NoisySensor
 from sim.rendering.quality import DRAFT, Look, Quality
 from sim.simulation.run import ledger_of
 from sim.world.randomization import Perturbation, drawn
-from sim.world.scene import Scene, shared_scene
+from sim.world.scene import Scene, build_scene
 
 
 class Conditions(TypedDict, total=False):
@@ -63,7 +63,7 @@ def scene_of(
             "`prefplan plan` with this scenario"
         )
     try:
-        scene = shared_scene(scenario.model, robot=robot, spares=spares_for(faults))
+        scene = build_scene(scenario.model, robot=robot, spares=spares_for(faults))
     except SimulationError as error:
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
     for warning in scene.warnings:

@@ -18,7 +18,7 @@ from sim.external.bundle import unpacked
 from sim.robots.catalogue import robot_for
 from sim.simulation.recorder import STATE
 from sim.world.randomization import Perturbation, drawn, read_perturbation
-from sim.world.scene import Scene, shared_scene
+from sim.world.scene import Scene, build_scene
 
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
@@ -79,9 +79,9 @@ def built(scenario: Scenario, about: About) -> Scene:
     spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
     with refusing("the scenario in the log cannot be used"):
         try:
-            return shared_scene(model, robot=other, spares=spares)
+            return build_scene(model, robot=other, spares=spares)
         except SimulationError:
-            return shared_scene(model, robot=other, spares=spares, judged=False)
+            return build_scene(model, robot=other, spares=spares, judged=False)
 
 
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:

@@ -168,29 +168,6 @@ def build_scene(
     return scene
 
 
-def shared_scene(model: ManipulationModel, *, robot: str | None = None, spares: int = 0, judged: bool = True) -> Scene:
-    """Return the scene of a model as `build_scene` does, built once for all runs in it and the checks of their logs."""
-    return _shared_scene(_ById(model), robot, spares, judged)
-
-
-@dataclass(frozen=True, eq=False)
-class _ById:
-    """A model by its identity: with dictionaries in it, it cannot be hashed."""
-
-    model: ManipulationModel
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ById) and self.model is other.model
-
-    def __hash__(self) -> int:
-        return id(self.model)
-
-
-@functools.lru_cache(maxsize=4)
-def _shared_scene(known: _ById, robot: str | None, spares: int, judged: bool) -> Scene:
-    return build_scene(known.model, robot=robot, spares=spares, judged=judged)
-
-
 def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[Station]) -> list[mujoco.MjsBody]:
     """Return the bodies that objects may lie on, those of a user's scene left out."""
     names = [body_name(fixture.name) for fixture in model.fixtures] + [f"{station.name}_base" for station in stations]
