@@ -137,21 +137,12 @@ class Robot(ArmConstants):
 
     @cached_property
     def kinematics(self) -> mujoco.MjModel:
-        """The arm alone, without geoms, fingers and actuators."""
+        """The arm alone, without its fingers."""
         spec = self.spec(meshes=False)
-        # Without geoms, bodies whose inertia is not explicit would have none.
-        if implicit := [body for body in spec.bodies[1:] if not body.explicitinertial]:
-            whole = spec.compile()
-            for body in implicit:
-                body.mass, body.inertia = whole.body_mass[body.id], whole.body_inertia[body.id]
-                body.ipos, body.iquat = whole.body_ipos[body.id], whole.body_iquat[body.id]
-                body.explicitinertial = True
         for name in self.gripper.joints:
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger
                 spec.delete(joint.parent)
-        for element in (*spec.geoms, *spec.meshes):
-            spec.delete(element)
         return spec.compile()
 
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:
