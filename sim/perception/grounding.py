@@ -8,7 +8,7 @@ import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
 from sim.geometry.rectangle import overlap
-from sim.perception.sensors import ObjectPose, Poses, Posture, on_table
+from sim.perception.sensors import ObjectPose, Poses, on_table
 from sim.world.places import AT_RADIUS_M, Slot, lowest_under
 from sim.world.scene import Scene
 
@@ -50,7 +50,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     be upright.
     """
     pose = poses[name]
-    if pose.posture != Posture.UPRIGHT and not temporary:
+    if not pose.is_upright and not temporary:
         return None
     underside = pose.underside
     slots = [slot for place, row in scene.slots.items() if (place in scene.temporary) == temporary for slot in row]
@@ -84,7 +84,7 @@ def carriers(poses: Poses, name: str) -> list[str]:
     for other, below in poses.items():
         higher = pose.position[2] > below.position[2] + below.above / 2
         level = abs(bottom - below.top) < AT_HEIGHT_M
-        level = level or (pose.posture != Posture.UPRIGHT and higher and bottom < below.top)
+        level = level or (not pose.is_upright and higher and bottom < below.top)
         if other != name and level and overlap(pose.footprint, below.footprint):
             found.append(other)
     return found

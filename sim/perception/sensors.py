@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 from typing import Protocol
 
@@ -39,14 +38,6 @@ class ObservationTimeoutError(SimulationError):
     """An object has not been observed for too long."""
 
 
-class Posture(StrEnum):
-    """How an object stands."""
-
-    UPRIGHT = "upright"
-    LEANING = "leaning"
-    LYING = "lying"
-
-
 @dataclass(frozen=True)
 class ObjectPose:
     """The pose of an object.
@@ -77,21 +68,24 @@ class ObjectPose:
         return float(np.arccos(min(1.0, float(self._upright[2, 2]))))
 
     @property
-    def posture(self) -> Posture:
-        """Whether it stands, leans or lies, by its tilt."""
-        if self.tilt <= UPRIGHT_TILT_RAD:
-            return Posture.UPRIGHT
-        return Posture.LEANING if self.tilt <= LEANING_TILT_RAD else Posture.LYING
+    def is_upright(self) -> bool:
+        """Whether it stands, rather than leans or lies."""
+        return self.tilt <= UPRIGHT_TILT_RAD
+
+    @property
+    def leans(self) -> bool:
+        """Whether it is tilted, but does not lie on its side."""
+        return UPRIGHT_TILT_RAD < self.tilt <= LEANING_TILT_RAD
 
     @property
     def below(self) -> float:
         """How far it reaches below its middle, m."""
-        return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.depth(self.rotation)
+        return float(self.shape.half[2]) if self.is_upright else self.shape.depth(self.rotation)
 
     @property
     def above(self) -> float:
         """How far it reaches above its middle, m; that of a mesh may differ from `below`."""
-        return float(self.shape.half[2]) if self.posture == Posture.UPRIGHT else self.shape.support(self.rotation[2])
+        return float(self.shape.half[2]) if self.is_upright else self.shape.support(self.rotation[2])
 
     @property
     def top(self) -> float:

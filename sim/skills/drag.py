@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
-from sim.perception.sensors import ObjectPose, Posture
+from sim.perception.sensors import ObjectPose
 from sim.robots.gripper import SuctionGripper
 from sim.simulation.kinematic_cell import PRESSED_N
 from sim.simulation.workcell import Workcell
@@ -238,7 +238,7 @@ def _tips(pose: ObjectPose, offset: np.ndarray, shift: np.ndarray, weight: float
 
 def _lies_round(pose: ObjectPose) -> bool:
     """Return whether an object is round and does not stand upright: it may roll."""
-    return pose.shape.is_round and pose.posture != Posture.UPRIGHT
+    return pose.shape.is_round and not pose.is_upright
 
 
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:

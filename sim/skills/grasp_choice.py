@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose, wrap
-from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
+from sim.perception.sensors import DIAGONAL, ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import (
     FINGER_CLEARANCE_M,
@@ -103,7 +103,7 @@ def find_grasp(
         if alike not in others and _can_place(cell, obj, slot, choice.grasp):
             return choice
         others.setdefault(alike, choice)
-    if slot is None or pose.posture != Posture.UPRIGHT or certain:
+    if slot is None or not pose.is_upright or certain:
         return None
     barely = (other for other in others.values() if _can_place(cell, obj, slot, other.grasp, barely=True))
     return next(barely, next(iter(others.values()), None))
@@ -216,7 +216,7 @@ def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGras
     try:
         return choose(held_grasp(cell, obj))
     except SimulationError:
-        if cell.observe(obj).posture != Posture.LEANING:
+        if not cell.observe(obj).leans:
             raise
         return choose(held_grasp(cell, obj, leaning=True))
 

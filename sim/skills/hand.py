@@ -10,7 +10,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.motion.ik import TILTED_MARGIN_RAD
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.trajectory import ToolPose
-from sim.perception.sensors import DIAGONAL, ObjectPose, Posture
+from sim.perception.sensors import DIAGONAL, ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import SkillError
 from sim.world.grasps import GraspPose, grasps
@@ -248,7 +248,7 @@ def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
     object's x axis is level.
     """
     shape = pose.shape
-    if pose.posture == Posture.UPRIGHT:
+    if pose.is_upright:
         return about_z(shape.yaw_near(pose.yaw, yaw))
     frame = shape.most_upright(pose.rotation)
     return shape.heading_to(frame, np.cross([0.0, 0.0, 1.0], frame[:, 2]))

@@ -8,7 +8,7 @@ import numpy as np
 from sim.geometry.mjcf import first_met, solid_geoms
 from sim.geometry.rectangle import Rectangle, overlap, overlap_depth
 from sim.perception.grounding import middle_of_supports, resting
-from sim.perception.sensors import ObjectPose, Poses, Posture
+from sim.perception.sensors import ObjectPose, Poses
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import NoSpaceError, SkillError
 from sim.world.places import OBJECT_GAP_M, Slot
@@ -138,6 +138,6 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]
 
 def _covered(pose: ObjectPose, heading: float) -> Rectangle:
     """Return the footprint of an object; if it stands, at the equivalent yaw that is nearest to a heading, rad."""
-    if pose.posture != Posture.UPRIGHT:
+    if not pose.is_upright:
         return pose.footprint
     return Rectangle(pose.position[:2], pose.shape.half[:2], pose.shape.yaw_near(pose.yaw, heading))

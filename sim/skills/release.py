@@ -9,7 +9,6 @@ from prefplan.models.manipulation.operators import Release
 from prefplan.models.manipulation.symbolic import Action
 from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
-from sim.perception.sensors import Posture
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_placement_of_held
 from sim.skills.hand import (
@@ -120,7 +119,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
     if cell.sensor.samples > 1:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
-    if held.posture == Posture.UPRIGHT and not (shape.pairs or shape.seats):
+    if held.is_upright and not (shape.pairs or shape.seats):
         turn, width = about_z(slot.yaw - shape.yaw_near(held.yaw, slot.yaw)), None
     else:
         # A leaning object, or a mesh held away from its middle, leaves less space for the hand.

@@ -17,7 +17,7 @@ from sim.errors import BlockedError
 from sim.execution.faults.fault import Injection
 from sim.execution.faults.miss import Miss
 from sim.motion.trajectory import ToolPose
-from sim.perception.sensors import Posture, object_pose
+from sim.perception.sensors import object_pose
 from sim.simulation.workcell import Workcell
 from sim.skills import grasp, hand, regrasp
 from sim.skills.catalogue import SKILLS, perform
@@ -37,7 +37,7 @@ def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
     data.joint("x").qpos[2] = scene.shapes["x"].depth(rotation.as_matrix())
     data.joint("x").qpos[3:] = rotation.as_quat(scalar_first=True)
     mujoco.mj_forward(scene.mujoco, data)
-    assert object_pose(scene, data, "x").posture == Posture.LYING
+    assert not object_pose(scene, data, "x").is_upright
     return Workcell(scene, data)
 
 
