@@ -40,7 +40,6 @@ class ArmConstants:
         jerk_limits: (n,) rad/s^3.
         torque_rate_limits: (n,) N m/s.
         nearest_m: least distance of the tool from the axis of the base.
-        max_bearing_rad: greatest bearing of the tool from the heading of the base.
         wrist_joints: number of its wrist's joints, the last ones.
         floor_front_m: how far the base of a robot on the floor extends ahead of its axis; None for one on the table.
         title: description in words.
@@ -62,7 +61,6 @@ class ArmConstants:
     jerk_limits: np.ndarray | float = np.inf
     torque_rate_limits: np.ndarray | float = np.inf
     nearest_m: float = 0.0
-    max_bearing_rad: float = np.pi
     wrist_joints: int = 3
     floor_front_m: float | None = None
     title: str = ""

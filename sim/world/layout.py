@@ -15,12 +15,12 @@ from sim.errors import SimulationError, collecting
 from sim.external.user_scene import UserScene
 from sim.geometry.rectangle import Rectangle
 from sim.motion.kinematics import Arm
+from sim.motion.trajectory import ToolPose
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 from sim.world.clearance import blockages, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of
 from sim.world.places import AT_RADIUS_M, FLOOR, Extent, Slot, Station, TableLayout, extent
-from sim.world.robot_clearance import out_of_reach, reaches
 from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
 
 ROW_GAP_M = 0.019
@@ -54,7 +54,7 @@ def arrange(
     """Return the stations and slots of a model, of a user's own scene if there is one, where a robot can work at them.
 
     If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything. A location
-    that is out of reach is no fault but a warning: a plan may do without it.
+    that is out of reach is no fault: a plan may do without it.
 
     Raises:
         SimulationError: locations of an unknown kind, without a definite position, or obstructing others, and objects
@@ -83,7 +83,7 @@ def arrange(
     if faults and judged:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
-    return TableLayout(tuple(fixed), slots, shapes, tuple(out_of_reach(arm, model, slots, sizes)))
+    return TableLayout(tuple(fixed), slots, shapes)
 
 
 def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], faults: list[str]) -> dict[str, Station]:
@@ -174,8 +174,13 @@ def _yaws(place: Location, grounded: list[Location], robot: Robot) -> list[float
 
 
 def _within_reach(arm: Arm, station: Station) -> bool:
-    low = station.size.low
-    return all(reaches(arm, slot, float(slot.position[2]) + low / 2) for slot in station.slots)
+    """Return whether the arm reaches the middle of the lowest object at each slot with the slot's yaw."""
+    try:
+        for slot in station.slots:
+            arm.reach(ToolPose.down(slot.position + [0.0, 0.0, station.size.low / 2], slot.yaw).symmetric_poses())
+    except SimulationError:
+        return False
+    return True
 
 
 def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Station:

@@ -101,13 +101,11 @@ class TableLayout:
         stations: the locations on the table and on fixtures, in the order of the file.
         slots: for every location, in the order of the file, as many slots as its capacity.
         shapes: of every object, in the order of the file.
-        warnings: locations that the robot does not reach; each begins with the location's key.
     """
 
     stations: tuple[Station, ...]
     slots: dict[str, tuple[Slot, ...]]
     shapes: dict[str, ObjectShape]
-    warnings: tuple[str, ...] = ()
 
 
 def extent(shapes: Iterable[ObjectShape]) -> Extent:

@@ -154,7 +154,7 @@ def build_scene(
         add_fixture(spec, fixture)
     for station in layout.stations:
         add_station(spec, station)
-    warnings = layout.warnings + add_objects(spec, model, layout.slots, shapes, own)
+    warnings = add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
     supports, heavy = _supports(spec, model, layout.stations), [name for name in shapes if shapes[name].is_heavy]
     masses = {name: shape.mass for name, shape in shapes.items()}

@@ -185,8 +185,6 @@ FETCH = ImportedArm(
     # The round base, with 6 mm of clearance.
     floor_front_m=0.26,
     nearest_m=0.32,
-    # The shoulder turns 92 degrees.
-    max_bearing_rad=np.radians(90),
     # Fetch Robotics' data sheet.
     payload_kg=6.0,
 )

@@ -101,6 +101,4 @@ PANDA = Robot(
     ),
     # Nearer to the axis, the hand would touch the robot's foot.
     nearest_m=0.32,
-    # The base turns 166 degrees, part of which the wrist needs.
-    max_bearing_rad=np.radians(150),
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -397,11 +396,3 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]
     assert outcome.ledger.final.satisfied == {"other"} and outcome.run.violated == ()
-
-
-def test_a_location_that_the_layout_warns_of_is_gone_to_all_the_same(small: Callable[..., Scenario]) -> None:
-    """What the arm can do is asked of the arm; the layout tries a few postures only."""
-    scenario = small()
-    scene = replace(scene_of(scenario), warnings=("locations.tray: 0.91 m from the robot's base, beyond its reach",))
-    outcome = run_plan(scenario, scene, pareto_front(scenario.problem())[0])
-    assert outcome.completed, outcome.reason

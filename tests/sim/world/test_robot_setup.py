@@ -57,18 +57,6 @@ def test_the_arm_works_from_there(scene: Scene) -> None:
     assert_placed(cell, "cup", "tray")
 
 
-def test_distances_are_told_from_the_base() -> None:
-    text = cup_scenario().replace("[model.locations]", "[model.robot]\nat = [-0.6, 0]\n[model.locations]")
-    warnings = build_scene(loads(text).model).warnings  # type: ignore[arg-type]
-    assert warnings and all("from the robot's base, beyond its reach" in warning for warning in warnings)
-
-
-def test_a_base_that_stands_too_high_is_told() -> None:
-    text = cup_scenario().replace("[model.locations]", "[model.robot]\nat = [0, 0, 9]\n[model.locations]")
-    warnings = build_scene(loads(text).model).warnings  # type: ignore[arg-type]
-    assert any("nowhere does it reach 9.00 m below its base in this direction" in warning for warning in warnings)
-
-
 @pytest.mark.parametrize(
     ("robot", "message"),
     [

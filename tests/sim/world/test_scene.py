@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -99,20 +98,6 @@ def test_places_that_cannot_work_are_refused_by_name(
         layout_of(*locations)
 
 
-@pytest.mark.parametrize(
-    ("location", "message"),
-    [
-        (Location("far", at=(1.2, 0.0)), r"far: 1\.20 m .* beyond its reach: at most 0\.\d\d m"),
-        (Location("back", at=(-0.5, 0.05)), r"back: 0\.50 m from the robot's base, behind it"),
-    ],
-)
-def test_a_location_out_of_reach_is_warned_of_and_not_refused_since_a_plan_may_do_without_it(
-    layout_of: Callable[..., TableLayout], location: Location, message: str
-) -> None:
-    (warning,) = layout_of(A, location).warnings
-    assert re.match(rf"locations\.{message}", warning), warning
-
-
 def test_only_what_overlaps_is_refused(layout_of: Callable[..., TableLayout]) -> None:
     """Whether the fingers have space in such a grid depends on what is where: that is not a fault of the layout."""
     layout_of(*(Location(f"s{i}", at=(0.5 + 0.06 * (i % 3), 0.06 * (i // 3 - 1))) for i in range(9)))
@@ -177,15 +162,6 @@ def test_below_a_board_there_must_be_room_for_the_lowest_object_only() -> None:
     ):
         objects = replace(objects[0], start="low"), objects[1]
         arrange(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)), PANDA)
-
-
-def test_storeys_must_be_within_reach_only_where_there_are_objects_for_them() -> None:
-    tower = [Location("s0", at=(0.75, -0.48))] + [Location(f"s{i}", on=(f"s{i - 1}",)) for i in range(1, 16)]
-    objects = [Object(f"obj{i}", f"s{i}") for i in range(16)]
-    locations = (*tower, Location("edge", at=(0.70, 0.2)))
-    assert arrange(ManipulationModel("home", COSTS, locations, tuple(objects[:3])), PANDA).warnings == ()
-    warnings = arrange(ManipulationModel("home", COSTS, locations, tuple(objects)), PANDA).warnings
-    assert any(re.match(r"locations\.s15: .* beyond its reach", warning) for warning in warnings)
 
 
 def test_the_scene_stands_still_at_its_nominal_start(scene: Scene) -> None:
