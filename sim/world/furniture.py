@@ -45,6 +45,9 @@ NAME_GAP_M = 0.012
 SPOT_MARGIN_M, SPOT_LINE_M = 0.004, 0.0016
 """Distance from a spot to the line round it, and the width of that line, m."""
 
+GLOW_INSET_M = 0.020
+"""Distance from the edge of a pad or a bin to the inner side of the band that glows on it, m."""
+
 EDGE_M = 0.003
 """Radius of rounded edges, m."""
 
@@ -182,14 +185,11 @@ def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> Non
 
 
 def _add_pad(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add a sheet of metal; if it marks objects, a band along its edge glows meanwhile."""
+    """Add a sheet of metal."""
     size = np.array([*station.outline.half, FLOOR["pad"] / 2])
     body.add_geom(type=BOX, size=size, pos=[0, 0, size[2]], group=HIDDEN)
     top = rounded(size, corner=0.014, edge=0.001)
     draw_solid(spec, body, f"{station.name}_plate", top, "studio_pad", pos=[0, 0, size[2]])
-    if station.marks:
-        band = tray(np.array([*size[:2] - 0.020, 0.0014]), wall=0.012, corner=0.006)
-        draw_solid(spec, body, f"{station.name}_band", band, f"{station.name}_glow", pos=[0, 0, FLOOR["pad"] - 0.0009])
 
 
 def _add_stove(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
@@ -222,9 +222,15 @@ def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
 
 
 def _add_glow(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add the glow of a location: its material, and a light above."""
+    """Add the glow of a location: its material, a light above, and on or round all but a stove a band."""
     glow = f"{station.name}_glow"
     spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
     light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)
     light.type = mujoco.mjtLightType.mjLIGHT_SPOT
     light.specular, light.cutoff, light.exponent = [0.1] * 3, 40, 12
+    if station.kind != "stove":
+        inset, height = (0.0, 0.0) if station.kind in ("spot", "plate") else (GLOW_INSET_M, FLOOR[station.kind])
+        inner = station.outline.half - inset
+        corner = float(inner.min()) if station.kind == "plate" else 0.006
+        band = tray(np.array([*inner, 0.0014]), wall=0.012, corner=corner)
+        draw_solid(spec, body, f"{station.name}_band", band, glow, pos=[0, 0, height - 0.0009])

@@ -239,6 +239,15 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
         assert data.body(obj).xmat[8] == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("kind", FLOOR)
+def test_a_location_of_any_kind_that_marks_has_what_glows(kind: str) -> None:
+    place = Location("wash", at=(0.45, 0.30), kind=kind, capacity=2, marks="clean")
+    model = build_scene(ManipulationModel("home", COSTS, (place,), ()), meshes=False).mujoco
+    glowing = model.geom_matid == model.mat("wash_glow").id
+    assert glowing.any() and set(model.geom_bodyid[glowing]) == {model.body("wash_base").id}
+    assert not model.geom_contype[glowing].any() and model.light("wash_glow").active == 0
+
+
 def test_a_cylinder_between_the_pads_never_counts_as_deep_in_one(scene: Scene) -> None:
     """With MuJoCo's default tolerance, in this pose, as recorded in a run, it is 10.9 mm deep."""
     model = mujoco.MjModel.from_xml_string("""<mujoco><worldbody>
