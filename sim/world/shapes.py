@@ -107,11 +107,6 @@ class ObjectShape:
         kept = np.isclose(np.abs(QUARTER_TURNS) @ self.half, self.half).all(axis=1)
         return QUARTER_TURNS[kept]
 
-    @functools.cached_property
-    def _vertical_axes(self) -> np.ndarray:
-        """(K, 3) the vertical axes of the symmetries."""
-        return self.symmetries[:, :, 2].copy()
-
     def support(self, direction: np.ndarray) -> float:
         """Return how far it extends from its middle in a (3,) direction of its own frame, m."""
         if self.corners is not None:
@@ -134,7 +129,7 @@ class ObjectShape:
 
     def most_upright(self, rotation: np.ndarray) -> np.ndarray:
         """Return, of the (3, 3) rotations in which it looks the same, the most upright one."""
-        heights = self._vertical_axes @ rotation[2]
+        heights = self.symmetries[:, :, 2] @ rotation[2]
         return np.asarray(rotation @ self.symmetries[int(heights.argmax())])
 
     def heading_to(self, rotation: np.ndarray, direction: np.ndarray) -> np.ndarray:
