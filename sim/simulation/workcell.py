@@ -194,10 +194,6 @@ class Workcell(Plant):
             self.reference = self._movement.positions[-1]
             self.settle()
 
-    def collisions(self, q: np.ndarray, *, width: float | None = None, clearance: float = 0.0) -> list[str]:
-        """Return the bodies in collision with the robot at (n,) joint angles, rad (`CollisionChecker`)."""
-        return sorted({other for _, other in self.touches(q, width=width, clearance=clearance)})
-
     def touches(
         self, q: np.ndarray, *, touching: str | None = None, width: float | None = None, clearance: float = 0.0
     ) -> frozenset[tuple[str, str]]:

@@ -74,7 +74,7 @@ def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None
         with suppress(SimulationError):
             _check_open(cell, other, floor)
             q, _ = cell.arm.reach(other.symmetric_poses())
-            if not cell.collisions(q, clearance=PLANNING_CLEARANCE_M):
+            if not cell.touches(q, clearance=PLANNING_CLEARANCE_M):
                 return other if raised or turn else None
     return None
 
