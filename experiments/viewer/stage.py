@@ -15,7 +15,6 @@ from prefplan.models.manipulation.description import Location
 from sim.geometry.mjcf import HIDDEN
 from sim.world.materials import glow_of
 from sim.world.scene import Scene
-from sim.world.tabletop import with_names
 
 LIGHT_CD = 0.6
 """Intensity of the lamp of a location that marks an object: visible beside the scene's other lights."""
@@ -83,7 +82,7 @@ class Stage:
         self._server, self._objects = server, [*scene.shapes]
         self._shown: Frame | None = None
         # mjviser writes into the model that it is given.
-        model = with_names(scene.mujoco, scene.table, scene.markings, scene.model.display.location)
+        model = scene.with_names()
         model.site_group[:] = HIDDEN
         self._data = mujoco.MjData(model)
         self._places = [place.name for place in scene.model.locations]

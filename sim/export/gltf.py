@@ -22,7 +22,6 @@ from sim.export.studio import add_studio
 from sim.geometry.mjcf import VISIBLE
 from sim.world.materials import glow_of
 from sim.world.scene import Scene
-from sim.world.tabletop import with_names
 
 BASE = "world"
 """Name of trimesh's base frame, the parent of the root."""
@@ -60,7 +59,7 @@ def encode_glb(logs: Mapping[str, Log]) -> bytes:
 
 def _stage(scene: Scene, qpos: np.ndarray) -> tuple[trimesh.Scene, dict[str, Appearance]]:
     """Return the visible geoms of a scene, its bodies posed by (1, nq) positions, and their appearances by name."""
-    model, looks = with_names(scene.mujoco, scene.table, scene.markings, scene.model.display.location), {}
+    model, looks = scene.with_names(), {}
     stage = trimesh.Scene(base_frame=BASE)
     stage.graph.update(ROOT, BASE, matrix=trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
     positions, rotations = local_poses(model, qpos)

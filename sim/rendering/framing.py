@@ -60,7 +60,7 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
     """Return the preferred (3,) point of the name of each of these locations, m: beside it on the table."""
     show = scene.model.display.location
-    beside = {show(marking.location): np.array([*marking.middle, 0.0]) for marking in scene.markings}
+    beside = {show(name): np.array([*place, 0.0]) for name, place in scene.name_places.items()}
     return label_targets(scene) | beside
 
 

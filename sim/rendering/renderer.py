@@ -21,7 +21,6 @@ from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
 from sim.world.materials import KEY_LIGHT, WRIST, Glow, glow_of
 from sim.world.scene import Scene
-from sim.world.tabletop import with_names
 
 GOLDEN_ANGLE_RAD = np.pi * (3 - np.sqrt(5))
 """Angle between successive points of a spiral that covers a disc evenly."""
@@ -42,7 +41,7 @@ class Painter:
         self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size)
         self._labels: Image.Image | None = None
         if self._camera.mounted:  # no names are written over its pictures
-            self._model = with_names(scene.mujoco, scene.table, scene.markings, scene.model.display.location)
+            self._model = scene.with_names()
         else:
             self._model = copy.copy(scene.mujoco)
             self._labels = _labels(scene, self._camera)

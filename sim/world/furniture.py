@@ -12,7 +12,7 @@ from sim.robots.robot import Robot
 from sim.world.fixtures import Block
 from sim.world.materials import glow_of
 from sim.world.places import FLOOR, Station
-from sim.world.tabletop import TABLE_TOP, Marking, picture, text_size
+from sim.world.tabletop import TABLE_TOP, picture, text_size
 
 TABLE_THICKNESS_M = 0.045
 """Thickness of the table's board, m."""
@@ -97,19 +97,19 @@ def add_pedestal(spec: mujoco.MjSpec, robot: Robot) -> None:
         draw_solid(spec, body, f"{PEDESTAL}_block", rounded(half, corner=0.02, edge=EDGE_M), "studio_plinth")
 
 
-def markings_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> tuple[Marking, ...]:
-    """Return the marking of each station on the table itself."""
+def name_places_of(stations: Sequence[Station], fixtures: Sequence[Block]) -> dict[str, np.ndarray]:
+    """Return the (2,) place, m, of the name of each station on the table itself."""
     standing = [block.outline for block in fixtures if not block.low]
     on_table = [station for station in stations if not station.height]
-    return tuple(
-        _marking(station, [other.outline for other in on_table if other is not station] + standing)
+    return {
+        station.name: _name_place(station, [other.outline for other in on_table if other is not station] + standing)
         for station in on_table
-    )
+    }
 
 
-def add_table(spec: mujoco.MjSpec, table: Rectangle, markings: Sequence[Marking], robot: Robot) -> None:
-    """Add the table with the outlines of spots on its top."""
-    image = picture(table, markings)
+def add_table(spec: mujoco.MjSpec, table: Rectangle, robot: Robot) -> None:
+    """Add the table."""
+    image = picture(table, {})
     texture = spec.add_texture(name=TABLE_TOP, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     texture.height, texture.width = image.shape[:2]
     texture.data = image.tobytes()
@@ -141,8 +141,8 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
     add(spec, body, station)
 
 
-def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
-    """Return a station's outline, and a place for its name: beyond it (+x) if that is free, else beside or nearer."""
+def _name_place(station: Station, others: Sequence[Rectangle]) -> np.ndarray:
+    """Return a (2,) place for a station's name, m: beyond it (+x) if that is free, else beside or nearer."""
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
     width, height = text_size(station.name)
@@ -156,16 +156,14 @@ def _marking(station: Station, others: Sequence[Rectangle]) -> Marking:
     # Deeper than the text, since tall letters right in front of something would hide it.
     half = np.array([height / 2 + NAME_GAP_M, width / 2])
     free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), other) for other in others))
-    outline = station.outline.grown(SPOT_MARGIN_M).corners if station.kind == "spot" else None
-    return Marking(station.name, next(free, sides[0]), outline)
+    return next(free, sides[0])
 
 
 def _add_spot(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add the outline of a spot on a fixture; on the table, it is printed."""
-    if station.height:
-        half = np.array([*station.outline.half + SPOT_MARGIN_M, SPOT_LINE_M / 4])
-        line = tray(half, wall=SPOT_LINE_M, corner=0.001)
-        draw_solid(spec, body, f"{station.name}_outline", line, "studio_outline")
+    """Add the outline of a spot."""
+    half = np.array([*station.outline.half + SPOT_MARGIN_M, SPOT_LINE_M / 4])
+    line = tray(half, wall=SPOT_LINE_M, corner=0.001)
+    draw_solid(spec, body, f"{station.name}_outline", line, "studio_outline")
 
 
 def _add_bin(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:

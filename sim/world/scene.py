@@ -20,14 +20,14 @@ from sim.robots.catalogue import robot_for
 from sim.robots.robot import Robot
 from sim.world.contacts import declare_contacts
 from sim.world.fixtures import add_fixture, blocks_of, body_name, check_fixtures
-from sim.world.furniture import add_pedestal, add_station, add_table, markings_of, table_for
+from sim.world.furniture import add_pedestal, add_station, add_table, name_places_of, table_for
 from sim.world.layout import arrange
 from sim.world.materials import add_studio, add_wrist_camera
 from sim.world.objects import add_objects, add_spares, check_matter, start_slots, stored_at
 from sim.world.places import START_OFFSET_M, START_TURN_RAD, Slot, Station
 from sim.world.robot_clearance import faults_at_home
 from sim.world.shapes import ObjectShape
-from sim.world.tabletop import Marking
+from sim.world.tabletop import TABLE_TOP, picture
 
 TIMESTEP_S = CONTROL_PERIOD_S / STEPS
 """Simulation step, s."""
@@ -66,7 +66,7 @@ class Scene:
         spares: objects the model does not have, stored below the table until a fault brings them.
         temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
-        markings: outline, and place of the name, of each location on the table.
+        name_places: (2,) place of the name of each location on the table, m.
         robot: in its place in the scene.
         latency: from a command until the actuators get it, s.
         warnings: for the user.
@@ -79,7 +79,7 @@ class Scene:
     slots: dict[str, tuple[Slot, ...]]
     shapes: dict[str, ObjectShape]
     table: Rectangle
-    markings: tuple[Marking, ...]
+    name_places: dict[str, np.ndarray]
     robot: Robot
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
@@ -97,6 +97,15 @@ class Scene:
         contents = np.empty(mujoco.mj_sizeModel(self.mujoco), dtype=np.uint8)
         mujoco.mj_saveModel(self.mujoco, None, contents)
         return hashlib.sha256(contents.data).hexdigest()
+
+    def with_names(self) -> mujoco.MjModel:
+        """Return a copy of the model with names printed on the table, where none can be written over the picture."""
+        shown, show = copy.copy(self.mujoco), self.model.display.location
+        if self.name_places:
+            pixels = picture(self.table, {show(name): at for name, at in self.name_places.items()}).ravel()
+            start = int(shown.texture(TABLE_TOP).adr[0])
+            shown.tex_data[start : start + len(pixels)] = pixels
+        return shown
 
     @property
     def has_meshes(self) -> bool:
@@ -143,10 +152,10 @@ def build_scene(
     table = table_for(layout.stations, blocks, robot)
     focus = np.array([*table.centre, FOCUS_HEIGHT_M + min((s.height for s in layout.stations), default=0.0)])
     add_studio(spec, target=focus, span=float(table.half.max()))
-    markings: tuple[Marking, ...] = ()
+    name_places: dict[str, np.ndarray] = {}
     if own is None:
-        markings = markings_of(layout.stations, blocks)
-        add_table(spec, table, markings, robot)
+        name_places = name_places_of(layout.stations, blocks)
+        add_table(spec, table, robot)
         add_pedestal(spec, robot)
     for fixture in model.fixtures:
         add_fixture(spec, fixture)
@@ -158,7 +167,7 @@ def build_scene(
     masses = {name: shape.mass for name, shape in shapes.items()}
     declare_contacts(spec, masses, pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
-    scene = Scene(model, spec, compiled, layout.slots, shapes, table, markings, robot, names, warnings=warnings)
+    scene = Scene(model, spec, compiled, layout.slots, shapes, table, name_places, robot, names, warnings=warnings)
     start = initial_state(scene)
     faults = [*faults_at_home(scene.mujoco, start, robot, _keys(model), own), *(_faults_at_start(scene, start, own))]
     if faults:

@@ -1,11 +1,8 @@
-"""The picture on the table top: wood and an outline for every spot; for 3-D models, also the locations' names."""
+"""The picture on the table top: wood; for 3-D models, also the locations' names."""
 
-import copy
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import lru_cache
 
-import mujoco
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
@@ -24,17 +21,8 @@ MAX_SIDE_PX = 4096
 PLANK_M = 0.13
 """Width of a plank, m."""
 
-LETTERS_M = 0.026
-"""Height of the names' letters, m."""
-
-
-@dataclass(frozen=True)
-class Marking:
-    """What a location has on the table: a name, at its (2,) middle, and the (4, 2) corners of an outline or None, m."""
-
-    location: str
-    middle: np.ndarray
-    outline: np.ndarray | None
+LETTERS_M, INK = 0.026, (221, 214, 201)
+"""Height of the names' letters, m, and their colour."""
 
 
 def text_size(text: str) -> tuple[float, float]:
@@ -42,43 +30,18 @@ def text_size(text: str) -> tuple[float, float]:
     return ImageFont.load_default(size=100).getlength(text) / 100 * LETTERS_M, LETTERS_M
 
 
-def with_names(
-    model: mujoco.MjModel, table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str]
-) -> mujoco.MjModel:
-    """Return a copy of a scene's model with names on its table, where none can be written over the picture.
-
-    `show` returns what people are shown for a location.
-    """
-    shown = copy.copy(model)
-    if markings:
-        start = int(shown.texture(TABLE_TOP).adr[0])
-        pixels = picture(table, markings, show).ravel()
-        shown.tex_data[start : start + len(pixels)] = pixels
-    return shown
-
-
-def picture(table: Rectangle, markings: Sequence[Marking], show: Callable[[str], str] | None = None) -> np.ndarray:
+def picture(table: Rectangle, names: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the texture of the table top, (W, H, 3) uint8; rows run along +y, columns along +x.
 
-    `show` returns the text to print for a location; None to print the outlines alone.
+    The middle of each name to print on it is at a (2,) point, m.
     """
     scale = min(PIXELS_PER_M, MAX_SIDE_PX / (2 * float(table.half.max())))
     width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
     image = Image.fromarray(_wood(width, height))
-
-    def pixels(points: np.ndarray) -> list[tuple[float, float]]:
-        return [(y, x) for x, y in (points - (table.centre - table.half)) * scale]
-
-    ink = Image.new("L", image.size, 0)
-    draw = ImageDraw.Draw(ink)
-    font = ImageFont.load_default(size=max(1.0, LETTERS_M * scale))
-    for marking in markings:
-        if marking.outline is not None:
-            corners = pixels(np.concatenate([marking.outline, marking.outline[:2]]))
-            draw.line(corners, fill=140, width=max(1, round(0.0016 * scale)), joint="curve")
-        if show is not None:
-            draw.text(pixels(marking.middle[None])[0], show(marking.location), fill=215, font=font, anchor="mm")
-    image.paste(Image.new("RGB", image.size, (250, 244, 232)), mask=ink)
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=max(1.0, LETTERS_M * scale))
+    for name, middle in names.items():
+        x, y = map(float, (middle - (table.centre - table.half)) * scale)
+        draw.text((y, x), name, fill=INK, font=font, anchor="mm")
     return np.asarray(image).transpose(1, 0, 2)
 
 
