@@ -169,7 +169,9 @@ def build_scene(
     masses = {name: shape.mass for name, shape in shapes.items()}
     declare_contacts(spec, masses, pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
-    scene = Scene(model, spec, compiled, layout.slots, shapes, table, name_places, focus, robot, names, warnings=warnings)
+    scene = Scene(
+        model, spec, compiled, layout.slots, shapes, table, name_places, focus, robot, names, warnings=warnings
+    )
     start = initial_state(scene)
     faults = [*faults_at_home(scene.mujoco, start, robot, _keys(model), own), *(_faults_at_start(scene, start, own))]
     if faults:
