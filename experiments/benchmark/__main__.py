@@ -20,14 +20,14 @@ from experiments.cli.command import call, command
 from experiments.cli.files import only_writer
 from experiments.cli.journal import Journal
 from experiments.cli.status import DONE
-from experiments.cli.values import PATH, POSITIVE, Choice
+from experiments.cli.values import PATH, POSITIVE
 
 WRONG = 1
 """Exit status when a plan or a front is wrong, so that its time means nothing."""
 
 
 @command
-@click.argument("groups", nargs=-1, required=True, type=Choice(GROUPS), metavar="GROUP...", help="What to time.")
+@click.argument("groups", nargs=-1, required=True, type=click.Choice(GROUPS), metavar="GROUP...", help="What to time.")
 @click.option("--seeds", type=POSITIVE, default="3", metavar="N", help="Instances of each size (default: 3).")
 @click.option(
     "--tasks",

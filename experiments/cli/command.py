@@ -68,7 +68,7 @@ def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> 
         return end.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx else " ".join(called)
-        tell(error.format_message(), who=path)
+        tell(" ".join(error.format_message().split()), who=path)
         print(f"Usage: `{path} --help`", file=sys.stderr)
         return BAD_INPUT
     except PrefplanError as error:

@@ -1,7 +1,7 @@
 """Options that several commands have, as decorators."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
 from typing import Any, TypedDict
@@ -60,12 +60,6 @@ def objective_names(context: click.Context, parameter: click.Parameter, incomple
     return [name for name in ("cost", "preference") if name.startswith(incomplete)]
 
 
-def _last_of_each(
-    context: click.Context, parameter: click.Parameter, pairs: Sequence[tuple[str, Any]]
-) -> dict[str, Any]:
-    return dict(pairs)
-
-
 scenario = click.argument(
     "scenario",
     type=FileName(".toml", scenarios.names),
@@ -92,7 +86,7 @@ at_most = click.option(
     "--at-most",
     type=named_number,
     multiple=True,
-    callback=_last_of_each,
+    callback=lambda context, parameter, pairs: dict(pairs),
     metavar="NAME=VALUE",
     help="Upper bound on a cost or a preference by its name, such as energy=40; may be repeated.",
 )

@@ -8,24 +8,10 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem
 
-from prefplan.errors import choices
-
 WHOLE, POSITIVE = click.IntRange(min=0), click.IntRange(min=1)
 
 PATH = click.Path(path_type=Path)
 """A path, whether or not something is there."""
-
-
-class Choice(click.Choice[str]):
-    """One of a few words; the message about another one suggests the nearest."""
-
-    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
-        """Return what is wrong with a value."""
-        return f"unknown value {value!r} {choices(str(value), self.choices)}"
-
-    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:
-        """Return what could be chosen."""
-        return choices("", self.choices)
 
 
 class FileName(click.ParamType):

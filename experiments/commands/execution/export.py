@@ -9,7 +9,7 @@ from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.status import DONE, say
-from experiments.cli.values import PATH, Choice
+from experiments.cli.values import PATH
 from prefplan.errors import PrefplanError
 
 
@@ -20,7 +20,7 @@ from prefplan.errors import PrefplanError
     type=click.Path(),
     help="glb: log that `prefplan run` wrote, an .npz file; mjcf: a scenario's name or file.",
 )
-@click.option("--to", type=Choice(["glb", "mjcf"]), required=True, help="Format to write.")
+@click.option("--to", type=click.Choice(["glb", "mjcf"]), required=True, help="Format to write.")
 @click.option(
     "--out", type=PATH, metavar="PATH", help="File, or folder for mjcf (default: beside the log, out/NAME/mjcf)."
 )

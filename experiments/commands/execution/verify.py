@@ -11,7 +11,7 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import loading_simulation
 from experiments.cli.status import CONSISTENT, DONE, FAILED
-from experiments.cli.values import Choice, FileName
+from experiments.cli.values import FileName
 
 STATUS = {"proved": DONE, "consistent": CONSISTENT, "refuted": FAILED}
 """Exit status of each verdict."""
@@ -27,7 +27,7 @@ STATUS = {"proved": DONE, "consistent": CONSISTENT, "refuted": FAILED}
 )
 @click.option(
     "--require",
-    type=Choice(("consistent", "proved")),
+    type=click.Choice(("consistent", "proved")),
     help="Exit with status 0 if the verdict is at least this one, else with 4.",
 )
 @options.as_json

@@ -6,14 +6,13 @@ from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.status import DONE, say
-from experiments.cli.values import Choice
 
 
 @command
 @click.argument("formula", help="A co-safe formula, as Spot, Owl, SPIN or LTLf2DFA write it.")
 @click.option(
     "--format",
-    type=Choice(["table", "hoa", "dot"]),
+    type=click.Choice(["table", "hoa", "dot"]),
     default="table",
     help="table to read, HOA for other tools, dot for Graphviz (default: table).",
 )

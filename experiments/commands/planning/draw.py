@@ -13,7 +13,6 @@ from experiments.cli import options
 from experiments.cli.command import command, is_quiet
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
-from experiments.cli.values import Choice
 from prefplan.errors import ScenarioError
 
 
@@ -21,7 +20,7 @@ from prefplan.errors import ScenarioError
 @click.argument(
     "what",
     metavar="WHAT",
-    type=Choice(["plans", "automata"]),
+    type=click.Choice(["plans", "automata"]),
     help="plans: each plan of the front on its map or graph; automata: one for each task.",
 )
 @options.scenario

@@ -8,14 +8,14 @@ import click
 from experiments.cli.command import command
 from experiments.cli.files import check_new, make_folder, write_bytes
 from experiments.cli.status import DONE, say
-from experiments.cli.values import PATH, Choice
+from experiments.cli.values import PATH
 from experiments.starters import KINDS, starter
 from prefplan.errors import PrefplanError
 
 
 @command
 @click.argument("file", metavar="NAME", type=PATH, help="Name or path of the new file; .toml may be left out.")
-@click.option("--kind", type=Choice(KINDS), default="grid", help="Kind of model (default: grid).")
+@click.option("--kind", type=click.Choice(KINDS), default="grid", help="Kind of model (default: grid).")
 def init(file: Path, kind: str) -> int:
     """Write a commented scenario to start from; it can be planned as it is.
 

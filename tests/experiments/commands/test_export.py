@@ -35,7 +35,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
         (["case_study_3", "--to", "glb"], "case_study_3: --to glb takes the log of a run"),
         (["text.npz", "--to", "glb"], "text.npz: broken, or not a log"),
         (["text.npz", "--to", "glb", "--out", "arm.gltf"], "arm.gltf: the file's name ends in .glb"),
-        (["text.npz", "--to", "gbl"], "Invalid value for '--to': unknown value 'gbl' (did you mean 'glb'?)"),
+        (["text.npz", "--to", "gbl"], "Invalid value for '--to': 'gbl' is not one of 'glb', 'mjcf'."),
         (["text.npz", "--to", "mjcf"], "text.npz: --to mjcf takes a scenario's name or file, not the log of a run"),
         (
             ["text.npz", "--to", "glb", "--robot", "fetch"],
@@ -45,7 +45,7 @@ def test_the_file_lies_beside_the_log_unless_another_place_is_named(
             ["case_study_3", "--to", "mjcf", "--robot", "sofa"],
             "prefplan: unknown robot 'sofa' (valid: fetch, gen3, panda, ",
         ),
-        (["text.npz"], "Missing option '--to'. (valid: glb, mjcf)"),
+        (["text.npz"], "Missing option '--to'. Choose from: glb, mjcf"),
     ],
 )
 def test_what_cannot_be_exported_is_said(run: Run, tmp_path: Path, words: list[str], message: str) -> None:

@@ -282,9 +282,12 @@ IN_OPTIONS = [
     ("automaton 'F(a'", "prefplan: '(' is never closed, at column 2"),
     (
         "draw tidy.toml a.png",
-        f"prefplan draw: {WRONG} 'WHAT': unknown value 'tidy.toml' (valid: plans, automata)",
+        f"prefplan draw: {WRONG} 'WHAT': 'tidy.toml' is not one of 'plans', 'automata'.",
     ),
-    ("init tidy --kind gird", f"prefplan init: {WRONG} '--kind': unknown value 'gird' (did you mean 'grid'?)"),
+    (
+        "init tidy --kind gird",
+        f"prefplan init: {WRONG} '--kind': 'gird' is not one of 'grid', 'manipulation', 'graph'.",
+    ),
     ("init ''", "prefplan: .: is a folder; name a file"),
     ("front .", "prefplan: .: cannot be read (Is a directory)"),
     # The operating system will not even look at a path like this one; nor at one in a folder that may not be read.
