@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,6 @@ from experiments.report.data import page_data
 from experiments.report.preference_words import in_words
 from experiments.scenarios import introduction
 from prefplan import Front, Scenario
-from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording
@@ -71,7 +69,6 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
     return template(__package__, f"{PARTS}/index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
-        trade_off=_trade_off(front, data),
         preferences=_preferences(scenario),
         front=front,
         reason=front.reason,
@@ -92,30 +89,3 @@ def _preferences(scenario: Scenario) -> list[str]:
         return words
     about = zip(problem.objectives, words, strict=True)
     return [f"{one.name} (tasks' costs in {problem.cost_names[one.cost]}): {text}" for one, text in about]
-
-
-def _range(front: Front, objective: str) -> str:
-    """Return the range of an objective on a front, in words."""
-    values = [plan.objectives[objective] for plan in front]
-    return f"{objective} from {number(min(values))} to {number(max(values))}"
-
-
-def _single(front: Front, objectives: Sequence[str] | None) -> str:
-    """Return a sentence about the only plan of a front; `objectives` is None for one cost and one preference."""
-    if not front.complete:
-        return "One plan is known; there may be better ones."
-    if objectives is None:
-        return "One plan is best in both: no plan costs less, and no plan is preferred to it."
-    *others, last = objectives
-    return f"One plan is best in all: none has less {', '.join(others)} or {last}."
-
-
-def _trade_off(front: Front, data: Mapping[str, Any]) -> str:
-    """Return the difference between the ends of a front, as a sentence; empty without a plan."""
-    if len(front) < 2:
-        return _single(front, data["objectives"]) if len(front) else ""
-    if data["objectives"]:
-        return f"{len(front)} plans: {'; '.join(map(partial(_range, front), front.objectives))}. Lower is better."
-    headline = next(one["headline"] for one in data["plans"][-1]["explanations"] if one["against"] == 0)
-    between = "" if len(front) == 2 else f" Between them, the best trade-offs are {len(front) - 2} other plans."
-    return f"The preferred plan costs {headline}{between}"

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import viser
 
 from experiments.cli.browser import template
-from experiments.viewer.live_run import LiveRun
 from prefplan.plan import objectives_text
 
 if TYPE_CHECKING:
@@ -67,20 +65,9 @@ class Panel:
         colours = dict(reversed([*zip(shown, COLOURS, strict=False)]))
         for i, row in enumerate(self._rows):
             _set(row, color=colours.get(i, "gray"))
-        state = "playing" if playback.playing else "paused"
-        parts = [
-            template(__package__, "panel.html").render(
-                tasks=run.problem.tasks,
-                status=run.status_at(playback.time),
-                time=playback.time,
-                state=state,
-                heading=f"Plan {index}" if len(shown) > 1 else "",
-                colour=colour,
-                waiting=announced(run, playing=playback.playing),
-            )
-            for run, index, colour in zip(playback.runs, shown, COLOURS.values(), strict=False)
-        ]
-        _set(self._text, content="\n".join(["<div class='statuses'>", *parts, "</div>"]))
+        runs = zip(playback.runs, shown, COLOURS.values(), strict=False)
+        text = template(__package__, "panel.html").render(runs=[*runs], time=playback.time, playing=playback.playing)
+        _set(self._text, content=text)
 
     def _add_playback(self) -> None:
         gui, playback, session = self._gui, self._playback, self._session
@@ -101,13 +88,10 @@ class Panel:
         labels = [f"{i}: {objectives_text(plan)}" for i, plan in enumerate(session.show.plans)]
         self._rows = [gui.add_button(text, color="gray", hint="carry out this plan from the start") for text in labels]
         for i, row in enumerate(self._rows):
-            row.on_click(partial(self._choose, i))
+            row.on_click(lambda event, i=i: session.choose(i))
         beside = {ALONE: None} | {text: i for i, text in enumerate(labels)}
         other = gui.add_dropdown("Beside it", tuple(beside), initial_value=ALONE, hint="another plan, by a second arm")
         other.on_update(lambda event: session.beside(beside[other.value]))
-
-    def _choose(self, index: int, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-        self._session.choose(index)
 
     def _add_faults(self) -> None:
         gui, session, model = self._gui, self._session, self._session.show.scene.model
@@ -132,12 +116,3 @@ def _set(handle: Any, **properties: Any) -> None:
     for name, value in properties.items():
         if getattr(handle, name) != value:
             setattr(handle, name, value)
-
-
-def announced(run: LiveRun, *, playing: bool) -> list[str]:
-    """Return a line for each thing that the user did and that has no effect yet."""
-    when = "the run continues" if playing else "you press Play"
-    lines = [f"{fault.kind} {fault.argument}".strip() + f": happens when {when}" for fault in [*run.waiting]]
-    if run.pull.target and not playing:
-        lines.append(f"pull {run.pull.target[0]}: an object moves only while the plan plays")
-    return lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from experiments.viewer.stage import Stage
 from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
 from prefplan.text.names import DisplayNames
+from sim.execution.faults.fault import kinds
 from sim.simulation.run import Event
 from sim.world.scene import build_scene, initial_state
 
@@ -147,8 +149,8 @@ def test_a_run_that_is_stopped_ends_early() -> None:
 
 
 def test_what_the_arm_does_to_reach_an_object_is_told() -> None:
-    kinds = ("drawn free", "grasped", "turned over")
-    told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in kinds], DisplayNames())
+    events = ("drawn free", "grasped", "turned over")
+    told = news_of([Event(1.0, kind, {"object": "cup"}) for kind in events], DisplayNames())
     assert [line.partition(": no")[0].partition(": the fingers")[0] for line in told] == [
         "   1.0 s  cup dragged free",
         "   1.0 s  cup turned over",
@@ -168,17 +170,24 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
     tasks = (Task("a", "F (holding_cup & !cup_tray)"), Task("b", "F x"))
     costs = Entry(3, {"a": 3, "b": 2}, {"a": 0, "b": 0}, frozenset({"b"}), 0)
     status = Status(1.0, plan, 1, costs, ("1.0 s: fault: <b>",))
-    panel = template("experiments.viewer", "panel.html")
-    show = partial(panel.render, tasks=tasks, status=status, time=1.25, state="playing")
-    html = show(heading="", colour="", waiting=["knock <cup>: soon"])
+    run = SimpleNamespace(
+        problem=SimpleNamespace(tasks=tasks),
+        status_at=lambda time: status,
+        waiting=[kinds()["knock"](1, "cup")],
+        pull=SimpleNamespace(target=("<cup>", None)),
+    )
+    show = partial(template("experiments.viewer", "panel.html").render, time=1.25)
+    html = show(runs=[(run, 0, "")], playing=True)
     assert '<li class="muted">transit desk</li>\n<li class="current">grasp cup</li>' in html
     assert "1 of 2 actions done, 1.2 s" in html and "playing" in html
     assert 'F (holding_cup &amp; !cup_tray)</td>\n<td class="number">open' in html
     assert 'F x</td>\n<td class="number">2' in html
     assert "fault: &lt;b&gt;" in html
-    assert "knock &lt;cup&gt;: soon" in html
-    narrow = show(heading="Plan 1", colour="#228be6", waiting=[])
+    assert "knock cup: happens when the run continues" in html and "pull" not in html
+    narrow = show(runs=[(run, 1, "#228be6"), (run, 0, "")], playing=False)
     assert '<div style="color: #228be6"><b>Plan 1</b>' in narrow and "cup_tray" not in narrow
+    assert "knock cup: happens when you press Play" in narrow
+    assert "pull &lt;cup&gt;: an object moves only while the plan plays" in narrow
 
 
 def test_a_location_at_work_glows() -> None:
