@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 from experiments.cli.output import plan_json
 from experiments.figures.front import cost_unit
-from experiments.figures.maps import PlanMap, map_of
+from experiments.figures.maps import map_of
 from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
-from experiments.report.pictures import graph_data
+from experiments.report.pictures import routes
 from experiments.report.preference_words import ordinal, shares
 from experiments.runs.formula_words import titles, words_of
 from prefplan import Front, GridModel, Ledger, Plan, Preference, Problem, Rule, Scenario, Task, WeightedSum
@@ -39,8 +39,8 @@ MAX_PAIRED = 20
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
     """Return the page's data, JSON-ready; `recordings` are of some plans, by their numbers on the front."""
     problem = scenario.problem()
-    plan_map = map_of(scenario)
-    named = titles(scenario)
+    plan_map, graphs = map_of(scenario), routes(scenario, front)
+    title = titles(scenario)
     plans = [
         NamedPlan(
             plan, Ledger.of_plan(problem, plan), "the cheapest" if not i and problem.is_bi_objective else f"plan {i}"
@@ -55,12 +55,20 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         **_axes(scenario, front),
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
-            _task(task, problem.display.task(task.name), named[task.name], automaton.dead)
+            _task(task, problem.display.task(task.name), title[task.name], automaton.dead)
             for task, automaton in zip(problem.tasks, problem.automata, strict=True)
         ],
         "rules": [_rule(rule) for rule in problem.rules],
         "plans": [
-            _plan(scenario, plan_map, plans, i, recordings.get(i), _rank(problem, front, i)) for i in range(len(plans))
+            {
+                **_plan(scenario, plans, i, recordings.get(i), MOVE_TIME_S if plan_map else ACTION_TIME_S),
+                "rank": _rank(problem, front, i),
+                "path": plan_map.trail(named.plan).states.tolist() if plan_map else None,
+                "graph": {"at": graph.at, "note": graph.note, "words": graph.words} if graph else None,
+                "map_words": _map_words(scenario, named.ledger) if plan_map else None,
+            }
+            for i, named in enumerate(plans)
+            for graph in [graphs.get(i)]
         ],
     }
 
@@ -131,43 +139,32 @@ def _rank(problem: Problem, front: Front, i: int) -> str | None:
 
 
 def _plan(
-    scenario: Scenario,
-    plan_map: PlanMap | None,
-    plans: Sequence[NamedPlan],
-    i: int,
-    recording: Recording | None,
-    rank: str | None,
+    scenario: Scenario, plans: Sequence[NamedPlan], i: int, recording: Recording | None, period: float
 ) -> dict[str, Any]:
+    """Return what the page shows of a plan anywhere; without a recording, each action takes the time `period`, s."""
     problem, (plan, planned) = scenario.problem(), (plans[i].plan, plans[i].ledger)
     shown, run = planned, None
-    period = MOVE_TIME_S if plan_map else ACTION_TIME_S
     times = [(k * period, (k + 1) * period) for k in range(len(plan.actions))]
     if recording is not None:
         shown, run = _observed(problem, planned, recording), _run(recording, plan)
         begin = float(recording.proof.log.times[0])
         times = [(action.start - begin, action.end - begin) for action in recording.proof.log.about.actions]
     cheaper = range(i) if len(plans) <= MAX_PAIRED else sorted({i - 1, 0} - {i, -1})
-    explained = [_explanation(explain(scenario, plans[i], plans[j]), j) for j in cheaper]
+    explained: dict[int | None, Explanation] = {j: explain(scenario, plans[i], plans[j]) for j in cheaper}
+    if not explained:
+        explained[None] = explain_cheapest(scenario, plans[0])
     return {
         "index": i,
         **plan_json(plan),
-        "rank": rank,
         "worth": objectives_text(plan),
-        "explanations": explained or [_explanation(explain_cheapest(scenario, plans[0]), None)],
+        "explanations": [{"against": j, "headline": one[0], "details": one[1]} for j, one in explained.items()],
         "shares": [asdict(share) for share in shares(scenario.preference, plan)] if problem.is_bi_objective else [],
         "positions": {task: ordinal(place) for place, task in enumerate(planned.order)},
         "ledger": _ledger(shown),
         "times": [[round(start, 3), round(end, 3)] for start, end in times],
-        "path": plan_map.trail(plan).states.tolist() if plan_map else None,
-        "graph": None if plan_map else graph_data(scenario, plan),
-        "map_words": _map_words(scenario, planned) if plan_map else None,
         "checks": [asdict(check) for check in check_plan(problem, plan, planned)],
         "run": run,
     }
-
-
-def _explanation(explanation: Explanation, against: int | None) -> dict[str, Any]:
-    return {"against": against, "headline": explanation[0], "details": explanation[1]}
 
 
 def _ledger(ledger: Ledger) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """The pictures of a page that are drawn in advance: automata, and plans on maps and graphs."""
 
+from contextlib import suppress
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from experiments.figures import maps
 from experiments.figures.diagrams import automaton, node_link, route
@@ -10,12 +10,20 @@ from experiments.figures.diagrams.automaton_text import table_text
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.node_link import GraphvizError, program
 from experiments.figures.diagrams.route import WIDEST_PT, Route, SystemSizeError
-from prefplan import Automaton, Front, Plan, Problem, Scenario
+from prefplan import Front, Problem, Scenario
 
 
 def automata(problem: Problem) -> dict[str, str]:
-    """Return the automaton of every task as HTML."""
-    return {task.name: _automaton(one) for task, one in zip(problem.tasks, problem.automata, strict=True)}
+    """Return every task's automaton as HTML: a picture, a table without Graphviz, or a sentence if it is too large."""
+    found = {}
+    for task, one in zip(problem.tasks, problem.automata, strict=True):
+        try:
+            found[task.name] = node_link.svg(automaton.diagram(one), title=f"Automaton of {one.text}")
+        except AutomatonSizeError as error:
+            found[task.name] = f'<p class="small">No picture: {escape(str(error))}.</p>'
+        except GraphvizError:
+            found[task.name] = f"<pre>{escape(table_text(one))}</pre>"
+    return found
 
 
 def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
@@ -26,42 +34,17 @@ def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
     plan_map = maps.map_of(scenario)
     if plan_map is not None:
         return {i: maps.svg(plan_map, plan, folder=folder) for i, plan in enumerate(front)}
-    routes = {i: _route(scenario, plan) for i, plan in enumerate(front)}
     return {
-        i: node_link.svg(found.diagram, title=_words(found), widest=WIDEST_PT)
-        for i, found in routes.items()
-        if found is not None
+        i: node_link.svg(found.diagram, title=found.words, widest=WIDEST_PT)
+        for i, found in routes(scenario, front).items()
     }
 
 
-def graph_data(scenario: Scenario, plan: Plan) -> dict[str, Any] | None:
-    """Return the page's data on a plan's picture on a graph, JSON-ready; None if there is no picture."""
-    found = _route(scenario, plan)
-    if found is None:
-        return None
-    return {"at": list(found.at), "note": found.note, "words": _words(found)}
-
-
-def _automaton(found: Automaton) -> str:
-    """Return an automaton's picture, its table without Graphviz, or a sentence if it is too large for both."""
-    try:
-        return node_link.svg(automaton.diagram(found), title=f"Automaton of {found.text}")
-    except AutomatonSizeError as error:
-        return f'<p class="small">No picture: {escape(str(error))}.</p>'
-    except GraphvizError:
-        return f"<pre>{escape(table_text(found))}</pre>"
-
-
-def _route(scenario: Scenario, plan: Plan) -> Route | None:
-    if scenario.model.kind != "graph" or program() is None:
-        return None
-    try:
-        return route.route(scenario.problem().system, plan)
-    except SystemSizeError:
-        return None
-
-
-def _words(found: Route) -> str:
-    stops = [found.diagram.nodes[i].text[0] for i in dict.fromkeys(found.at)]
-    visited = ", ".join(stops)
-    return f"Graph of {len(found.diagram.nodes)} states with the plan on it; it visits {visited}"
+def routes(scenario: Scenario, front: Front) -> dict[int, Route]:
+    """Return the plans that can be drawn on a graph, by their number on the front."""
+    found: dict[int, Route] = {}
+    if scenario.model.kind == "graph" and program() is not None:
+        for i, plan in enumerate(front):
+            with suppress(SystemSizeError):
+                found[i] = route.route(scenario.problem().system, plan)
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import viser
@@ -88,7 +89,7 @@ class Panel:
         labels = [f"{i}: {objectives_text(plan)}" for i, plan in enumerate(session.show.plans)]
         self._rows = [gui.add_button(text, color="gray", hint="carry out this plan from the start") for text in labels]
         for i, row in enumerate(self._rows):
-            row.on_click(lambda event, i=i: session.choose(i))
+            row.on_click(partial(lambda i, event: session.choose(i), i))
         beside = {ALONE: None} | {text: i for i, text in enumerate(labels)}
         other = gui.add_dropdown("Beside it", tuple(beside), initial_value=ALONE, hint="another plan, by a second arm")
         other.on_update(lambda event: session.beside(beside[other.value]))

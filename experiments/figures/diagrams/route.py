@@ -48,6 +48,12 @@ class Route:
     at: tuple[int, ...]
     note: str | None
 
+    @property
+    def words(self) -> str:
+        """What is drawn, for readers who cannot see it."""
+        visited = ", ".join(self.diagram.nodes[i].text[0] for i in dict.fromkeys(self.at))
+        return f"Graph of {len(self.diagram.nodes)} states with the plan on it; it visits {visited}"
+
 
 def route(system: System, plan: Plan) -> Route:
     """Return a small graph with a plan on it; of a large graph, only states that the plan visits.
