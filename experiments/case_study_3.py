@@ -31,7 +31,7 @@ OUT = Path("out", SCENARIO)
 
 def main(out: Path = OUT, *, quiet: bool = False) -> int:
     """Plan, carry both plans out with videos and a report in a folder, and return the exit status."""
-    console = Console(highlight=False)
+    console = Console()
     scenario = load(SCENARIO)
     front = pareto_front(scenario.problem())
     output.show_front(console, scenario, front, lambda i: f"`prefplan plan {SCENARIO} --plan {i}` prints all")

@@ -43,7 +43,7 @@ def reproduce(out: Path, quick: bool) -> int:
     The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs
     or could not be completed, 2 for a wrong call and 130 after Ctrl-C.
     """
-    report = Report(Console(highlight=False))
+    report = Report(Console())
     load_planner(quiet=is_quiet())
     make_folder(out)
 

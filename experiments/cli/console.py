@@ -6,7 +6,6 @@ from typing import Any, NoReturn
 import rich.console
 from rich.segment import Segment
 from rich.table import Table
-from rich.text import Text
 
 from prefplan.text.layout import printable_lines
 
@@ -20,9 +19,9 @@ COLUMN_GAP = (0, 2, 0, 0)
 class Console(rich.console.Console):
     """Standard output that may be a terminal, a file, or a pipe whose reader closes it early."""
 
-    def __init__(self, *, highlight: bool = True, stderr: bool = False) -> None:
-        """Write to stdout, or to stderr, where lines wrap; `highlight` colours numbers and paths on a terminal."""
-        super().__init__(soft_wrap=not stderr, highlight=highlight, stderr=stderr)
+    def __init__(self, *, stderr: bool = False) -> None:
+        """Write to stdout, or to stderr, where lines wrap; a string is text, whatever brackets and colons are in it."""
+        super().__init__(soft_wrap=not stderr, stderr=stderr, markup=False, emoji=False, highlight=False)
         if not self.is_terminal:
             self.width = UNLIMITED
 
@@ -60,9 +59,9 @@ def table(
 
     `right` are the numbers of the columns that are aligned to the right, and `bold` of those that stand out.
     """
-    found = Table(title=Text(title, style="table.title") if title else None, title_justify="left")
+    found = Table(title=title or None, title_justify="left")
     for k, head in enumerate(heads):
-        found.add_column(Text(head), justify="right" if k in right else "left", style="bold" if k in bold else None)
+        found.add_column(head, justify="right" if k in right else "left", style="bold" if k in bold else None)
     for cells in rows:
-        found.add_row(*map(Text, cells))
+        found.add_row(*cells)
     return found

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.text import Text
 
 import prefplan as pp
 from experiments.cli.console import table
@@ -84,14 +83,14 @@ def show_front(console: Console, scenario: pp.Scenario, front: pp.Front, whole: 
     for note in front.notes:
         console.print(note, style="dim")
     for block in front.listing(whole):
-        console.print(Text(f"\n{block}"))
+        console.print(f"\n{block}")
 
 
 def show_plan(console: Console, scenario: pp.Scenario, plan: pp.Plan, geometry: Geometry | None = None) -> None:
     """Print one plan with its costs and the cost of each task, and what was left out for it."""
     costs, *lines = str(plan).split("\n")
     console.print(f"{scenario.name}: {costs}", style="bold")
-    console.print(Text("\n".join(lines)))
+    console.print("\n".join(lines))
     notes = [*scenario.problem().assumptions, geometry.note if geometry else None]
     for note in filter(None, notes):
         console.print(note, style="dim")

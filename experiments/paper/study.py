@@ -83,12 +83,12 @@ class Study:
         if self.failure is None:
             console.print(table(self.title, ("", "paper", "ours", "verdict"), rows))
         else:
-            console.print(f"{self.title}: {self.failure}", markup=False)
+            console.print(f"{self.title}: {self.failure}")
         for finding in self.findings:
             if finding.remark:
-                console.print(f"  {finding.what}: {finding.remark}", markup=False, style="dim")
+                console.print(f"  {finding.what}: {finding.remark}", style="dim")
         for picture, _ in self.figures:
-            console.print(f"  {picture}", markup=False)
+            console.print(f"  {picture}")
         console.print()
 
 
@@ -97,10 +97,10 @@ def show_alone(study: Study, reproduce: Callable[[Study, Path], None]) -> int:
     out = Path("out", study.title.lower().replace(" ", "_"))
     make_folder(out)
     reproduce(study, out)
-    console = Console(highlight=False)
+    console = Console()
     study.show(console)
     for text in study.texts:
-        console.print(text, markup=False)
+        console.print(text)
     return 0 if study.reproduced else 1
 
 

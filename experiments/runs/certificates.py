@@ -72,7 +72,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, *, gi
     """
     claims = log.about.claims
     what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
-    console.print(Text(printable(f"{what}: {certificate.verdict}"), style="bold"))
+    console.print(printable(f"{what}: {certificate.verdict}"), style="bold")
     for plain, checks in groupby(certificate.checks, key=_is_plain):
         row = list(checks)
         if plain and len(row) > 1:
@@ -88,7 +88,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, *, gi
         notes.append("not proved: that the log is of your scenario; --scenario FILE simulates it there")
     notes.append(f"never proved: {OPEN}")
     for note in notes:
-        console.print(Text(f"  {note}", style="dim"))
+        console.print(f"  {note}", style="dim")
 
 
 def _is_plain(check: Check) -> bool:

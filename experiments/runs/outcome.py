@@ -1,6 +1,6 @@
 """The outcome of a run, as text and as JSON."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -72,10 +72,13 @@ class Outcome:
         return self.setting.get("seed")
 
     @property
-    def quantity(self) -> str | None:
-        """The measured quantity that is the cost, one of `QUANTITIES`; None if costs were given as numbers."""
+    def measured(self) -> dict[str, Any] | None:
+        """The quantity that is the cost, as predicted and as executed; None if costs were given as numbers."""
         costs = self.scene.model.costs
-        return costs.quantity if isinstance(costs, MeasuredCosts) else None
+        if not isinstance(costs, MeasuredCosts):
+            return None
+        executed = float(sum(getattr(step.effort, costs.quantity) for step in self.run.steps))
+        return {"quantity": costs.quantity, "predicted": self.ledger.final.cost, "executed": round(executed, 3)}
 
     @property
     def completed(self) -> bool:
@@ -117,12 +120,8 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
         "certified": None if outcome.certificate is None else outcome.certificate.confirmed,
         "events": [{"time": round(event.time, 3), "kind": event.kind} | event.detail for event in run.events],
     }
-    if outcome.quantity is not None:
-        result["measured"] = {
-            "quantity": outcome.quantity,
-            "predicted": outcome.ledger.final.cost,
-            "executed": round(_executed(outcome, outcome.quantity), 3),
-        }
+    if outcome.measured:
+        result["measured"] = outcome.measured
     if outcome.faults:
         result["seed"] = outcome.seed
         result["faults"] = [
@@ -137,11 +136,6 @@ def outcome_json(outcome: Outcome) -> dict[str, Any]:
     return result
 
 
-def _executed(outcome: Outcome, quantity: str) -> float:
-    """Return the measured quantity summed over all actions, in its unit."""
-    return float(sum(getattr(step.effort, quantity) for step in outcome.run.steps))
-
-
 def show_outcome(console: Console, outcome: Outcome) -> None:
     """Print an outcome."""
     plan, run, name = outcome.plan, outcome.run, outcome.scenario.name
@@ -153,29 +147,28 @@ def show_outcome(console: Console, outcome: Outcome) -> None:
         console.print(f"{name}: {verdict} after {done}", style="bold")
         console.print(f"  {outcome.reason}")
     for line in news_of((event for event in run.events if event.kind != "ended"), plan.display):
-        console.print(f"  {line}", markup=False)
+        console.print(f"  {line}")
     if outcome.faults:
         console.print(f"  seed of the faults {outcome.seed or 0}")
     for task, cost in outcome.task_costs.items():
         shown = plan.display.task(task)
         if task in outcome.ledger.final.satisfied:
-            console.print(f"  {shown} satisfied at cost {number(cost)}", markup=False)
+            console.print(f"  {shown} satisfied at cost {number(cost)}")
         else:
             lost = ", and no longer possible" if task in run.violated else ""
-            console.print(f"  {shown} not satisfied{lost}", markup=False)
+            console.print(f"  {shown} not satisfied{lost}")
     console.print(f"  penalty of the plan {number(plan.preference)}")
-    if outcome.quantity is not None:
-        unit, executed = QUANTITIES[outcome.quantity], _executed(outcome, outcome.quantity)
-        console.print(
-            f"  {outcome.quantity} {executed:.1f} {unit}, predicted {number(outcome.ledger.final.cost)} {unit}"
-        )
+    if outcome.measured:
+        quantity, predicted, executed = outcome.measured.values()
+        unit = QUANTITIES[quantity]
+        console.print(f"  {quantity} {executed:.1f} {unit}, predicted {number(predicted)} {unit}")
     console.print(f"  placed to within {run.placement_error * 1000:.1f} mm")
     factor = run.sim_seconds / run.wall_seconds
     console.print(f"  {run.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
         console.print(f"  video: {outcome.video}")
     if outcome.proof:
-        console.print(f"  log: {outcome.proof.path}", markup=False)
+        console.print(f"  log: {outcome.proof.path}")
     if outcome.certificate:
         console.print(f"  {in_a_line(outcome.certificate)}")
 
@@ -192,14 +185,9 @@ def _in_words(event: Event, display: DisplayNames) -> str:
     if event.kind == "replan":
         detail |= {key: number(detail[key]) for key in ("cost", "preference")}
         detail["plan"] = condense([*map(display.action, detail["plan"])]) or "nothing is left to do"
-        detail["plan"] += "".join(
-            f"; {display.task(name)} is violated as it is written" for name in detail.get("violated", ())
-        )
-        detail["plan"] += "".join(_spot(name, spot, display) for name, spot in detail.get("spots", {}).items())
+        for name in detail.get("violated", ()):
+            detail["plan"] += f"; {display.task(name)} is violated as it is written"
+        for name, spot in detail.get("spots", {}).items():  # temporary locations, each in a line of its own
+            where = "at x {:.3f}, y {:.3f} m".format(*spot["at"])
+            detail["plan"] += f"\n    {name}: where {display.obj(spot['object'])} lies, off every location, {where}"
     return NEWS[event.kind].format(**detail)
-
-
-def _spot(name: str, spot: Mapping[str, Any], display: DisplayNames) -> str:
-    """Return what a temporary location is, in a line of its own."""
-    x, y = spot["at"]
-    return f"\n    {name}: where {display.obj(spot['object'])} lies, off every location, at x {x:.3f}, y {y:.3f} m"

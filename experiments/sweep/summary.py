@@ -7,7 +7,6 @@ from statistics import median
 from typing import Any
 
 from rich.console import Console
-from rich.text import Text
 
 from experiments.cli.console import table
 from experiments.sweep.workers import Record
@@ -130,12 +129,12 @@ def show_summary(console: Console, summary: Mapping[str, Any]) -> None:
     found.show_header = False
     console.print(found)
     for kind in summary["failures"]:
-        console.print(Text(f"\n{kind['count']} x {kind['class']}"))
+        console.print(f"\n{kind['count']} x {kind['class']}")
         for rollout in kind["rollouts"]:
-            console.print(Text(f"  {rollout['replay']}"))
+            console.print(f"  {rollout['replay']}")
     for verdict in ("refuted", "findings"):
         for rollout in certificates[verdict][:SHOWN]:
-            console.print(Text(f"\n{verdict}: {'; '.join(rollout[verdict])}\n  {rollout['replay']}"))
+            console.print(f"\n{verdict}: {'; '.join(rollout[verdict])}\n  {rollout['replay']}")
 
 
 def share(count: int, total: int) -> str:

@@ -87,7 +87,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
         output.print_json(told | {"actions": contents["actions"], "failed": failed})
     else:
-        _show(Console(highlight=False), loaded.name, file, done, kinds=scene.model.kinds, before=before)
+        _show(Console(), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         tell(f"not measured: {failure.reason}")
     if interrupted:

@@ -94,7 +94,7 @@ def _ended(outcome: Outcome, *, as_json: bool) -> int:
     if as_json:
         output.print_json(outcome_json(outcome))
     else:
-        show_outcome(Console(highlight=False), outcome)
+        show_outcome(Console(), outcome)
     for event in outcome.run.events:
         if event.kind == "not injected":
             tell(NEWS[event.kind].format(**event.detail))

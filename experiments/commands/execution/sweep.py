@@ -88,7 +88,7 @@ def sweep(
     if as_json:
         output.print_json(result)
     else:
-        console = Console(highlight=False)
+        console = Console()
         show_summary(console, result)
         console.print(f"\nRecords: {path}", style="dim")
     if interrupted:

@@ -44,7 +44,7 @@ def doctor(as_json: bool) -> int:
     if as_json:
         output.print_json({"well": well, "findings": [asdict(finding) for finding in found]})
     else:
-        _show(Console(highlight=False), found)
+        _show(Console(), found)
     return DONE if well else FAILED
 
 
@@ -54,7 +54,7 @@ def _show(console: Console, found: list[Diagnosis]) -> None:
     width = max(len(finding.name) for finding in found)
     indent = " " * (wide + len(GAP) + width + len(GAP))
     for finding in found:
-        status = Text(f"{finding.status:<{wide}}", style=colours[finding.status])
+        status = f"{finding.status:<{wide}}", colours[finding.status]
         console.print(Text.assemble(status, GAP, (f"{finding.name:<{width}}", "bold"), GAP, finding.found))
         if finding.fix:
-            console.print(Text(f"{indent}fix: {finding.fix}"))
+            console.print(f"{indent}fix: {finding.fix}")

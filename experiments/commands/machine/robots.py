@@ -46,5 +46,5 @@ def robots(as_json: bool) -> int:
         available = "yes" if one["available"] else f"no: {one['reason']}"
         rows.append((one["name"], one["title"], str(one["degrees_of_freedom"]), payload, available))
     heads = ("robot", "what it is", "joints", "payload", "available here")
-    Console(highlight=False).print(table("", heads, rows, right=(2, 3), bold=[0]))
+    Console().print(table("", heads, rows, right=(2, 3), bold=[0]))
     return DONE

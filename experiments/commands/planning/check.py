@@ -49,7 +49,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     if as_json:
         output.print_json(found)
     else:
-        _show(Console(highlight=False), found, loaded.problem().display)
+        _show(Console(), found, loaded.problem().display)
     for warning in found["warnings"]:
         tell(f"warning: {warning}")
     for fault in found["faults"]:
@@ -65,7 +65,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
 
 def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> None:
     """Print what `experiments.checks.checkup.check` found."""
-    console.print(f"{found['scenario']}: a {found['kind']} model", style="bold", markup=False)
+    console.print(f"{found['scenario']}: a {found['kind']} model", style="bold")
     if found["states"] is None:
         size = "states not counted" if found["interrupted"] else "more states than could be listed"
     else:
@@ -78,11 +78,11 @@ def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> 
         if found["contract"] not in ("additive", "convex"):  # these ask nothing of the user
             console.print(f"  preference: {found['contract']} contract; {found['meaning']}")
     else:
-        console.print(f"  costs: {', '.join(costs)}", markup=False)
+        console.print(f"  costs: {', '.join(costs)}")
         for one in preferences:
             needs = f"; a front needs --at-most {one['of']}=VALUE" if one["contract"] == "general" else ""
             told = f"  preference {one['name']}, of {one['of']}: {one['contract']} contract{needs}"
-            console.print(told, markup=False)
+            console.print(told)
     if found["scene"] is not None:
         console.print(f"  the arm {'can' if found['scene'] else 'cannot'} work in its scene")
     if found["places"]:

@@ -50,4 +50,4 @@ def _show(found: Sequence[dict[str, Any]]) -> None:
     rows = [(one["name"], f"{one['summary']} ({one['kind']}, {one['tasks']} tasks)") for one in found]
     shown = table("", ("scenario", "what it is about"), rows, bold=[0])
     shown.show_lines, shown.columns[0].no_wrap = True, True  # on a terminal most summaries wrap; names are copied
-    Console(highlight=False).print(shown)
+    Console().print(shown)

@@ -19,7 +19,8 @@ def diagram(automaton: Automaton) -> Diagram:
             f"the automaton of '{automaton.text}' has {automaton.size} states, and only one of up to {MOST_STATES} "
             "can be drawn so that it can be read"
         )
-    nodes = [Node(f"q{state}", (str(state),), _kind(automaton, state)) for state in range(automaton.size)]
+    kinds = {automaton.accepting: "accepting", automaton.dead: "dead"}
+    nodes = [Node(f"q{state}", (str(state),), kinds.get(state, "plain")) for state in range(automaton.size)]
     edges = [
         Edge(state, target, text)
         for state in range(automaton.size)
@@ -27,7 +28,3 @@ def diagram(automaton: Automaton) -> Diagram:
         if not (state == target and state in (automaton.accepting, automaton.dead))
     ]
     return Diagram(nodes, edges)
-
-
-def _kind(automaton: Automaton, state: int) -> str:
-    return {automaton.accepting: "accepting", automaton.dead: "dead"}.get(state, "plain")

@@ -5,9 +5,8 @@ import json
 import re
 
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
+from experiments.cli.console import table
 from experiments.figures.diagrams.guards import cover, product, targets
 from prefplan.logic.dfa import Automaton
 from prefplan.logic.normal_form import parse
@@ -22,23 +21,22 @@ def show_table(console: Console, automaton: Automaton) -> None:
     count = counted(automaton.size, "state")
     text, read = _one_line(automaton.text), str(parse(automaton.text))
     same = re.sub(r"[\s()]", "", text) == re.sub(r"[\s()]", "", read)
-    table = Table(title=Text(f"{text}{'' if same else f', read as {read}'}: {count}"), title_justify="left")
-    table.add_column("state")
-    table.add_column("guard")
-    table.add_column("next state", justify="right")
+    title = f"{text}{'' if same else f', read as {read}'}: {count}"
+    found = table(title, ("state", "guard", "next state"), (), right=[2])
     for state in range(automaton.size):
-        name = " ".join([str(state), *_roles(automaton, state)])
+        roles = {"(start)": 0, "(accepting)": automaton.accepting, "(dead)": automaton.dead}
+        name = " ".join([str(state), *(role for role, holder in roles.items() if holder == state)])
         for target in targets(automaton, state):
             for term in cover(automaton, state, target):
-                table.add_row(Text(name), Text(product(term)), str(target))
+                found.add_row(name, product(term), str(target))
                 name = ""
-        table.add_section()
-    console.print(table)
+        found.add_section()
+    console.print(found)
 
 
 def table_text(automaton: Automaton) -> str:
     """Return that table as text."""
-    console = Console(file=io.StringIO(), width=TEXT_COLUMNS, no_color=True)
+    console = Console(file=io.StringIO(), width=TEXT_COLUMNS, no_color=True, markup=False, emoji=False)
     with console.capture() as capture:
         show_table(console, automaton)
     return capture.get()
@@ -71,11 +69,6 @@ def hoa(automaton: Automaton) -> str:
             label = "&".join(str(number[name]) if holds else f"!{number[name]}" for name, holds in guard.items())
             lines.append(f"[{label or 't'}] {target}")
     return "\n".join([*lines, "--END--", ""])
-
-
-def _roles(automaton: Automaton, state: int) -> list[str]:
-    roles = {"(start)": 0, "(accepting)": automaton.accepting, "(dead)": automaton.dead}
-    return [role for role, holder in roles.items() if holder == state]
 
 
 def _one_line(text: str) -> str:

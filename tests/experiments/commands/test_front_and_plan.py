@@ -10,6 +10,7 @@ import pytest
 from command_line import Run, assert_is_error
 from scenario_texts import DETOUR, PLACES, cup_scenario, task_tables
 
+from experiments.checks import diagnosis
 from experiments.cli.choice import Wanted, choose
 from experiments.runs import geometry
 from prefplan.front import Front, UnfinishedError
@@ -54,14 +55,15 @@ def test_off_a_terminal_a_front_is_plain_columns(run: Run, detour: Path, monkeyp
     assert out.isascii()
 
 
-def test_no_color_turns_colours_off_on_a_terminal(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_color_turns_colours_off_on_a_terminal(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosis, "CHECKS", (diagnosis.python,))
     colour = re.compile(r"\x1b\[[0-9;]*3[0-7]")
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.delenv("NO_COLOR", raising=False)
-    assert colour.search(run("front", "detour.toml").out)
+    assert colour.search(run("doctor").out)
     monkeypatch.setenv("NO_COLOR", "1")
-    assert not colour.search(run("front", "detour.toml").out)
+    assert not colour.search(run("doctor").out)
 
 
 def test_a_plan_is_told_with_its_costs(run: Run, detour: Path) -> None:
