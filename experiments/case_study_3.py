@@ -10,18 +10,17 @@ from pathlib import Path
 from experiments.cli import output
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
-from experiments.cli.progress import Bars, Tell
+from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, FAILED, INTERRUPTED
 from experiments.paper.arm import ABOUT, TITLE, compare_plans
 from experiments.paper.study import Study
 from experiments.report.page import write_page
-from experiments.report.recordings import Recording, keep
-from experiments.runs.outcome import Outcome, show_outcome
+from experiments.report.recordings import keep
+from experiments.runs.outcome import show_outcome
 from experiments.runs.run_plan import run_plan, scene_of
-from prefplan import Plan, Scenario, load, pareto_front
+from prefplan import load, pareto_front
 from prefplan.text.layout import number
 from sim.rendering.clips import compose
-from sim.world.scene import Scene
 
 SCENARIO = "case_study_3"
 
@@ -46,12 +45,14 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
         plan = front[index]
         console.print(f"\nCarrying out the {name}-optimal plan (cost {number(plan.cost)})")
         with Bars(quiet=quiet) as bars:
-            outcome, recording = perform(scenario, scene, plan, out / name, tell=bars)
+            outcome = run_plan(scenario, scene, plan, video=out / f"{name}.mp4", tell=bars)
+            if not outcome.interrupted:
+                bars("checking", 0, 0, "the log")
+                recordings[index] = keep(plan, outcome, out / name)
         show_outcome(console, outcome)
-        if recording is None:
+        if outcome.interrupted:
             return INTERRUPTED
         outcomes.append(outcome)
-        recordings[index] = recording
     console.print("\nVideos")
     for outcome in outcomes:
         console.print(f"  {outcome.video or outcome.no_video}")
@@ -65,17 +66,6 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
     page = write_page(scenario, front, recordings, out)
     console.print(f"\nReport (open it in a browser)\n  {page}")
     return DONE if all(outcome.run.completed for outcome in outcomes) else FAILED
-
-
-def perform(
-    scenario: Scenario, scene: Scene, plan: Plan, path: Path, *, tell: Tell
-) -> tuple[Outcome, Recording | None]:
-    """Carry a plan out and write its video and recording to `path` plus an ending; if interrupted, write neither."""
-    outcome = run_plan(scenario, scene, plan, video=path.with_suffix(".mp4"), tell=tell)
-    if outcome.interrupted:
-        return outcome, None
-    tell("checking", 0, 0, "the log")
-    return outcome, keep(plan, outcome, path)
 
 
 if __name__ == "__main__":

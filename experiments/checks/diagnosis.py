@@ -11,14 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 from experiments.cli.start import has_simulation
-from prefplan.limits import available_memory
 
 OK, WARNING, PROBLEM = "ok", "warning", "problem"
 
 ENCODING_TIMEOUT_S = 60.0
-
-ENOUGH_MEMORY_BYTES = 2**30
-"""With less free memory, searches of usual size end early."""
 
 ENCODING = ["-f", "lavfi", "-i", "testsrc=size=64x64:rate=5:duration=1", "-c:v", "libx264", "-f", "null", "-"]
 """Arguments of ffmpeg that encode one second of video with the codec of all videos, and discard it."""
@@ -62,15 +58,6 @@ def planner() -> Diagnosis:
         fix = f"{sys.executable} -m prefplan.warm_up"
         return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", fix)
     return Diagnosis("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")
-
-
-def memory() -> Diagnosis:
-    """Whether enough memory is free."""
-    free = available_memory()
-    text = f"{free / 2**30:.1f} GiB free"
-    if free < ENOUGH_MEMORY_BYTES:
-        return Diagnosis("memory", WARNING, f"{text}: long searches may end early")
-    return Diagnosis("memory", OK, text)
 
 
 def simulation() -> Diagnosis:
@@ -130,7 +117,7 @@ def meshes() -> Diagnosis:
     return Diagnosis("meshes", OK, f"of all {len(FINISHES)} links ({folder})")
 
 
-CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, planner, memory, simulation)
+CHECKS: tuple[Callable[[], Diagnosis], ...] = (python, planner, simulation)
 
 SIMULATION_CHECKS: tuple[Callable[[], Diagnosis], ...] = (rendering, ffmpeg, meshes)
 """Checks that need the simulation to load."""

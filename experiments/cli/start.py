@@ -4,7 +4,6 @@ import os
 import resource
 import signal
 import sys
-import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -28,22 +27,10 @@ LEAST_ADDRESS_SPACE = 3 * 2**29
 LOADING_POLL_S = 0.05
 """Time after which a Ctrl-C is tried again that came while a library loads."""
 
-WAITING = "Ctrl-C while a library loads"
-"""Name of the thread that tries it again."""
-
 
 def has_simulation() -> bool:
     """Return whether the libraries that move the arm are installed; a damaged one may still fail to load."""
     return all(map(find_spec, ("mujoco", "mink")))
-
-
-def check_address_space() -> None:
-    """Raise LimitError if `ulimit -v` leaves no room for numba, and say so."""
-    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if 0 <= allowed < LEAST_ADDRESS_SPACE:
-        needed = f"{allowed / 2**20:.0f} MiB of virtual memory are allowed, {LEAST_ADDRESS_SPACE / 2**20:.0f} needed"
-        tell(f"ulimit -v: {needed}")
-        raise LimitError("memory")
 
 
 def load_planner(*, quiet: bool = False) -> None:
@@ -55,8 +42,16 @@ def load_planner(*, quiet: bool = False) -> None:
 
 @contextmanager
 def _loading_numba(quiet: bool) -> Iterator[None]:
-    """Load numba without what it does not need; once its functions are made, say if they are still to be compiled."""
-    check_address_space()
+    """Load numba without what it does not need; once its functions are made, say if they are still to be compiled.
+
+    Raises:
+        LimitError: `ulimit -v` leaves no room for numba, which is said.
+    """
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if 0 <= allowed < LEAST_ADDRESS_SPACE:
+        needed = f"{allowed / 2**20:.0f} MiB of virtual memory are allowed, {LEAST_ADDRESS_SPACE / 2**20:.0f} needed"
+        tell(f"ulimit -v: {needed}")
+        raise LimitError("memory")
     with _hidden(UNNEEDED):
         import numba.core.typing.cffi_utils
         import numba.np.arraymath  # noqa: F401
@@ -105,16 +100,14 @@ def handle_ctrl_c() -> None:
     Libraries drop a KeyboardInterrupt while they load, or print a traceback.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _interrupt)
+        for number in (signal.SIGINT, signal.SIGALRM):
+            signal.signal(number, _interrupt)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
-            if not any(thread.name == WAITING for thread in threading.enumerate()):
-                again = threading.Timer(LOADING_POLL_S, signal.pthread_kill, [threading.main_thread().ident, number])
-                again.name, again.daemon = WAITING, True
-                again.start()
+            signal.setitimer(signal.ITIMER_REAL, LOADING_POLL_S)
             return
         frame = frame.f_back
     raise KeyboardInterrupt

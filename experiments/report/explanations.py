@@ -1,8 +1,9 @@
 """Why a plan costs more than another one, and what it gains: sentences derived from the two plans."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations, product
 
 from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.preference_words import shares
@@ -138,19 +139,14 @@ def _overtakings(
 ) -> Iterator[str]:
     """Yield which tasks are done before tasks preferred later, but not before them in the other plan, as clauses."""
     groups = [(entry,) if isinstance(entry, str) else entry for entry in order]
-    overtaking: dict[tuple[str, ...], list[str]] = {}
-    for k, group in enumerate(groups):
-        for task in group:
-            later = tuple(
-                name[other_task]
-                for behind in groups[k + 1 :]
-                for other_task in behind
-                if _before(plan, task, other_task) and not _before(other, task, other_task)
-            )
-            if later:
-                overtaking.setdefault(later, []).append(name[task])
-    for later, tasks in overtaking.items():
-        yield f"{listed(tasks)} {'is' if len(tasks) == 1 else 'are'} done {side} {listed(later)}"
+    later = defaultdict[str, list[str]](list)
+    for first, then in combinations(groups, 2):
+        for task, behind in product(first, then):
+            if _before(plan, task, behind) and not _before(other, task, behind):
+                later[task].append(name[behind])
+    for behind in dict.fromkeys(map(listed, later.values())):
+        tasks = [name[task] for task, overtaken in later.items() if listed(overtaken) == behind]
+        yield f"{listed(tasks)} {'is' if len(tasks) == 1 else 'are'} done {side} {behind}"
 
 
 def _before(ledger: Ledger, one: str, other: str) -> bool:

@@ -1,6 +1,5 @@
 """`prefplan list`: the scenarios that ship."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import prefplan as pp
@@ -25,7 +24,10 @@ def list(as_json: bool) -> int:
     """
     found = [_entry(name) for name in scenarios.names()]
     if not as_json:
-        _show(found)
+        rows = [(one["name"], f"{one['summary']} ({one['kind']}, {one['tasks']} tasks)") for one in found]
+        shown = table("", ("scenario", "what it is about"), rows, bold=[0])
+        shown.show_lines, shown.columns[0].no_wrap = True, True  # on a terminal most summaries wrap; names are copied
+        Console().print(shown)
         return DONE
     from prefplan.preferences.objective import Measure
 
@@ -44,10 +46,3 @@ def _entry(name: str) -> dict[str, Any]:
     values = contents(text, path)
     summary = scenarios.first_sentence(text)
     return {"name": name, "kind": values["model"]["kind"], "tasks": len(values["tasks"]), "summary": summary}
-
-
-def _show(found: Sequence[dict[str, Any]]) -> None:
-    rows = [(one["name"], f"{one['summary']} ({one['kind']}, {one['tasks']} tasks)") for one in found]
-    shown = table("", ("scenario", "what it is about"), rows, bold=[0])
-    shown.show_lines, shown.columns[0].no_wrap = True, True  # on a terminal most summaries wrap; names are copied
-    Console().print(shown)

@@ -156,16 +156,14 @@ def source(diagrams: Mapping[str, Diagram], direction: str = "LR") -> str:
         widest = max(len(line) for edge in loops for line in _lines(edge))
         gap = max(gap, (gap + LETTER_PT * widest - NODE_PT) / 2)
     # Pictures go from the bottom to the top if ranks go to the right.
-    parts = [_part(k, title, diagram, direction) for k, (title, diagram) in enumerate(diagrams.items())][::-1]
+    parts = []
+    for k, (title, diagram) in reversed([*enumerate(diagrams.items())]):
+        parts += [f"subgraph cluster_{k} {{", *_statements(k, title, diagram, direction), "}"]
     header = f"""digraph {{
 rankdir={direction}; pad=0.1; ranksep={2 * gap / POINTS_PER_INCH:.2f}; nodesep=0.3
 node [{FONT}, height=0.47, width=0.47, margin="0.12,0.06"]
 edge [{FONT}, arrowsize=0.7]"""
     return "\n".join([header, *parts, "}\n"])
-
-
-def _part(k: int, title: str, diagram: Diagram, direction: str) -> str:
-    return "\n".join([f"subgraph cluster_{k} {{", *_statements(k, title, diagram, direction), "}"])
 
 
 def _statements(k: int, title: str, diagram: Diagram, direction: str) -> Iterator[str]:

@@ -83,7 +83,12 @@ def route(system: System, plan: Plan) -> Route:
     at = [0]
     for state in visited[1:]:
         at.append(node_of.get(state, at[-1]))
-    return Route(_diagram(system, shown, labels), tuple(at), note)
+    nodes = [Node(f"s{i}", _text(system, state)) for i, state in enumerate(shown)]
+    edges = []
+    for ends, texts in labels.items():
+        numbered = [f"{', '.join(steps)}. {action}" if steps else action for action, steps in texts.items()]
+        edges.append(Edge(*ends, " | ".join(numbered), "taken" if any(texts.values()) else "plain"))
+    return Route(Diagram(nodes, edges), tuple(at), note)
 
 
 def draw(system: System, front: Front, path: Path) -> None:
@@ -127,20 +132,6 @@ def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | Non
         raise SystemSizeError(f"the plan visits {len(shown)} states with propositions, too many to draw")
     size = system.size if isinstance(system, TransitionSystem) else "very many"
     return shown, f"Drawn of {size} states: {which}."
-
-
-def _diagram(system: System, states: Sequence[Any], labels: Labels) -> Diagram:
-    nodes = [Node(f"s{i}", _text(system, state)) for i, state in enumerate(states)]
-    edges = [
-        Edge(*ends, " | ".join(map(_numbered, texts.items())), "taken" if any(texts.values()) else "plain")
-        for ends, texts in labels.items()
-    ]
-    return Diagram(nodes, edges)
-
-
-def _numbered(text: tuple[str, Sequence[str]]) -> str:
-    action, steps = text
-    return f"{', '.join(steps)}. {action}" if steps else action
 
 
 def _text(system: System, state: Any) -> tuple[str, ...]:

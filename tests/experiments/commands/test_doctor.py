@@ -21,7 +21,7 @@ def test_this_machine_is_diagnosed(run: Run) -> None:
     assert problems <= {"rendering"}
     assert (result.status, result.json["well"]) == ((4, False) if problems else (0, True))
     assert found["simulation"]["found"].startswith("MuJoCo 3.")
-    names = ["python", "planner", "memory", "simulation", "rendering", "ffmpeg", "meshes"]
+    names = ["python", "planner", "simulation", "rendering", "ffmpeg", "meshes"]
     assert list(found) == names
     assert all(set(finding) == {"name", "status", "found", "fix"} for finding in found.values())
     assert all(finding["fix"] is None for finding in found.values() if finding["status"] == OK)
