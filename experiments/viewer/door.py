@@ -6,7 +6,6 @@ values that its controls do not have, are refused.
 """
 
 import http
-import math
 import secrets
 from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import fields, replace
@@ -140,7 +139,7 @@ def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
     if index is not None and not (type(index) is int and 0 <= index < len(getattr(node, "batched_positions", (0,)))):
         return f"there is no instance {index!r} of {name!r}"
     for field in fields(message):
-        if not all(map(_is_near, _numbers(getattr(message, field.name)))):
+        if not all(abs(number) <= FARTHEST for number in _numbers(getattr(message, field.name))):
             return f"{field.name} is {getattr(message, field.name)!r}"
     return None
 
@@ -165,7 +164,3 @@ def _numbers(value: Any) -> Iterable[Any]:
             yield from _numbers(part)
     elif isinstance(value, (int, float)):
         yield value
-
-
-def _is_near(number: float) -> bool:
-    return math.isfinite(number) and abs(number) <= FARTHEST
