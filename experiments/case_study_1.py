@@ -28,10 +28,5 @@ def reproduce(study: Study, out: Path) -> None:
     study.draw(scenario, front, out / "figure_3.svg")
 
 
-def main() -> int:
-    """Carry the study out; return 1 if the front is not the published one."""
-    return show_alone(Study(TITLE, ABOUT), reproduce)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(show_alone(Study(TITLE, ABOUT), reproduce))

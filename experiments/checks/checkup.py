@@ -71,7 +71,7 @@ def check(
         wanted = [task["achievable"] is True for task in tasks]
         faults += arm.faults or ()
         faults += tasks_out_of_reach(problem, wanted, arm.places or (), partial(is_achievable, limits=limits))
-    size = size_of(problem.system, limits)
+    size, names = size_of(problem.system, limits), problem.cost_names
     finished = size["states"] is not None and all(task["achievable"] is not None for task in tasks)
     return {
         "scenario": scenario.name,
@@ -83,19 +83,15 @@ def check(
         "tasks": tasks,
         "contract": contract,
         "meaning": SEARCHES[contract],
-        "preferences": _preferences(problem),
-        "costs": list(problem.cost_names),
+        "preferences": [
+            {"name": one.name, "contract": one.measure.contract, "of": names[one.cost]} for one in problem.objectives
+        ],
+        "costs": list(names),
         "scene": None if arm is None or arm.faults is None else not arm.faults,
         "places": None if arm is None or arm.places is None else [_place_json(one) for one in arm.places],
         "faults": faults,
         "warnings": [*(arm.warnings if arm else ()), *_warnings(problem, size["propositions"], tasks)],
     }
-
-
-def _preferences(problem: Problem) -> list[dict[str, str]]:
-    """Return the preferences of a problem as in the documented JSON."""
-    names = problem.cost_names
-    return [{"name": one.name, "contract": one.measure.contract, "of": names[one.cost]} for one in problem.objectives]
 
 
 def impossible(found: Mapping[str, Any]) -> tuple[str, ...]:

@@ -3,11 +3,7 @@
 import base64
 import hashlib
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-
-from matplotlib.figure import Figure
 
 from experiments.cli.files import write_bytes
 from experiments.figures.figures import LINK, SVG, drawing, inline_svg, parsed_svg
@@ -42,7 +38,13 @@ def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `place` and, where they are no pixels, `roads`.
     """
-    with drawn(plan_map, plan, SIDE_IN) as figure:
+    scale = SIDE_IN / max(plan_map.size)
+    with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:
+        figure.set_layout_engine("none")
+        axes = figure.add_axes((0, 0, 1, 1))
+        plan_map.draw(axes, plan)
+        figure.draw_without_rendering()
+        plan_map.label(axes, plan, font_size=FONT_SIZE_PT)
         root = parsed_svg(figure)
     if folder is not None:
         _move_pixels(root, folder)
@@ -56,16 +58,3 @@ def _move_pixels(root: ET.Element, folder: Path) -> None:
         if not file.exists():
             write_bytes(file, pixels)
         image.set(LINK, f"{folder.name}/{file.name}")
-
-
-@contextmanager
-def drawn(plan_map: PlanMap, plan: Plan, side: float) -> Iterator[Figure]:
-    """Yield a figure of a map with the path of a plan; its longer side has a length `side`, inches."""
-    scale = side / max(plan_map.size)
-    with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:
-        figure.set_layout_engine("none")
-        axes = figure.add_axes((0, 0, 1, 1))
-        plan_map.draw(axes, plan)
-        figure.draw_without_rendering()
-        plan_map.label(axes, plan, font_size=FONT_SIZE_PT)
-        yield figure

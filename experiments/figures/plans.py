@@ -21,7 +21,7 @@ MOST_PLANS = 23
 COLUMNS = 4
 
 TITLE_LETTERS, LINE = 34, 0.18
-"""Greatest number of letters in a line of a panel's title, and the height of each further line, inches."""
+"""Greatest number of letters in a line of a panel's title, and the height of each further line of text, inches."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
@@ -42,12 +42,11 @@ def draw(scenario: Scenario, front: Front, path: Path) -> None:
     columns = min(COLUMNS, math.ceil((len(front) + 1) / 2))
     rows = math.ceil((len(front) + 1) / columns)
     shape = min(1.6, max(0.6, plan_map.size[1] / plan_map.size[0]))
-    most = max(len(plan.relaxations) for plan in front)
     titles = [
         textwrap.fill(f"{i}: {objectives_text(plan, penalty='μ =')}", TITLE_LETTERS) for i, plan in enumerate(front)
     ]
-    more_lines = max(title.count("\n") for title in titles)
-    size = (columns * PANEL_IN, rows * (PANEL_IN * shape + 0.35 + 0.14 * most + LINE * more_lines))
+    lines = max(title.count("\n") for title in titles) + max(len(plan.relaxations) for plan in front)
+    size = (columns * PANEL_IN, rows * (PANEL_IN * shape + 0.35 + LINE * lines))
     with drawing(size=size) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, plan, title in zip(panels, front, titles, strict=False):

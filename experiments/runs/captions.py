@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from experiments.runs.formula_words import goal_words
 from experiments.runs.outcome import Outcome
-from sim import Caption, Run, TaskStatus
+from sim import Caption, TaskStatus
 
 NEWS = {"replan": "planned again: ", "retry": "once more: "}
 """Words before the first action after an event."""
@@ -23,10 +23,10 @@ def captions(outcome: Outcome) -> tuple[Caption, ...]:
     problem = outcome.ledger.problem
     display, wanted = problem.display, {task.name: goal_words(task, model) for task in problem.tasks}
     before = [-math.inf, *(step.start for step in run.steps)]
-    shown = [
-        (step.start, step.end, _news(run, since, step.start) + display.action(step.action))
-        for since, step in zip(before, run.steps, strict=False)
-    ]
+    shown = []
+    for since, step in zip(before, run.steps, strict=False):
+        news = [NEWS[event.kind] for event in run.events if event.kind in NEWS and since < event.time <= step.start]
+        shown.append((step.start, step.end, "".join(news[-1:]) + display.action(step.action)))
     shown.append((run.sim_seconds, run.sim_seconds, "done" if run.completed else "stopped"))
     told = tuple(
         Caption(
@@ -48,9 +48,3 @@ def captions(outcome: Outcome) -> tuple[Caption, ...]:
     if told[0].start > 0:
         return replace(told[0], start=0.0, end=told[0].start, action=TO_START), *told
     return told
-
-
-def _news(run: Run, since: float, until: float) -> str:
-    """Return the words for the last new plan or new attempt between two times, s; empty if there was none."""
-    news = [NEWS[event.kind] for event in run.events if event.kind in NEWS and since < event.time <= until]
-    return news[-1] if news else ""
