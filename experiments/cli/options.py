@@ -14,7 +14,7 @@ from experiments.cli.values import (
     PATH,
     POSITIVE,
     WHOLE,
-    FileName,
+    files,
     megabytes,
     named_number,
     number,
@@ -62,7 +62,7 @@ def objective_names(context: click.Context, parameter: click.Parameter, incomple
 
 scenario = click.argument(
     "scenario",
-    type=FileName(".toml", scenarios.names),
+    shell_complete=files(".toml", scenarios.names),
     help="Name of a scenario that `prefplan list` shows, or path of a TOML file.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")

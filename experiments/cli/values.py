@@ -1,36 +1,32 @@
 """The values of arguments and options: how text becomes a value, what is said of a wrong one, and what shells offer."""
 
 import glob
+import re
 from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem
 
 WHOLE, POSITIVE = click.IntRange(min=0), click.IntRange(min=1)
 
 PATH = click.Path(path_type=Path)
 """A path, whether or not something is there."""
 
+Completion = Callable[[click.Context, click.Parameter, str], list[str]]
+"""Returns what shells offer for a value of which some letters are typed."""
 
-class FileName(click.ParamType):
-    """The name of a file with a certain ending, or one of some names, as text; shells offer both, and folders."""
 
-    name = "file"
+def files(ending: str, names: Callable[[], Iterable[str]] = tuple) -> Completion:
+    """Return a function that gives shells the names, files with an ending, such as `.toml`, and folders."""
 
-    def __init__(self, ending: str, names: Callable[[], Iterable[str]] = tuple) -> None:
-        """Keep the ending, such as `.toml`, and what returns the names."""
-        self.ending = ending
-        self.names = names
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return the names, files and folders that begin with a text."""
-        found = [name for name in self.names() if name.startswith(incomplete)]
+    def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+        found = [name for name in names() if name.startswith(incomplete)]
         paths = sorted(Path(name) for name in glob.glob(f"{glob.escape(incomplete)}*"))
         found += [f"{path}/" for path in paths if path.is_dir()]
-        found += [str(path) for path in paths if path.suffix == self.ending and not path.is_dir()]
-        return [CompletionItem(one) for one in found]
+        return found + [str(path) for path in paths if path.suffix == ending and not path.is_dir()]
+
+    return complete
 
 
 def number(text: str, *, unit: str = "") -> Decimal:
@@ -70,13 +66,9 @@ def which_plan(text: str) -> str | int:
     """Return the name of a plan of the front: `cost`, `preference` or its index."""
     if text in PLANS:
         return PLANS[text]
-    if _is_integer(text):
+    if text.isascii() and text.isdigit():
         return int(text)
     raise click.BadParameter(f"{text!r} is no plan: a number from 0, or one of {', '.join(PLANS)}")
-
-
-def _is_integer(text: str) -> bool:
-    return text.isascii() and text.isdigit()
 
 
 def plan_numbers(text: str) -> tuple[int, ...]:
@@ -86,10 +78,10 @@ def plan_numbers(text: str) -> tuple[int, ...]:
 
 def picture_size(text: str) -> tuple[int, int]:
     """Return (width, height) in pixels, such as `1280x720`, both even as videos need it."""
-    width, _, height = text.partition("x")
-    if not (_is_integer(width) and _is_integer(height)):
+    found = re.fullmatch(r"([0-9]+)x([0-9]+)", text)
+    if not found:
         raise click.BadParameter(f"{text!r} is not a size such as 1280x720")
-    size = int(width), int(height)
+    size = int(found[1]), int(found[2])
     if any(side % 2 or not 16 <= side <= 4096 for side in size):
         raise click.BadParameter(f"{text!r}: width and height must be even and between 16 and 4096 pixels")
     return size

@@ -69,7 +69,8 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
     return template(__package__, f"{PARTS}/index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
-        preferences=_preferences(scenario),
+        preferences=[(one, in_words(one.preference, problem.names, problem.display)) for one in problem.preferences],
+        costs=[problem.cost_names[one.cost] for one in problem.objectives],
         front=front,
         reason=front.reason,
         tasks=data["tasks"],
@@ -79,13 +80,3 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         data=data,
         scripts=SCRIPTS,
     )
-
-
-def _preferences(scenario: Scenario) -> list[str]:
-    """Return each preference in words; several also with their names and the costs that they count in."""
-    problem = scenario.problem()
-    words = [in_words(named.preference, problem.names, problem.display) for named in problem.preferences]
-    if problem.is_bi_objective:
-        return words
-    about = zip(problem.objectives, words, strict=True)
-    return [f"{one.name} (tasks' costs in {problem.cost_names[one.cost]}): {text}" for one, text in about]

@@ -11,17 +11,17 @@ from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import loading_simulation
 from experiments.cli.status import CONSISTENT, DONE, FAILED
-from experiments.cli.values import FileName
+from experiments.cli.values import files
 
 STATUS = {"proved": DONE, "consistent": CONSISTENT, "refuted": FAILED}
 """Exit status of each verdict."""
 
 
 @command
-@click.argument("log", type=FileName(".npz"), help="Log that `prefplan run` wrote, an .npz file.")
+@click.argument("log", shell_complete=files(".npz"), help="Log that `prefplan run` wrote, an .npz file.")
 @click.option(
     "--scenario",
-    type=FileName(".toml", scenarios.names),
+    shell_complete=files(".toml", scenarios.names),
     metavar="FILE",
     help="Scenario in which the run is simulated again; without it, the one that the log says it is of.",
 )

@@ -7,8 +7,9 @@ import re
 from rich.console import Console
 
 from experiments.cli.console import table
-from experiments.figures.diagrams.guards import cover, product, targets
+from experiments.figures.diagrams.guards import cover, product
 from prefplan.logic.dfa import Automaton
+from prefplan.logic.mtbdd import leaves
 from prefplan.logic.normal_form import parse
 from prefplan.text.layout import counted
 
@@ -26,7 +27,7 @@ def show_table(console: Console, automaton: Automaton) -> None:
     for state in range(automaton.size):
         roles = {"(start)": 0, "(accepting)": automaton.accepting, "(dead)": automaton.dead}
         name = " ".join([str(state), *(role for role, holder in roles.items() if holder == state)])
-        for target in targets(automaton, state):
+        for target in leaves(automaton.transitions[state]):
             for term in cover(automaton, state, target):
                 found.add_row(name, product(term), str(target))
                 name = ""

@@ -31,7 +31,8 @@ def labels(automaton: Automaton, state: int) -> dict[int, str]:
 
     The automaton is complete, so that one guard may be written as `otherwise`: that of the dead state, or the longest.
     """
-    found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets(automaton, state)}
+    targets = leaves(automaton.transitions[state])
+    found = {target: " | ".join(map(product, cover(automaton, state, target))) for target in targets}
     longest = max(found, key=lambda target: len(found[target]))
     if len(found) > 1 and automaton.dead in found:
         found[automaton.dead] = OTHERWISE
@@ -54,11 +55,6 @@ def cover(automaton: Automaton, state: int, target: int) -> list[Cube]:
     family = _Guards()
     when = family.map(automaton.transitions[state], lambda end: end == target)
     return family.cover(when, when)[0]
-
-
-def targets(automaton: Automaton, state: int) -> list[int]:
-    """Return a state's successors, in their order of first appearance."""
-    return leaves(automaton.transitions[state])
 
 
 class _Guards(Diagrams):
