@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from reprlib import repr as brief
 from typing import Any
 
 from prefplan.errors import PrefplanError
@@ -46,7 +47,7 @@ class Journal:
             self.done[result[self._key]] = result
         different = [key for key in sorted(header.keys() | found.keys()) if header.get(key) != found.get(key)]
         if different:
-            told = ", ".join(_difference(key, found.get(key), header.get(key)) for key in different)
+            told = ", ".join(f"{key} {brief(found.get(key))}, not {brief(header.get(key))}" for key in different)
             raise PrefplanError(f"{self.path}: holds another experiment ({told}); give another --out")
 
     def _decode(self, line: bytes, number: int, key: str, what: str) -> dict[str, Any]:
@@ -72,10 +73,3 @@ class Journal:
                 os.fsync(file.fileno())
         except OSError as error:
             raise PrefplanError(f"{self.path}: cannot be written ({error.strerror})") from None
-
-
-def _difference(key: str, found: Any, expected: Any) -> str:
-    """Return how two headers differ in an entry, short enough for a message."""
-    key = key.replace("_", " ")
-    short = all(isinstance(value, (str, int, float)) and len(str(value)) < 60 for value in (found, expected))
-    return f"{key} {found}, not {expected}" if short else f"other {key}"

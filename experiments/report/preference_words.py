@@ -1,6 +1,6 @@
 """A preference in words, and the share of each task in its penalty."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -72,55 +72,41 @@ def in_words(preference: Preference, tasks: Sequence[str], display: DisplayNames
     return "The penalty is a function of the tasks' costs."
 
 
-def shares(preference: Preference, plan: Plan) -> tuple[Share, ...]:
-    """Return the shares of the tasks in a plan's penalty.
+def shares(preference: Preference, plan: Plan) -> Iterator[Share]:
+    """Yield the shares of the tasks in a plan's penalty.
 
-    They add up to that value; nothing is returned if it is not a sum over tasks.
+    They add up to that value; nothing is yielded if it is not a sum over tasks.
     """
     paid = getattr(preference, "over", "cost") == "violation"
     amounts = {name: exact(cost) for name, cost in (plan.violation_costs if paid else plan.task_costs).items()}
     match preference:
         case Order(order):
-            return _delays(order or tuple(amounts), amounts)
+            yield from _delays(order or tuple(amounts), amounts)
         case WeightedSum(weights):
             words = "without relaxation" if paid else "early"
-            return tuple(
-                Share(name, words + _times(weight), None, to_number(exact(weight) * amounts[name]))
-                for name, weight in weights.items()
-            )
+            for name, weight in weights.items():
+                yield Share(name, words + _times(weight), None, to_number(exact(weight) * amounts[name]))
         case Deadline(deadlines):
-            missed = {name: max(Fraction(0), amounts[name] - exact(due.by)) for name, due in deadlines.items()}
-            return tuple(
-                Share(
-                    name,
-                    _limit(due.by, due.weight, paid),
-                    to_number(missed[name]),
-                    to_number(exact(due.weight) * missed[name]),
-                )
-                for name, due in deadlines.items()
-            )
+            for name, due in deadlines.items():
+                missed, words = max(Fraction(0), amounts[name] - exact(due.by)), _limit(due.by, due.weight, paid)
+                yield Share(name, words, to_number(missed), to_number(exact(due.weight) * missed))
         case Sum(parts):
-            found = [(shares(part, plan), exact(weight)) for part, weight in parts]
-            if all(mine for mine, _ in found):
-                return tuple(
-                    replace(share, adds=to_number(weight * exact(share.adds)))
-                    for mine, weight in found
-                    for share in mine
-                )
-    return ()
+            found = [([*shares(part, plan)], exact(weight)) for part, weight in parts]
+            for mine, weight in found if all(mine for mine, _ in found) else ():
+                yield from (replace(share, adds=to_number(weight * exact(share.adds))) for share in mine)
 
 
-def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> tuple[Share, ...]:
-    """Return the delay of each task for its place; members of a group take its places in the order they are done."""
-    times, found = sorted(costs[name] for name in _flat(order)), list[Share]()
+def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> Iterator[Share]:
+    """Yield the delay of each task for its place; members of a group take its places in the order they are done."""
+    times, first = sorted(costs[name] for name in _flat(order)), 0
     for entry in order:
         members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)
-        first, last = len(found), len(found) + len(members) - 1
+        last = first + len(members) - 1
         words = ordinal(first) if first == last else f"{ordinal(first)} to {ordinal(last)}"
         for place, name in enumerate(members, first):
             delay = to_number(max(Fraction(0), costs[name] - times[place]))
-            found.append(Share(name, words, delay, delay))
-    return tuple(found)
+            yield Share(name, words, delay, delay)
+        first = last + 1
 
 
 def _flat(order: Sequence[str | tuple[str, ...]]) -> list[str]:

@@ -45,8 +45,8 @@ def test_wherever_a_write_was_cut_off_the_whole_lines_before_it_count(path: Path
     ("change", "message"),
     [
         ({"seed": 4}, r"rollouts.jsonl: holds another experiment \(seed 3, not 4\); give another --out"),
-        ({"actions": []}, "other actions"),
-        ({"faults": "random"}, "other faults"),
+        ({"actions": []}, r"\(actions \['grasp cup'\], not \[\]\)"),
+        ({"faults": "random"}, "faults None, not 'random'"),
     ],
 )
 def test_another_experiment_is_not_mixed_in(path: Path, change: dict[str, object], message: str) -> None:

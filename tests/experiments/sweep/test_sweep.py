@@ -237,9 +237,9 @@ def test_more_rollouts_add_to_those_there_are(call: Run, cup: Path) -> None:
 
     status, out, err = call("--seed", "1", "--perturb", "position=8")
     assert (status, out) == (2, "")
-    assert "holds another experiment (perturb position=5,angle=5, not position=8, seed 0, not 1)" in err
+    assert "holds another experiment (perturb 'position=5,angle=5', not 'position=8', seed 0, not 1)" in err
     (cup / "cup.toml").write_text(CUP + "\n# changed\n")
-    assert "holds another experiment (other scenario sha256)" in call()[2]
+    assert "holds another experiment (scenario_sha256 " in call()[2]
 
 
 @pytest.mark.usefixtures("in_this_process")
