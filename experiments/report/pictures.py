@@ -9,7 +9,7 @@ from experiments.figures.diagrams import automaton, node_link, route
 from experiments.figures.diagrams.automaton_text import table_text
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.node_link import GraphvizError, program
-from experiments.figures.diagrams.route import WIDEST_PT, Route, SystemSizeError
+from experiments.figures.diagrams.route import Route, SystemSizeError
 from prefplan import Front, Problem, Scenario
 
 
@@ -35,7 +35,7 @@ def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
     if plan_map is not None:
         return {i: maps.svg(plan_map, plan, folder=folder) for i, plan in enumerate(front)}
     return {
-        i: node_link.svg(found.diagram, title=found.words, widest=WIDEST_PT)
+        i: node_link.svg(found.diagram, title=found.words, direction="TB")
         for i, found in routes(scenario, front).items()
     }
 

@@ -86,19 +86,25 @@ def program() -> str | None:
     return shutil.which("dot", path=places) or shutil.which("graphviz-pure", path=places)
 
 
-def svg(diagram: Diagram, *, title: str, widest: float | None = None) -> str:
+def svg(diagram: Diagram, *, title: str, direction: str = "LR") -> str:
     """Return a diagram as inline SVG in the colour of the surrounding text.
 
     A node has the classes `node`, its kind and its name; an edge has `edge` and its nodes' names with a hyphen between.
-    If the diagram would be wider than `widest`, points, it is laid out downwards, if that is narrower. The title
-    describes it for screen readers.
+    The title describes the diagram for screen readers; its direction is as in `source`.
 
     Raises:
         GraphvizError: Graphviz is not installed.
     """
-    root = _inline(diagram, "LR")
-    if widest is not None and _width(root) > widest:
-        root = min(root, _inline(diagram, "TB"), key=_width)
+    root = ET.fromstring(_rendered(source({"": diagram}, direction), "svg", "-Gbgcolor=transparent"))
+    del root[0].attrib["class"]
+    for part in list(root.iter()):
+        part.attrib.pop("id", None)
+        if part.tag == f"{SVG}text":
+            part.attrib.setdefault("fill", "black")
+        part.attrib.update({key: "currentColor" for key in ("fill", "stroke") if part.get(key) == "black"})
+        # Titles are Graphviz' own names of nodes and edges.
+        for name in part.findall(f"{SVG}title"):
+            part.remove(name)
     return inline_svg(root, kind="diagram", title=title)
 
 
@@ -112,24 +118,6 @@ def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
     form = path.suffix.lower()[1:]
     options = [f"-Gdpi={PNG_DPI}"] if form == "png" else []
     write_bytes(path, _rendered(source(diagrams), form, *options))
-
-
-def _inline(diagram: Diagram, direction: str) -> ET.Element:
-    root = ET.fromstring(_rendered(source({"": diagram}, direction), "svg", "-Gbgcolor=transparent"))
-    del root[0].attrib["class"]
-    for part in list(root.iter()):
-        part.attrib.pop("id", None)
-        if part.tag == f"{SVG}text":
-            part.attrib.setdefault("fill", "black")
-        part.attrib.update({key: "currentColor" for key in ("fill", "stroke") if part.get(key) == "black"})
-        # Titles are Graphviz' own names of nodes and edges.
-        for title in part.findall(f"{SVG}title"):
-            part.remove(title)
-    return root
-
-
-def _width(root: ET.Element) -> float:
-    return float(root.attrib["width"].removesuffix("pt"))
 
 
 def _rendered(source: str, form: str, *options: str) -> bytes:

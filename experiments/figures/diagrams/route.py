@@ -23,9 +23,6 @@ MOST_EDGES = 90
 MOST_NAMES = 3
 """Greatest number of propositions shown in a state."""
 
-WIDEST_PT = 600.0
-"""Greatest width of a left-to-right graph on a page, points: what half a page of 1280 pixels can show legibly."""
-
 Labels = dict[tuple[int, int], dict[str, list[str]]]
 """The actions on each edge, given by the indices of its nodes, with the steps of a plan that take them."""
 
