@@ -69,53 +69,40 @@ def record_all(
             check_rendering()
         except RenderingError as error:
             video, notices = False, (f"no videos: {error}",)
-    scene = scene_of(scenario, robot=robot)
-    found, interrupted = dict[int, Recording](), False
+    scene, found = scene_of(scenario, robot=robot), dict[int, Recording]()
+
+    def record(i: int, plan: Plan) -> Recording:
+        """Carry a plan out, unless that was done before; KeyboardInterrupt: the user ended it."""
+        path, name = folder / f"plan_{i}", f"plan {i}"
+        earlier = _earlier(scenario, path, made_from(scenario, scene, plan, seed), _rendered(**look) if video else None)
+        if earlier is not None:
+            return earlier
+        # An incomplete result must not look complete: the record is removed first and written last.
+        path.with_suffix(".json").unlink(missing_ok=True)
+        file = path.with_suffix(".mp4") if video else None
+
+        def told(stage: str, done: int, total: int, what: str) -> None:
+            tell(f"{name} {stage}", done, total, what)
+
+        # The page itself shows what captions would.
+        outcome = run_plan(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=told, **look)
+        if outcome.interrupted:
+            raise KeyboardInterrupt
+        told("checking", 0, 0, "the log")
+        recording = keep(plan, outcome, path, **look)
+        if recording.proof.certificate is None:
+            raise KeyboardInterrupt
+        told("checking", 1, 1, "")
+        return recording
+
+    interrupted = False
     try:
         for i, plan in plans.items():
-
-            def told(stage: str, done: int, total: int, what: str, name: str = f"plan {i}") -> None:
-                tell(f"{name} {stage}", done, total, what)
-
-            found[i] = _record(scenario, scene, plan, folder / f"plan_{i}", seed=seed, video=video, tell=told, **look)
+            found[i] = record(i, plan)
     except KeyboardInterrupt:
         interrupted = True
     missing = tuple(f"no video of plan {i}: {one.no_video}" for i, one in found.items() if one.no_video)
     return found, (*notices, *missing), interrupted
-
-
-def _record(
-    scenario: Scenario,
-    scene: Scene,
-    plan: Plan,
-    path: Path,
-    *,
-    seed: int | None,
-    video: bool,
-    tell: Tell,
-    **look: Unpack[Look],
-) -> Recording:
-    """Carry a plan out, unless that was done before.
-
-    Raises:
-        KeyboardInterrupt: the user ended it.
-    """
-    found = _earlier(scenario, path, made_from(scenario, scene, plan, seed), _rendered(**look) if video else None)
-    if found is not None:
-        return found
-    # An incomplete result must not look complete: the record is removed first and written last.
-    path.with_suffix(".json").unlink(missing_ok=True)
-    file = path.with_suffix(".mp4") if video else None
-    # The page itself shows what captions would.
-    outcome = run_plan(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=tell, **look)
-    if outcome.interrupted:
-        raise KeyboardInterrupt
-    tell("checking", 0, 0, "the log")
-    found = keep(plan, outcome, path, **look)
-    if found.proof.certificate is None:
-        raise KeyboardInterrupt
-    tell("checking", 1, 1, "")
-    return found
 
 
 def keep(plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
