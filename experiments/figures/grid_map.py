@@ -29,10 +29,12 @@ class GridMap(PlanMap):
         """Make the map of the grid model of a problem."""
         self.problem, self.model = problem, model
         self.size = model.size
-        self.mark = min(0.3, 0.012 * max(model.size))
+        self.mark, self.named = min(0.3, 0.012 * max(model.size)), []
         areas = [(name, "name", boxes) for name, boxes in model.regions.items()]
         areas += [(name, "terrain", ground.boxes) for name, ground in model.terrain.items()]
-        self.named = [Named(name, kind, _rectangle(max(boxes, key=_area)), True) for name, kind, boxes in areas]
+        for name, kind, boxes in areas:
+            largest = max(map(_rectangle, boxes), key=lambda box: np.prod(box[2:] - box[:2]))
+            self.named.append(Named(name, kind, largest, True))
         self.unnamed = [_rectangle(box) for boxes in model.obstacles.values() for box in boxes]
 
     def trail(self, plan: Plan) -> Trail:
@@ -55,10 +57,6 @@ class GridMap(PlanMap):
 
 def _rectangle(box: GridBox) -> np.ndarray:
     return np.array(box) + [-0.5, -0.5, 0.5, 0.5]
-
-
-def _area(box: GridBox) -> int:
-    return (box[2] - box[0] + 1) * (box[3] - box[1] + 1)
 
 
 def _draw_area(axes: Axes, boxes: Sequence[GridBox], **style: Any) -> None:

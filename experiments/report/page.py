@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from experiments.cli.browser import template
 from experiments.cli.files import make_folder, write_bytes
@@ -58,15 +58,8 @@ def write_page(
     if front.ended is not None:
         missing = f"The search was not completed ({front.ending}). There may be plans that cost more and are preferred."
         notices = (missing, *notices)
-    data = page_data(scenario, front, recordings) | {"scene": bool(recordings)}
-    text = _render(scenario, front, data, notices, folder / PARTS)
-    write_bytes(folder / INDEX, text.encode())
-    return folder / INDEX
-
-
-def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: tuple[str, ...], parts: Path) -> str:
-    problem = scenario.problem()
-    return template(__package__, f"{PARTS}/index.html").render(
+    problem, data = scenario.problem(), page_data(scenario, front, recordings) | {"scene": bool(recordings)}
+    text = template(__package__, f"{PARTS}/index.html").render(
         name=scenario.name,
         about=introduction(scenario.text),
         preferences=[(one, in_words(one.preference, problem.names, problem.display)) for one in problem.preferences],
@@ -75,8 +68,10 @@ def _render(scenario: Scenario, front: Front, data: Mapping[str, Any], notices: 
         reason=front.reason,
         tasks=data["tasks"],
         pictures=pictures.automata(problem),
-        maps=pictures.plans(scenario, front, parts),
+        maps=pictures.plans(scenario, front, folder / PARTS),
         notices=notices,
         data=data,
         scripts=SCRIPTS,
     )
+    write_bytes(folder / INDEX, text.encode())
+    return folder / INDEX

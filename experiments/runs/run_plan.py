@@ -100,7 +100,21 @@ def run_plan(
         loop.run()
     except KeyboardInterrupt:
         interrupted = True
-    outcome = _outcome(scenario, loop, scene, interrupted=interrupted, **conditions)
+    run, happened = loop.record(), loop.execution.injector.happened
+    seed, faults = conditions.get("seed"), conditions.get("faults", ())
+    perturbation = conditions.get("perturbation") or Perturbation()
+    differs = seed is not None or perturbation.noise
+    setting: dict[str, object] = {"seed": seed, "perturbation": str(perturbation) if differs else None}
+    outcome = Outcome(
+        scenario,
+        scene,
+        loop.plan,
+        replace(run, reason="interrupted") if interrupted else run,
+        ledger_of(problem, loop.plan, run.steps),
+        setting=setting | ({"faults": [str(fault) for fault in faults]} if faults else {}),
+        faults=tuple((fault, happened.get(i)) for i, fault in enumerate(faults)),
+        interrupted=interrupted,
+    )
     if video is None or interrupted:
         return outcome
     return _filmed(outcome, video, captioned=captioned, tell=tell, quality=quality, camera=camera)
@@ -145,30 +159,6 @@ def begin(
     run = Execution(scene, start, system=problem.system, sensor=sensor, faults=conditions.get("faults", ()), seed=seed)
     go_on = _go_on(conditions.get("choice", "cost"), plan, problem.measure.contract)
     return ClosedLoop(run, problem, plan, go_on=go_on, on_progress=tell)
-
-
-def _outcome(
-    scenario: Scenario, loop: ClosedLoop, scene: Scene, *, interrupted: bool, **conditions: Unpack[Conditions]
-) -> Outcome:
-    happened = loop.execution.injector.happened
-    run, seed, faults = loop.record(), conditions.get("seed"), conditions.get("faults", ())
-    perturbation = conditions.get("perturbation") or Perturbation()
-    differs = seed is not None or perturbation.noise
-    setting: dict[str, object] = {"seed": seed, "perturbation": str(perturbation) if differs else None}
-    if faults:
-        setting["faults"] = [str(fault) for fault in faults]
-    if interrupted:
-        run = replace(run, reason="interrupted")
-    return Outcome(
-        scenario,
-        scene,
-        loop.plan,
-        run,
-        ledger_of(scenario.problem(), loop.plan, run.steps),
-        setting=setting,
-        faults=tuple((fault, happened.get(i)) for i, fault in enumerate(faults)),
-        interrupted=interrupted,
-    )
 
 
 def _go_on(choice: str | int, plan: Plan, contract: str) -> GoOn:

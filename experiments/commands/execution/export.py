@@ -39,40 +39,34 @@ def export(source: str, to: str, out: Path | None, robot: str | None, force: boo
     mjcf: the scene that is simulated, a folder with scene.xml and its meshes; keyframe `start` is its start. It opens
     with: python -m mujoco.viewer --mjcf=out/case_study_3/mjcf/scene.xml
     """
-    if to == "mjcf":
-        return _export_scene(source, out, robot, force=force)
-    if robot is not None:
-        raise PrefplanError("--robot: only with --to mjcf; the log of a run names its robot")
     run = Path(source)
-    if run.suffix != ".npz":
-        raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")
-    path = out or run.with_suffix(".glb")
-    if path.suffix.lower() != ".glb":
-        raise PrefplanError(f"{path}: the file's name ends in .glb")
-    check_new(path, force=force)
-    from sim.evidence.log import read_log
-    from sim.export.gltf import encode_glb
+    if to == "mjcf":
+        if run.suffix == ".npz":
+            raise PrefplanError(f"{source}: --to mjcf takes a scenario's name or file, not the log of a run")
+        scenario = pp.load(source)
+        folder = out or Path("out", scenario.name, "mjcf")
+        check_new(folder, force=force)
+        from experiments.runs.run_plan import scene_of
+        from sim.export.mjcf import encode_mjcf
 
-    data = encode_glb({run.stem: read_log(run)})
-    make_folder(path.parent)
-    write_bytes(path, data)
+        for name, data in encode_mjcf(scene_of(scenario, robot=robot)).items():
+            path = folder / name
+            make_folder(path.parent)
+            write_bytes(path, data)
+    else:
+        if robot is not None:
+            raise PrefplanError("--robot: only with --to mjcf; the log of a run names its robot")
+        if run.suffix != ".npz":
+            raise PrefplanError(f"{run}: --to glb takes the log of a run, an .npz file that `prefplan run` wrote")
+        path = out or run.with_suffix(".glb")
+        if path.suffix.lower() != ".glb":
+            raise PrefplanError(f"{path}: the file's name ends in .glb")
+        check_new(path, force=force)
+        from sim.evidence.log import read_log
+        from sim.export.gltf import encode_glb
+
+        data = encode_glb({run.stem: read_log(run)})
+        make_folder(path.parent)
+        write_bytes(path, data)
     say(path)
-    return DONE
-
-
-def _export_scene(source: str, out: Path | None, robot: str | None, *, force: bool) -> int:
-    if Path(source).suffix == ".npz":
-        raise PrefplanError(f"{source}: --to mjcf takes a scenario's name or file, not the log of a run")
-
-    scenario = pp.load(source)
-    folder = out or Path("out", scenario.name, "mjcf")
-    check_new(folder, force=force)
-    from experiments.runs.run_plan import scene_of
-    from sim.export.mjcf import encode_mjcf
-
-    files = encode_mjcf(scene_of(scenario, robot=robot))
-    for name, data in files.items():
-        make_folder((folder / name).parent)
-        write_bytes(folder / name, data)
-    say(folder / name)
     return DONE

@@ -1,9 +1,6 @@
 """`prefplan draw`: pictures of a scenario's plans and automata."""
 
-from __future__ import annotations
-
 from decimal import Decimal
-from pathlib import Path
 
 import click
 
@@ -33,37 +30,26 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
       prefplan draw plans case_study_1 plans.pdf
       prefplan draw automata case_study_2 automata.svg
     """
+    from experiments.figures import plans
+    from experiments.figures.diagrams import automaton, node_link
     from experiments.figures.figures import picture_file
 
     path, loaded = picture_file(file), pp.load(scenario)
-    status = _automata(loaded, path) if what == "automata" else _plans(loaded, path, max_cost)
-    if status == DONE:
-        say(path)
-    return status
-
-
-def _automata(scenario: pp.Scenario, path: Path) -> int:
-    from experiments.figures.diagrams import automaton, node_link
-
-    problem = scenario.problem()
-    titles = [f"{task.label or task.name}: {task.formula}" for task in problem.tasks]
-    node_link.draw(dict(zip(titles, map(automaton.diagram, problem.automata), strict=True)), path)
-    return DONE
-
-
-def _plans(scenario: pp.Scenario, path: Path, max_cost: Decimal | None) -> int:
-    """Draw the plans of a scenario, and return the exit status."""
-    from experiments.figures import plans
-
-    if scenario.model.kind == "manipulation":
+    if what == "automata":
+        problem = loaded.problem()
+        titles = [f"{task.label or task.name}: {task.formula}" for task in problem.tasks]
+        node_link.draw(dict(zip(titles, map(automaton.diagram, problem.automata), strict=True)), path)
+    elif loaded.model.kind == "manipulation":
         raise ScenarioError(
-            f"{scenario.path}: model.kind: only the plans of a grid or graph model can be drawn; "
+            f"{loaded.path}: model.kind: only the plans of a grid or graph model can be drawn; "
             "`prefplan report` shows those of any model"
         )
-    load_planner(quiet=is_quiet())
-    planner = pp.Planner(scenario.problem())
-    front = planner.front(max_cost=max_cost)
-    if front.reason:
-        return no_plan(front.reason, planner)
-    plans.draw(scenario, front, path)
+    else:
+        load_planner(quiet=is_quiet())
+        planner = pp.Planner(loaded.problem())
+        front = planner.front(max_cost=max_cost)
+        if front.reason:
+            return no_plan(front.reason, planner)
+        plans.draw(loaded, front, path)
+    say(path)
     return DONE

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import asdict
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -87,7 +87,10 @@ def front(
         return f"`prefplan plan {shlex.quote(scenario)} --plan {index}` prints all"
 
     if as_json:
-        output.print_json(output.result_json(found, planner, **_entries(result)))
+        entries = {"complete": result.complete, "front": [output.plan_json(plan) for plan in result]}
+        why = {"reason": asdict(result.reason)} if result.reason else {}
+        until = {"ended": result.ended, "complete_below": result.complete_below} if result.ended else {}
+        output.print_json(output.result_json(found, planner, **entries, **why, **until))
     elif result:
         output.show_front(Console(), found, result, whole)
     if picture and result:
@@ -99,13 +102,3 @@ def front(
     if result.ended:
         tell(result.ending)
     return INTERRUPTED if result.ended == "interrupt" else DONE
-
-
-def _entries(front: pp.Front) -> dict[str, Any]:
-    """Return the plans of a front, and why there is none or why it is not complete, as in the documented JSON."""
-    entries: dict[str, Any] = {"complete": front.complete, "front": [output.plan_json(plan) for plan in front]}
-    if front.reason:
-        entries["reason"] = asdict(front.reason)
-    if front.ended:
-        entries |= {"ended": front.ended, "complete_below": front.complete_below}
-    return entries
