@@ -121,7 +121,6 @@ perturb = click.option(
     "degrees; latency in ms; friction, pads, table, force and mass as a share of 1 (default: position=5,angle=5).",
 )
 
-
 robot = click.option(
     "--robot",
     metavar="NAME",

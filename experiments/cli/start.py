@@ -16,13 +16,11 @@ from prefplan.errors import LimitError
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
 """What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
 
-
 CLEARED_LINE = "\033[K"
 """Clears a terminal's line from the cursor on."""
 
 LEAST_ADDRESS_SPACE = 3 * 2**29
 """Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
-
 
 LOADING_POLL_S = 0.05
 """Time after which a Ctrl-C is tried again that came while a library loads."""

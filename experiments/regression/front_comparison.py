@@ -61,10 +61,8 @@ def _equal(point: FrontPoint, plan: Plan) -> bool:
 
 
 def _alike(penalty: Number, found: Number) -> bool:
-    if isinstance(found, float):
-        one, other = exact(penalty), exact(found)
-        return abs(one - other) <= TOLERANCE * max(abs(one), abs(other))
-    return exact(penalty) == exact(found)
+    one, other = exact(penalty), exact(found)
+    return abs(one - other) <= (TOLERANCE if isinstance(found, float) else 0) * max(abs(one), abs(other))
 
 
 def _place(row: Row) -> tuple[Fraction, ...]:

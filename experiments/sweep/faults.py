@@ -12,7 +12,6 @@ MAX_FAULTS = 3
 STREAM = 3
 """Number of the random stream for faults; the simulation has its own."""
 
-
 ANY = "random"
 """Faults of any kind, as `--faults` names them."""
 

@@ -108,17 +108,13 @@ class LiveRun(threading.Thread, Observer):
         if not (self.statuses and self.statuses[-1].ended):
             self.waiting.append(kinds()[kind](1, argument))
 
-    def cancel(self) -> None:
-        """End the simulation soon."""
+    def stop(self, wait: float = STOP_TIMEOUT_S) -> None:
+        """End the simulation soon, and wait at most this time, s, for its thread."""
         with self._changed:
             self._stopping = True
             self._changed.notify()
-
-    def stop(self) -> None:
-        """End the simulation, and wait up to `STOP_TIMEOUT_S` for its thread."""
-        self.cancel()
         if self.is_alive():
-            self.join(STOP_TIMEOUT_S)
+            self.join(wait)
 
     @property
     def ended(self) -> bool:

@@ -98,7 +98,7 @@ class Session:
                 right = Stage(self._server, scene, partial(self._disturbed, 1), root="/right", offset=beside(scene))
                 self.stages.append(right)
             for stage in self.stages[1:]:
-                stage.set_visible(both)
+                stage.root.visible = both
             if both != (len(self.shown) == 2):
                 (self._viewpoint.beside(self.stages[1].offset) if both else self._viewpoint).take(self._server)
             self._begin(self.shown[:1] if index is None else (self.shown[0], index), playing=True)
@@ -138,7 +138,7 @@ class Session:
     def _begin(self, indices: tuple[int, ...], *, playing: bool) -> None:
         with self._changing:
             for run in self.playback.runs:
-                run.cancel()
+                run.stop(wait=0)
             runs = [LiveRun(self.show.problem, self.show.start(index), until=0.0) for index in indices]
             self.playback.load(runs, playing=playing)
             self.shown = indices

@@ -62,6 +62,7 @@ class Stage:
 
     Attributes:
         offset: (3,) of its origin, m.
+        root: the node of the whole scene.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class Stage:
         """Add the scene below the node `root`; `disturbed` returns the run whose objects a user clicks and drags."""
         self._disturbed = disturbed
         self.offset = np.array(offset)
-        self._root = server.scene.add_frame(root, show_axes=False, position=self.offset)
+        self.root = server.scene.add_frame(root, show_axes=False, position=self.offset)
         self._tree = Subtree(server, root)
         server = cast(viser.ViserServer, self._tree)
         self._server, self._objects = server, [*scene.shapes]
@@ -119,10 +120,6 @@ class Stage:
             self._line.points = np.array([[self._position(pulled[0]), pulled[1]]], dtype=np.float32)
         if self._line.visible != (pulled is not None):
             self._line.visible = pulled is not None
-
-    def set_visible(self, visible: bool) -> None:
-        """Show or hide the whole scene."""
-        self._root.visible = visible
 
     # viser keeps the events of a drag in order for coroutines only.
     async def _drag(self, event: viser.SceneNodeDragEvent[Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from experiments.cli.status import DONE, FAILED, INTERRUPTED, say, tell
 from experiments.cli.values import plan_numbers
 
 if TYPE_CHECKING:
-    from experiments.report.recordings import Recorded, Recording
+    from experiments.report.recordings import Recorded
     from prefplan.limits import Limits
 
 
@@ -99,11 +98,6 @@ def report(
     say(page)
     for notice in notices:
         tell(notice)
-    return _status(front, recordings, planner, interrupted=interrupted)
-
-
-def _status(front: pp.Front, recordings: Mapping[int, Recording], planner: pp.Planner, *, interrupted: bool) -> int:
-    """Return the exit status; say on stderr why it is not 0, and how far the front is complete."""
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
