@@ -13,7 +13,6 @@ BESIDE, PER_LINE = 2.0, 1.5
 PATH, AREA, DOT = 1.0, 2.0, 40.0
 """Penalties of covering a point of a path, an area and a mark."""
 
-
 Obstacle = tuple[np.ndarray, float]
 """What labels should not cover: its (4,) rectangle, and the penalty of covering it."""
 

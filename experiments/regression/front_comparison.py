@@ -55,9 +55,8 @@ def side_by_side(rows: Sequence[Row]) -> str:
 
 def _equal(point: FrontPoint, plan: Plan) -> bool:
     found, costs = point_of(plan), len(plan.costs) or 1
-    if len(point) != len(found) or not all(map(prints_as, point[:costs], found)):
-        return False
-    return all(map(_alike, point[costs:], found[costs:]))
+    same_costs = len(point) == len(found) and all(map(prints_as, point[:costs], found))
+    return same_costs and all(map(_alike, point[costs:], found[costs:]))
 
 
 def _alike(penalty: Number, found: Number) -> bool:

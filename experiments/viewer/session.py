@@ -167,8 +167,8 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
     Raises:
         PrefplanError: the port is not free.
     """
-    door = Door()
-    with _quiet():
+    door, quiet = Door(), contextlib.redirect_stdout(io.StringIO())  # viser prints even if `verbose` is false
+    with quiet:
         server = door.serve(DEFAULT_PORT if port is None else port)
     session = None
     try:
@@ -189,7 +189,7 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
     finally:
         if session is not None:
             session.close()
-        with _quiet():
+        with quiet:
             server.stop()
 
 
@@ -201,8 +201,3 @@ def dress(server: viser.ViserServer, title: str) -> None:
     source += f"document.querySelector('link[rel=icon]').href = {link};"
     # viser has no call for this; this is the message by which it loads the scripts of its figures.
     server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))
-
-
-def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
-    """Return a context in which nothing is printed: viser prints at its start and end even if `verbose` is false."""
-    return contextlib.redirect_stdout(io.StringIO())

@@ -44,7 +44,6 @@ in a line for each line, about six times as wide as high.
 PNG_DPI = 200
 """Pixels per inch of a PNG, as in the other figures."""
 
-
 _TIME_OF_PDF = re.compile(rb"(/CreationDate \(D:)\d{14}")
 """Cairo writes the time of drawing into a PDF; the same picture is to be the same file."""
 
