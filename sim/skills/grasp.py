@@ -65,7 +65,7 @@ MORE_GRASPS = 3
 """Number of other grasps, with a tilted hand, that are tried if the approach to one, or the retreat, is blocked."""
 
 LET_GO_WAIT_S = 0.5
-"""How long to wait before another grasp is tried: an object that was let go may roll."""
+"""How long to wait after an object was let go: it may roll, and pads count as pressed for a moment."""
 
 MOTION_THRESHOLD_M = 0.008
 """An object observed farther than this from its measured position is moving; sensor noise of 1 mm stays below."""
@@ -138,7 +138,6 @@ class GraspSkill(Grasp, Skill):
                 if not choice.tool.points_down:
                     failure = failure or error
                     tried.append(choice.tool)
-                    cell.wait(LET_GO_WAIT_S)
                     pose = cell.measure(obj)
             except SkillError as error:
                 raise failure or error from None
@@ -170,6 +169,7 @@ class GraspSkill(Grasp, Skill):
         if forces is None or blocked is not None:
             cell.unload()
             cell.grip(grasp.opening, OPEN_DURATION_S)
+            cell.wait(LET_GO_WAIT_S)
             move_tool(cell, before, within=BLEND_M)
             raise blocked or SkillError(f"the fingers closed without a firm grip on {obj}")
         check_held(cell, obj)
@@ -180,7 +180,7 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     """Raise the hand with an object, a heavy one slowly at first, to the pre-grasp pose `before`.
 
     An object that leans on another body is first moved off it. If the way is blocked, the hand moves straight to a
-    pre-grasp pose of where it is now: up, or back along its axis if it is tilted.
+    pre-grasp pose of where it is now: up, or back along its axis if it is tilted; or else half of the way.
     """
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
@@ -195,7 +195,8 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     try:
         move_tool(cell, before, within=BLEND_M, seconds=slow)
     except BlockedError as blocked:
-        for pose in pregrasps(cell.arm.tool(cell.reference)):
+        here = cell.arm.tool(cell.reference)
+        for pose in (*pregrasps(here), here.shifted((before.position - here.position) / 2)):
             with suppress(SimulationError):
                 move_tool(cell, pose, within=BLEND_M, seconds=slow)
                 return

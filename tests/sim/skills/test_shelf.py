@@ -1,3 +1,5 @@
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from prefplan.models.manipulation.model import Fixture, Location, Object
 from prefplan.scenario.decode import loads
 from sim.errors import BlockedError
 from sim.geometry.rectangle import Rectangle, contains
+from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
+from sim.skills import grasp
 from sim.skills.catalogue import perform
 from sim.skills.regrasp import find_regrasp
 from sim.world.scene import build_scene, initial_state
@@ -61,6 +65,22 @@ def test_what_lies_on_a_low_object_below_a_board_is_taken_though_a_tall_one_coul
     cell = perform_all(scene, "transit top", "grasp lid", "transport lid free", "release lid free")
     assert_clean(cell)
     assert_placed(cell, "lid", "free")
+
+
+def test_a_load_that_cannot_be_drawn_out_all_the_way_is_drawn_out_half_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = build_scene(shipped("shelf").model, meshes=False)
+    cell = perform_all(scene, "transit pile", seed=None)
+    move_tool, longest = grasp.move_tool, 0.05
+
+    def blocked_far_out(cell: Workcell, goal: ToolPose, **options: Any) -> None:
+        if cell.held() and np.linalg.norm(goal.position - cell.arm.tool(cell.angles).position) > longest:
+            raise BlockedError.on_the_way({"fixture shelf"})
+        move_tool(cell, goal, **options)
+
+    monkeypatch.setattr(grasp, "move_tool", blocked_far_out)
+    perform(cell, "grasp jam")
+    assert cell.held() == "jam" and cell.observe("jam").underside[2] > scene.slots["pile"][0].position[2] + 0.005
+    assert_clean(cell)
 
 
 BESIDE = """
