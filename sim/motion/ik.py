@@ -74,11 +74,12 @@ class InverseKinematics:
         self._low, self._high = self.model.jnt_range.T + np.array([[JOINT_MARGIN_RAD], [-JOINT_MARGIN_RAD]])
         self._known: dict[tuple[bytes, bytes, bytes], tuple[np.ndarray, float] | None] = {}
         self._home = self.tool(robot.home)
-        self._home_bearing, self._middle = robot.polar(self._home.position)[1], self.model.jnt_range[-1].mean()
+        self._middle = self.model.jnt_range[-1].mean()
         hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
         self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
         self._reach = Reach.of(self.model, robot.home, robot.tool)
+        self._home_bearing = self._bearing(self._home)
         self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
 
     def tool(self, q: np.ndarray) -> ToolPose:
@@ -135,12 +136,16 @@ class InverseKinematics:
         """Return home with the first joint turned towards the flange at a pose, the last to the yaw, if vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
-        turn = self.robot.polar(goal.position + goal.rotation @ self._reach.flange)[1] - self._home_bearing
+        turn = self._bearing(goal) - self._home_bearing
         q[0] += first * turn
         if last and len(q) > 1:
             q[-1] += last * (goal.yaw - self._home.yaw - abs(first) * turn)
             q[-1] = self._middle + wrap(q[-1] - self._middle)
         return q
+
+    def _bearing(self, pose: ToolPose) -> float:
+        """Return the bearing from the base of the point on the hand's axis beside the flange, rad."""
+        return self.robot.polar(pose.ahead(float(self._reach.flange[2])))[1]
 
     def nearby(self, goal: ToolPose, seed: np.ndarray, margin: float = TILTED_MARGIN_RAD) -> np.ndarray | None:
         """Return a configuration that brings the tool to a pose, searched from a seed; None if the search fails.
