@@ -74,16 +74,16 @@ class Geometry:
                     check_limits()
                     self._answers[pair] = self._feasible.check(*pair)
                 answer = self._answers[pair]
-                if self._violates(plan, answer):
+                for conditions, action in self._violated(plan, answer):
                     self.abstract = self.abstract or [each.objectives for each in plans]
-                    self.left_out.setdefault(pair, answer.reason or "the arm cannot")
-                    found.update(dict.fromkeys(answer.barred))
+                    self.left_out.setdefault(pair, answer.reason or f"no room beside {', '.join(sorted(conditions))}")
+                    found[conditions, action] = None
         return list(found)
 
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""
         pairs = self._pairs(plan)
-        return all(pair in self._answers and not self._violates(plan, self._answers[pair]) for pair in pairs)
+        return all(pair in self._answers and not self._violated(plan, self._answers[pair]) for pair in pairs)
 
     @property
     def note(self) -> str | None:
@@ -101,11 +101,14 @@ class Geometry:
         for before, after in pairwise(states):
             yield from sorted(set(before.places) ^ set(after.places))
 
-    def _violates(self, plan: Plan, answer: Answer) -> bool:
-        """Return whether a plan has an action in a state in which an answer excludes it."""
+    def _violated(self, plan: Plan, answer: Answer) -> Barred:
+        """Return what of an answer excludes an action of a plan in the state in which it has it."""
         steps = list(zip(plan.states[self._past :], plan.actions[self._past :], strict=False))
-        return any(
-            action == text and isinstance(state, ManipulationState) and conditions <= state.label
+        return [
+            (conditions, text)
             for conditions, text in answer.barred
-            for state, action in steps
-        )
+            if any(
+                action == text and isinstance(state, ManipulationState) and conditions <= state.label
+                for state, action in steps
+            )
+        ]

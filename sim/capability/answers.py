@@ -117,5 +117,5 @@ class Capability:
 
 def _decoded(each: dict[str, Any]) -> PlaceCheck:
     """Return an answer as JSON has it."""
-    unless = {key: tuple(map(tuple, each[key])) for key in ("take_unless", "put_unless")}
+    unless = {key: tuple(map(tuple, each[key])) for key in ("take_unless", "put_unless", "crowded_by")}
     return PlaceCheck(**each | unless)

@@ -5,6 +5,7 @@ answer = feasibility.check("blue", "bin")       # answer.reason: "out of reach b
 system.without(answer.barred)                   # the model without what the arm cannot do
 """
 
+import itertools
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -17,12 +18,18 @@ from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, culprits, unable_to_begin
 from sim.errors import BlockedError, SimulationError
+from sim.perception.sensors import ObjectPose
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
 from sim.skills.grasp_choice import is_placeable
+from sim.skills.placing import lacking_room
 from sim.skills.skill import Skill, SkillError
 from sim.world.places import under
 from sim.world.scene import Scene, initial_state
+from sim.world.shapes import about_z
+
+PLACED_M = 0.001
+"""Usual error of an object's position at a location, m: what is too close by less may fit."""
 
 MORE_ORIGINS = 2
 """Number of near locations from which an object is brought, or the hand comes, before that is said to be impossible."""
@@ -69,8 +76,14 @@ class Feasibility:
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return whether an object can be brought to a location, put down and grasped again; the model must allow it.
 
-        Other objects are at their starts; those on it or in its place are left out.
+        Other objects are at their starts, those on it or in its place left out; wherever they are, `crowded_by` tells
+        beside which of them there is no room.
         """
+        found = self._check(obj, location)
+        return replace(found, crowded_by=self._crowding(obj, location)) if found.put else found
+
+    def _check(self, obj: str, location: str) -> PlaceCheck:
+        """Return what `check` does, without what other objects crowd."""
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
@@ -102,6 +115,23 @@ class Feasibility:
             return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
         reason = self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error)
         return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
+
+    def _crowding(self, obj: str, location: str) -> Neighbours:
+        """Return other objects, each with a location, beside which there is no room for an object at a location.
+
+        Only locations of one slot that rest on no objects are compared: where else objects are is not known.
+        """
+        places = [place.name for place in self._scene.model.locations if place.capacity == 1 and not place.on]
+        if location not in places:
+            return ()
+        slot, shapes = self._scene.slots[location][0], self._scene.shapes
+        centre, found = slot.position + [0.0, 0.0, shapes[obj].half[2]], []
+        for other, place in itertools.product(sorted(self._movable - {obj}), places):
+            there, shape = self._scene.slots[place][0], shapes[other]
+            pose = ObjectPose(shape, there.position + [0.0, 0.0, shape.half[2]], about_z(there.yaw))
+            if place != location and (lacking_room(shapes[obj], centre, slot.yaw, pose) or 0.0) > PLACED_M:
+                found.append((other, place))
+        return tuple(found)
 
     def _is_placeable(self, staying: Rehearsal) -> bool:
         """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.

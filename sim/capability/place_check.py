@@ -21,6 +21,7 @@ class PlaceCheck:
         put: whether it can be put down there, likewise.
         take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
         put_unless: the same, while they stand there it cannot be put down.
+        crowded_by: the same: while any of them stands there, there is no room to put it down.
     """
 
     obj: str
@@ -30,6 +31,7 @@ class PlaceCheck:
     put: bool = True
     take_unless: Neighbours = ()
     put_unless: Neighbours = ()
+    crowded_by: Neighbours = ()
 
     @property
     def barred(self) -> Barred:
@@ -39,8 +41,9 @@ class PlaceCheck:
             (self.take, self.take_unless, here, f"grasp {self.obj}"),
             (self.put, self.put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
         )
-        return [
+        found = [
             (conditions | ({at(*one) for one in unless} if possible else set()), action)
             for possible, unless, conditions, action in entries
             if unless or not possible
         ]
+        return found + [(frozenset({at(*one)}), f"release {self.obj} {self.location}") for one in self.crowded_by]

@@ -12,6 +12,7 @@ from sim.perception.sensors import ObjectPose, Poses
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import NoSpaceError, SkillError
 from sim.world.places import OBJECT_GAP_M, Slot
+from sim.world.shapes import ObjectShape
 
 MAX_OVERHANG_M = 0.005
 """Greatest distance of an object from the middle of its supports, by which it is put nearer to its slot's centre."""
@@ -125,15 +126,24 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]
     centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
     """
     shapes = cell.shapes
-    own, centre = shapes[obj].half, resting_centre(cell, obj, slot)
+    centre = resting_centre(cell, obj, slot)
     poses = {other: cell.observe(other) for other in shapes if other != obj}
-    low, high = centre[2] - own[2] + OBJECT_GAP_M, centre[2] + own[2] - OBJECT_GAP_M
-    level = {other: pose for other, pose in poses.items() if pose.top > low and pose.underside[2] < high}
-    place = Rectangle(centre[:2], own[:2] + OBJECT_GAP_M, slot.yaw)
-    lacking = {other: overlap_depth(place, _covered(pose, slot.yaw)) for other, pose in level.items()}
-    most = max(lacking, key=lacking.__getitem__, default="")
-    distances = [float(np.hypot(*(pose.position - centre)[:2])) for pose in level.values()]
-    return most, lacking.get(most, 0.0), min([*distances, DISTANCE_CAP_M])
+    lacking = {other: lacking_room(shapes[obj], centre, slot.yaw, pose) for other, pose in poses.items()}
+    level = {other: missing for other, missing in lacking.items() if missing is not None}
+    most = max(level, key=level.__getitem__, default="")
+    distances = [float(np.hypot(*(poses[other].position - centre)[:2])) for other in level]
+    return most, level.get(most, 0.0), min([*distances, DISTANCE_CAP_M])
+
+
+def lacking_room(shape: ObjectShape, centre: np.ndarray, yaw: float, other: ObjectPose) -> float | None:
+    """Return by how much another object is too close for one to stand at a (3,) centre, m, and a yaw, rad.
+
+    0 if there is room, None if the other one is on another level.
+    """
+    low, high = centre[2] - shape.half[2] + OBJECT_GAP_M, centre[2] + shape.half[2] - OBJECT_GAP_M
+    if other.top <= low or other.underside[2] >= high:
+        return None
+    return overlap_depth(Rectangle(centre[:2], shape.half[:2] + OBJECT_GAP_M, yaw), _covered(other, yaw))
 
 
 def _covered(pose: ObjectPose, heading: float) -> Rectangle:

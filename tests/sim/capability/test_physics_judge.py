@@ -32,6 +32,6 @@ def test_what_a_run_can_do_refutes_an_exclusion() -> None:
 
 
 def test_what_is_impossible_is_confirmed() -> None:
-    scene = scene_of(0.1, board=0.13)
+    scene = scene_of(0.1, board=0.12)
     found = Feasibility(scene).check("box", "low")
     assert not found.take and not refuted(scene, found)
