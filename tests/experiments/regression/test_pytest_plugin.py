@@ -12,6 +12,7 @@ import networkx as nx
 import numpy as np
 import ompl  # noqa: F401  # pytest forgets what tests in its process load first, and this cannot be loaded twice
 import pytest
+from numba.core.registry import cpu_target
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments.regression.assertions import assert_front, assert_plan
@@ -31,6 +32,8 @@ from prefplan import (
 from prefplan.claims import Claims, judge
 from prefplan.exact_costs import Number, exact
 from prefplan.ledger import Ledger
+
+cpu_target.target_context.refresh()  # the same, for what Numba loads when it compiles first
 
 pytest_plugins = ["pytester"]
 
