@@ -222,14 +222,20 @@ class Execution:
         return None
 
     def _hindering(self, action: Action, ahead: Sequence[Action]) -> tuple[str, ...]:
-        """Return the objects because of which a motion to a location fails, in a rehearsal without any one of them."""
+        """Return the objects because of which an action fails, in a rehearsal without any one of which it would not.
+
+        Of several objects that are in the way of different grasps, a few may be the cause.
+        """
         before, obj = self._states(self.state), action.obj
         via = before.hand if before.hand in self.scene.slots else ""
-        if action.kind == "transport" and via and self.scene.shapes.keys().isdisjoint(self.blocked or ()):
+        others = (self.scene.shapes.keys() & (self.blocked or ())) - {obj}
+        if action.kind == "transport" and via and not others:
             failing = bringing(obj, via, action.location, before.place).beginning(BROUGHT)
         elif action.kind == "transit" and ahead and ahead[0].kind == "grasp":
             obj = ahead[0].obj
             failing = Rehearsal((str(action), str(ahead[0])), before.place, obj, action.location, via)
+        elif action.kind == "grasp" and len(others) > 1:
+            failing = Rehearsal((f"transit {via}", str(action)), before.place, obj, via)
         else:
             return ()
         cell = KinematicCell(self.scene, initial_state(self.scene))
