@@ -26,8 +26,18 @@ def make_folder(path: Path) -> None:
         raise PrefplanError(f"{path}: cannot be written to")
     for entry in path.iterdir():
         draft = DRAFT.fullmatch(entry.name)
-        if draft is not None and not Path("/proc", draft[1] or draft[2]).exists():
+        if draft is not None and not _is_alive(int(draft[1] or draft[2])):
             shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        pass
+    return True
 
 
 @contextmanager

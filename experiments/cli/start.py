@@ -4,6 +4,7 @@ import os
 import resource
 import signal
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -24,6 +25,12 @@ LEAST_ADDRESS_SPACE = 3 * 2**29
 
 LOADING_POLL_S = 0.05
 """Time after which a Ctrl-C is tried again that came while a library loads."""
+
+WAITING = "Ctrl-C while a library loads"
+"""Name of the thread that tries it again."""
+
+LOADING = ("<frozen importlib", "/numba/core/serialize.py", "/llvmlite/")
+"""What is in the names of files whose functions load a library or a compiled kernel."""
 
 
 def has_simulation() -> bool:
@@ -93,19 +100,21 @@ def open_streams() -> None:
 
 
 def handle_ctrl_c() -> None:
-    """From now on, let Ctrl-C wait while a library loads, unless Ctrl-C is ignored.
+    """From now on, let Ctrl-C wait while a library or a compiled kernel loads, unless Ctrl-C is ignored.
 
     Libraries drop a KeyboardInterrupt while they load, or print a traceback.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        for number in (signal.SIGINT, signal.SIGALRM):
-            signal.signal(number, _interrupt)
+        signal.signal(signal.SIGINT, _interrupt)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
-            signal.setitimer(signal.ITIMER_REAL, LOADING_POLL_S)
+        if any(part in frame.f_code.co_filename for part in LOADING):
+            if not any(thread.name == WAITING for thread in threading.enumerate()):
+                again = threading.Timer(LOADING_POLL_S, signal.pthread_kill, [threading.main_thread().ident, number])
+                again.name, again.daemon = WAITING, True
+                again.start()
             return
         frame = frame.f_back
     raise KeyboardInterrupt

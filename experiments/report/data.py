@@ -39,7 +39,8 @@ MAX_PAIRED = 20
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
     """Return the page's data, JSON-ready; `recordings` are of some plans, by their numbers on the front."""
     problem = scenario.problem()
-    plan_map, graphs = map_of(scenario), routes(scenario, front)
+    plan_map = map_of(scenario)
+    graphs = {} if plan_map else routes(scenario, front)
     title = titles(scenario)
     plans = [
         NamedPlan(

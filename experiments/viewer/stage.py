@@ -1,4 +1,4 @@
-"""The scene in the browser: MuJoCo's geoms as viser's meshes (by mjviser), the lamps, and mouse events."""
+"""The scene in the browser: MuJoCo's geoms as viser's meshes (by mjviser), what glows, and mouse events."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, cast
@@ -17,7 +17,7 @@ from sim.world.materials import glow_of
 from sim.world.scene import Scene
 
 LIGHT_CD = 0.6
-"""Intensity of the lamp of a location that marks an object: visible beside the scene's other lights."""
+"""Intensity of the light of a location that marks an object: visible beside the scene's other lights."""
 
 PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
 """Colour and thickness of the line from an object to the pointer that pulls it."""

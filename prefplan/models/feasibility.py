@@ -76,7 +76,9 @@ class Geometry:
                 answer = self._answers[pair]
                 for conditions, action in self._violated(plan, answer):
                     self.abstract = self.abstract or [each.objectives for each in plans]
-                    self.left_out.setdefault(pair, answer.reason or f"no room beside {', '.join(sorted(conditions))}")
+                    self.left_out.setdefault(
+                        pair, answer.reason or f"no room beside {' and '.join(sorted(conditions))}"
+                    )
                     found[conditions, action] = None
         return list(found)
 

@@ -34,6 +34,11 @@ class PlaceCheck:
     crowded_by: Neighbours = ()
 
     @property
+    def words(self) -> str:
+        """Why something cannot be done there; beside which objects there is no room, if that is all."""
+        return self.reason or f"no room beside {' or '.join(f'{obj} at {place}' for obj, place in self.crowded_by)}"
+
+    @property
     def barred(self) -> Barred:
         """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
         here = frozenset({at(self.obj, self.location)})

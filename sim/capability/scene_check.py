@@ -108,7 +108,7 @@ def tasks_out_of_reach(
         for found in blamed:
             needs = not _achievable_without(problem, task, [*spared, found], achievable)
             (needed if needs else spared).append(found)
-        what = " and ".join(f"{found.obj} at {found.location} ({found.reason})" for found in needed)
+        what = " and ".join(f"{found.obj} at {found.location} ({found.words})" for found in needed)
         yield f"tasks[{i}].formula: task {task.name} needs what the arm cannot do: {what}"
 
 

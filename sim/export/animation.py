@@ -1,4 +1,4 @@
-"""A run as a glTF animation: channels for the bodies that have joints, and for the lamps."""
+"""A run as a glTF animation: channels for the bodies that have joints, and for what glows."""
 
 from typing import Any
 

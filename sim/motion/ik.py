@@ -188,7 +188,7 @@ class InverseKinematics:
         """
         normal, pull, error = self._normal_equations()
         _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
-        step *= min(1.0, MAX_SEARCH_STEP_RAD / float(np.abs(step).max()))
+        step *= MAX_SEARCH_STEP_RAD / max(MAX_SEARCH_STEP_RAD, float(np.abs(step).max()))
         q = self._configuration.data.qpos
         if not self._within_ranges(q + step):
             most = self.robot.velocity_limits

@@ -181,7 +181,7 @@ class Plant:
             self.wait(SHIFT_DURATION_S)
 
     def glow(self, location: str, seconds: float) -> None:
-        """Let the lamp of a location that marks objects glow for some seconds."""
+        """Let a location that marks objects glow for some seconds."""
         self.glowing, self._dark = list(self.scene.slots).index(location), self.data.time + seconds
 
     def wait(self, seconds: float) -> None:

@@ -31,7 +31,7 @@ from sim.world.places import Slot
 from sim.world.shapes import about_z
 
 GLOW_DURATION_S = 1.5
-"""How long the lamp of a location that marks objects glows after a release; the hand rises as slowly as that."""
+"""How long a location that marks objects glows after a release; the hand rises as slowly as that."""
 
 LOWER_DURATION_S = 0.7
 """Least duration of lowering an object, in which it overshoots by less than `DROP_HEIGHT_M` near the base."""

@@ -47,3 +47,11 @@ def test_almost_every_pose_of_a_tilted_hand_that_an_arm_reaches_is_found() -> No
             poses.append(pose)
     found = sum(next(kinematics.configurations([pose]), None) is not None for pose in poses)
     assert found >= 0.95 * len(poses)  # 81 % from one seed, 93 % from three
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_search_that_begins_at_its_goal_ends_there(name: str) -> None:
+    robot = robot_named(name)
+    kinematics = InverseKinematics(robot)
+    found = kinematics.nearby(kinematics.tool(robot.home), robot.home, 0.0)
+    assert found is not None and np.abs(found - robot.home).max() < 1e-6
