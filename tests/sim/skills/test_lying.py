@@ -92,7 +92,7 @@ def test_a_hand_that_gives_way_gets_no_grip_on_what_lies_and_then_does() -> None
 
 @pytest.mark.parametrize(
     ("refusals", "held"),
-    [(1, "x"), (3, "x"), (99, None)],
+    [(1, "x"), (4, "x"), (99, None)],
     ids=["raised straight up", "taken from elsewhere", "let go"],
 )
 def test_what_cannot_be_raised_the_way_the_hand_came(
