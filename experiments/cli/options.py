@@ -131,7 +131,7 @@ camera = click.option(
     "--camera",
     metavar="NAME",
     default="fixed",
-    help="fixed: in front of the table; wrist: on the hand; top: from above; another camera "
+    help="fixed: in front of the table; orbit: around its front; wrist: on the hand; top: from above; another camera "
     "of the scene's MJCF by its name; or azimuth and elevation in degrees and distance in m, such as 156,-28,1.2 "
     "(default: fixed).",
 )

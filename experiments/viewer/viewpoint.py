@@ -37,7 +37,7 @@ class Viewpoint:
         Raises:
             RenderingError: there is no such camera.
         """
-        view, upright = Camera(scene, camera, PICTURE_PX).view, np.array([0.0, 0.0, 1.0])
+        view, upright = Camera(scene, camera, PICTURE_PX).view(), np.array([0.0, 0.0, 1.0])
         if view.type == mujoco.mjtCamera.mjCAMERA_FIXED:
             data = initial_state(scene)
             mujoco.mj_forward(scene.mujoco, data)

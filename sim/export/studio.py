@@ -32,7 +32,7 @@ def add_studio(tree: dict[str, Any], scene: Scene) -> None:
         lights.append({"type": "directional", "name": name} | shines)
     tree.setdefault("extensions", {})[LIGHTS] = {"lights": lights}
     tree.setdefault("extensionsUsed", []).append(LIGHTS)
-    view = Camera(scene, "fixed", ASPECT).view
+    view = Camera(scene, "fixed", ASPECT).view()
     _, _, ahead = axes_of(view)
     lens = {"yfov": float(np.radians(model.vis.global_.fovy)), "aspectRatio": ASPECT[0] / ASPECT[1]}
     tree["cameras"] = [{"type": "perspective", "perspective": lens | {"znear": 0.02, "zfar": 30.0}}]

@@ -1,18 +1,17 @@
 """The views that a video may have."""
 
-import functools
-
 import mujoco
 import numpy as np
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import first_met, is_solid, opaque
-from sim.rendering.framing import object_corners, of_fixtures, work_points
+from sim.rendering.framing import home_points, label_anchors, object_corners, of_fixtures, work_points
+from sim.rendering.labels import place_labels
 from sim.world.materials import WRIST
 from sim.world.scene import Scene
 
-CAMERAS = ("fixed", WRIST, "top")
-"""In front of the table; on the hand; straight above."""
+CAMERAS = ("fixed", "orbit", WRIST, "top")
+"""In front of the table; swinging around the front, once left and right in a video; on the hand; straight above."""
 
 AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
 """Heading and pitch of `fixed`: from the right in front of a robot that looks along x, down onto the table."""
@@ -23,20 +22,24 @@ HEADINGS_DEG = (0.0, 48.0, -46.0, 94.0, -86.0, 134.0, -112.0, 160.0, -138.0)
 SEEN_CORNERS = 4
 """Least number of visible corners of the box round an object that counts as seen."""
 
+SWING_DEG = 70.0
+"""How far `orbit` swings to either side: beyond, the arm hides its own work."""
+
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
 
 
 class Camera:
-    """A view of a scene; all objects, locations and the hand at work fit into that of `fixed` and `top`.
+    """A view of a scene; all objects, locations and the hand at work fit into that of `fixed`, `orbit` and `top`.
 
     One that is `mounted` is one of the model's own cameras, as `wrist` is.
     """
 
-    def __init__(self, scene: Scene, name: str, size: tuple[int, int]) -> None:
+    def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:
         """Compute what has to fit into a picture of a size, (width, height) in pixels.
 
-        The name is one of `camera_names`, or a text for `read_view`, else `RenderingError` is raised.
+        The name is one of `camera_names`, or a text for `read_view`, else `RenderingError` is raised. In the share
+        `opening` of the video, the camera moves in from a view that includes the hand at home.
         """
         self.name = name
         self.mounted = name == WRIST or name in camera_names(scene)[len(CAMERAS) :]
@@ -44,12 +47,11 @@ class Camera:
         self._scene, self._size = scene, np.array(size)
         self._chosen = None if self.mounted or name in CAMERAS else read_view(name)
         self._slope = float(np.tan(np.radians(scene.mujoco.vis.global_.fovy) / 2))
-        self._points = work_points(scene)
+        self._points, self._home, self._opening = work_points(scene), home_points(scene), opening
         self._heading = self._best_heading()
 
-    @functools.cached_property
-    def view(self) -> mujoco.MjvCamera:
-        """MuJoCo's camera."""
+    def view(self, share: float = 0.0) -> mujoco.MjvCamera:
+        """Return MuJoCo's camera when a share, 0 .. 1, of the video has passed."""
         view = mujoco.MjvCamera()
         if self.mounted:
             view.type = mujoco.mjtCamera.mjCAMERA_FIXED
@@ -59,11 +61,16 @@ class Camera:
         if self._chosen:
             view.azimuth, view.elevation, view.distance = self._chosen
             return view
-        view.azimuth, view.elevation = self._heading, ELEVATION_DEG
+        swing = SWING_DEG * np.sin(2 * np.pi * share) if self.name == "orbit" else 0.0
+        view.azimuth, view.elevation = self._heading + swing, ELEVATION_DEG
         if self.name == "top":
             view.azimuth, view.elevation = float(np.degrees(self._scene.robot.yaw)) + 180.0, -90.0
         axes = axes_of(view)
         eye = self._eye(axes, self._points)
+        if share < self._opening:
+            # A point in view at both ends of a straight path is in view all along.
+            wide = self._eye(axes, np.concatenate([self._points, self._home]))
+            eye = wide + _eased(share / self._opening) * (eye - wide)
         view.distance = (axes @ (view.lookat - eye))[2]
         view.lookat = eye + view.distance * axes[2]
         return view
@@ -91,12 +98,16 @@ class Camera:
                 best, most = usual + turn, slots
         return best
 
-    def pixels(self, points: np.ndarray) -> np.ndarray:
+    def shares(self) -> np.ndarray:
+        """Return (V,) shares of the video whose views cover the camera's whole motion evenly."""
+        return np.linspace(0.25, 0.75, 36) if self.name == "orbit" else np.zeros(1)
+
+    def pixels(self, points: np.ndarray, share: float = 0.0) -> np.ndarray:
         """Return the (N, 2) pixels, from the left and the top, where (N, 3) points, m, are in the picture.
 
         The camera is not mounted; a point behind it is far outside.
         """
-        view = self.view
+        view = self.view(share)
         right, up, ahead = (axes_of(view) @ (points - view.lookat).T) + [[0.0], [0.0], [view.distance]]
         scale = self._size[1] / (2 * self._slope)
         return self._size / 2 + scale * np.stack([right, -up], axis=1) / np.maximum(ahead, 1e-3)[:, None]
@@ -123,12 +134,26 @@ def read_view(text: str) -> tuple[float, float, float]:
     return azimuth, elevation, distance
 
 
+def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:
+    """Return the (2,) offsets in pixels from each anchor to its name that keep the names clear in all views."""
+    shares, anchors, corners = camera.shares(), label_anchors(scene), object_corners(scene).reshape(-1, 3)
+    points = np.stack([camera.pixels(np.array([*anchors.values()]), share) for share in shares], axis=1)
+    boxes = np.stack([camera.pixels(corners, share).reshape(-1, 8, 2) for share in shares])
+    obstacles = np.concatenate([boxes.min(axis=2), boxes.max(axis=2)], axis=2)
+    return place_labels(dict(zip(anchors, points, strict=True)), obstacles, camera.size)
+
+
 def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
     """Return the (3, 3) rows to the right, up and ahead, unit vectors."""
     heading, pitch = np.radians([view.azimuth, view.elevation])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
     return np.array([right, np.cross(right, ahead), ahead])
+
+
+def _eased(share: float) -> float:
+    """Return the share of a path after a share of the time, with zero speed at both ends."""
+    return share * share * (3 - 2 * share)
 
 
 def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:

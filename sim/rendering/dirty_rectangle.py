@@ -42,11 +42,11 @@ class DirtyRectangle:
         self._shown: np.ndarray | None = None
         self._look: object = None
 
-    def update(self, data: mujoco.MjData, look: object = None) -> PixelBox:
+    def update(self, data: mujoco.MjData, share: float, look: object = None) -> PixelBox:
         """Return the box of pixels that can have changed since the last call: at first all, none if nothing moved.
 
-        The data are after `mj_kinematics`. `look` is what else decides the whole picture, such as the locations that
-        glow: all changes with it.
+        The data are after `mj_kinematics`, at a share of the video. `look` is what else decides the whole picture, such
+        as the view and the lamps: all changes with it.
         """
         corners = box_corners(data, self._geoms)
         if self._shown is None or self._look != look or not self._is_local:
@@ -59,7 +59,7 @@ class DirtyRectangle:
         self._shown[moved] = corners[moved]
         ray = data.model.light_dir[self._light]
         points = np.concatenate([boxes, self._shadows(boxes, corners, ray / -ray[2])]).reshape(-1, 3)
-        pixels = self._camera.pixels(points)
+        pixels = self._camera.pixels(points, share)
         first, last = np.floor(pixels.min(axis=0)) - ROUNDING_PX, np.ceil(pixels.max(axis=0)) + ROUNDING_PX
         left, top, right, bottom = np.clip([first, last], 0, self._camera.size).astype(int).ravel().tolist()
         return left, top, right, bottom

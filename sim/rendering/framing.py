@@ -36,6 +36,11 @@ def of_fixtures(scene: Scene) -> np.ndarray:
     return np.isin(scene.mujoco.geom_bodyid, bodies)
 
 
+def home_points(scene: Scene) -> np.ndarray:
+    """Return (N, 3) points that bound the hand at home, m."""
+    return box_corners(*_hand_at_home(scene)).reshape(-1, 3)
+
+
 def object_corners(scene: Scene) -> np.ndarray:
     """Return (S, 8, 3) corners of a box round the largest object in each of the S slots, m."""
     half, slots = _object_half(scene), _slots(scene)
@@ -67,12 +72,8 @@ def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
 def hand_corners(scene: Scene) -> np.ndarray:
     """Return (S, 8, 3) corners of a box round the hand over each of the S slots, at its transfer height, m."""
     half, slots = _object_half(scene), _slots(scene)
-    model, robot = scene.mujoco, scene.robot
-    data, hand = mujoco.MjData(model), int(model.site(robot.tool).bodyid[0])
-    robot.put(data, robot.home, width=robot.gripper.opening_m)
-    mujoco.mj_kinematics(model, data)
-    geoms = np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
-    tool = data.site(robot.tool)
+    data, geoms = _hand_at_home(scene)
+    tool = data.site(scene.robot.tool)
     points = (box_corners(data, geoms).reshape(-1, 3) - tool.xpos) @ tool.xmat.reshape(3, 3)
     low, high = points.min(axis=0), points.max(axis=0)
     # The tool's z axis points down.
@@ -101,6 +102,16 @@ def with_strays(scene: Scene, qpos: np.ndarray) -> Scene:
             place = f"{name} at {position}"
             found[place] = (Slot(place, 0, position, 0.0),)
     return replace(scene, slots=scene.slots | found, temporary=scene.temporary | found.keys())
+
+
+def _hand_at_home(scene: Scene) -> tuple[mujoco.MjData, np.ndarray]:
+    """Return the state with the arm at home and its fingers open, and the (G,) geoms of the hand."""
+    model, robot = scene.mujoco, scene.robot
+    data = mujoco.MjData(model)
+    robot.put(data, robot.home, width=robot.gripper.opening_m)
+    mujoco.mj_kinematics(model, data)
+    hand = int(model.site(robot.tool).bodyid[0])
+    return data, np.flatnonzero((model.geom_bodyid == hand) | (model.body_parentid[model.geom_bodyid] == hand))
 
 
 def _slots(scene: Scene) -> list[Slot]:

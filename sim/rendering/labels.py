@@ -22,64 +22,91 @@ PLATE = (24, 20, 18, 205)
 OVERSAMPLING = 3
 """Supersampling factor of plates, for smooth edges."""
 
+ROUNDING_PX = 1.0
+"""Names are drawn at whole pixels, so their offsets vary by up to this as the camera moves."""
+
 STEPS, DIRECTIONS = 7, 16
 """Number of distances, in steps of half its height, and of directions from its anchor at which a name is tried."""
 
 
 def place_labels(
     anchors: Mapping[str, np.ndarray], obstacles: np.ndarray, size: tuple[int, int]
-) -> dict[str, PixelBox]:
-    """Return the boxes of names that overlap neither each other nor obstacles, as far as that is possible.
+) -> dict[str, np.ndarray]:
+    """Return where to write names such that they overlap neither each other nor obstacles, as far as that is possible.
 
-    Names whose anchors are not in the picture are left out.
+    Each keeps one offset, (2,) pixels from its anchor to its middle, in all V views of a video, so that it never jumps.
 
     Args:
-        anchors: (2,) preferred pixel of each name.
-        obstacles: (M, 4) boxes to keep clear: left, top, right, bottom.
+        anchors: (V, 2) preferred pixel of each name.
+        obstacles: (V, M, 4) boxes to keep clear: left, top, right, bottom.
         size: (width, height) of the picture.
     """
-    placed = dict[str, PixelBox]()
+    offsets = dict[str, np.ndarray]()
+    taken = np.empty((len(obstacles), 0, 4))
     # From the front to the back, since names in front can hide more.
-    for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][1]):
-        if ((anchor < 0) | (anchor >= size)).any():
-            continue
-        extent = np.array(_plate(name, size[1]).size)
-        boxes = _boxes(anchor + _offsets(extent), extent, size)
-        taken = np.array([*placed.values()]).reshape(-1, 4)
+    for name, anchor in sorted(anchors.items(), key=lambda item: -item[1][:, 1].mean()):
+        possible = _offsets(_extent(name, size))
+        boxes = _boxes(anchor[:, None] + possible, _extent(name, size), size)
+        boxes[~_inside(anchor, size)] = 0.0
         # Other names matter most, then objects, then distance, by which the candidates are ordered.
-        best = (1e6 * overlaps(boxes, taken) + overlaps(boxes, obstacles)).argmin()
-        left, top, right, bottom = map(int, boxes[best])
-        placed[name] = left, top, right, bottom
-    return placed
+        cost = (1e6 * overlaps(boxes, taken) + overlaps(boxes, obstacles)).sum(axis=0)
+        best = int(cost.argmin())
+        offsets[name] = possible[best]
+        taken = np.concatenate([taken, boxes[:, [best]]], axis=1)
+    return offsets
 
 
-def drawn_labels(
+def label_boxes(
+    anchors: Mapping[str, np.ndarray], offsets: Mapping[str, np.ndarray], size: tuple[int, int]
+) -> dict[str, PixelBox]:
+    """Return the box of each name whose (2,) anchor is in the picture, in one view, at its offset."""
+    found: dict[str, PixelBox] = {}
+    for name, anchor in anchors.items():
+        if _inside(anchor, size):
+            left, top, right, bottom = map(int, _boxes(anchor + offsets[name], _extent(name, size), size))
+            found[name] = left, top, right, bottom
+    return found
+
+
+def draw_labels(
+    frame: np.ndarray,
     placed: Mapping[str, PixelBox],
     anchors: Mapping[str, np.ndarray],
     targets: Mapping[str, np.ndarray],
-    size: tuple[int, int],
-) -> Image.Image:
-    """Return a transparent picture of a size with names, and a line from each far from its anchor to its target.
+) -> np.ndarray:
+    """Return a frame with names, and a thin line from each name that is far from its anchor to its location.
 
-    The boxes are from `place_labels`, as are the anchors; targets are the (2,) pixels in the middle of each location.
+    The boxes are from `label_boxes`, as are the (2,) anchors; targets are the (2,) pixels in the middle of each
+    location.
     """
-    picture = Image.new("RGBA", size, (*INK, 0))
+    picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)
     for name, box in placed.items():
-        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1]:
+        if np.linalg.norm(_nearest(box, anchors[name]) - anchors[name]) > box[3] - box[1] + ROUNDING_PX:
             x, y = map(float, targets[name])
             line = (x, y, *map(float, _nearest(box, targets[name])))
             draw.line(line, fill=PLATE[:3], width=4)
             draw.line(line, fill=INK, width=2)
             draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=INK, outline=PLATE[:3])
     for name, box in placed.items():
-        picture.alpha_composite(_plate(name, size[1]), box[:2])
-    return picture
+        plate = _plate(name, frame.shape[0])
+        picture.paste(plate, box[:2], mask=plate)
+    return np.asarray(picture)
 
 
 def _nearest(box: PixelBox, point: np.ndarray) -> np.ndarray:
     """Return the (2,) point of a box that is nearest to another."""
     return np.clip(point, box[:2], box[2:])
+
+
+def _extent(name: str, size: tuple[int, int]) -> np.ndarray:
+    """Return (2,) width and height of a name on its plate."""
+    return np.array(_plate(name, size[1]).size)
+
+
+def _inside(points: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Return whether each of (..., 2) points is in the picture."""
+    return np.asarray(((points >= 0) & (points < size)).all(axis=-1))
 
 
 def _offsets(extent: np.ndarray) -> np.ndarray:
@@ -93,14 +120,15 @@ def _offsets(extent: np.ndarray) -> np.ndarray:
 
 
 def _boxes(middles: np.ndarray, extent: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Return (N, 4) boxes of an extent, centred at (N, 2) middles and then moved into the picture."""
-    corners = np.clip(np.round(middles - extent / 2), 0, np.array(size) - extent)
-    return np.hstack([corners, corners + extent])
+    """Return (..., 4) boxes of an extent, centred at (..., 2) middles and then moved into the picture."""
+    corner = np.clip(np.round(middles - extent / 2), 0, np.array(size) - extent)
+    return np.concatenate([corner, corner + extent], axis=-1)
 
 
 def overlaps(boxes: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the (N,) area that each of (N, 4) boxes shares with the (M, 4) others."""
-    shared = np.minimum(boxes[:, None, 2:], others[:, 2:]) - np.maximum(boxes[:, None, :2], others[:, :2])
+    """Return the (V, N) area that each of (V, N, 4) boxes shares with the (V, M, 4) others of its view."""
+    shared = np.minimum(boxes[:, :, None, 2:], others[:, None, :, 2:])
+    shared = shared - np.maximum(boxes[:, :, None, :2], others[:, None, :, :2])
     return shared.clip(min=0).prod(axis=-1).sum(axis=-1)
 
 

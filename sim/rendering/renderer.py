@@ -8,15 +8,14 @@ from types import TracebackType
 
 import mujoco
 import numpy as np
-from PIL import Image
 
 from sim.errors import RenderingError
 from sim.geometry.mjcf import VISIBLE
 from sim.rendering.antialias import MARGIN_PX, fill_specks, smooth_edges
-from sim.rendering.cameras import Camera
+from sim.rendering.cameras import Camera, label_offsets
 from sim.rendering.dirty_rectangle import DirtyRectangle
-from sim.rendering.framing import label_anchors, label_targets, object_corners
-from sim.rendering.labels import PixelBox, drawn_labels, place_labels
+from sim.rendering.framing import label_anchors, label_targets
+from sim.rendering.labels import PixelBox, draw_labels, label_boxes
 from sim.rendering.opengl import gl_context, no_gl
 from sim.rendering.quality import Quality
 from sim.world.materials import KEY_LIGHT, WRIST, Glow, glow_of
@@ -33,18 +32,26 @@ class Painter:
         RenderingError: (on construction) there is no OpenGL; the message says how to repair that.
     """
 
-    def __init__(self, scene: Scene, *, size: tuple[int, int], quality: Quality, camera: str) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        size: tuple[int, int],
+        quality: Quality,
+        camera: str,
+        opening: float = 0.0,
+    ) -> None:
         """Create the OpenGL context for pictures of a size, (width, height) in pixels; that of the quality is ignored.
 
-        The camera is as for `sim.rendering.cameras.Camera`.
+        Camera and opening are as for `sim.rendering.cameras.Camera`.
         """
-        self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size)
-        self._labels: Image.Image | None = None
+        self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size, opening=opening)
         if self._camera.mounted:  # no names are written over its pictures
             self._model = scene.with_names()
         else:
             self._model = copy.copy(scene.mujoco)
-            self._labels = _labels(scene, self._camera)
+            self._anchors, self._targets = label_anchors(scene), label_targets(scene)
+            self._offsets = label_offsets(scene, self._camera)
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         # The camera on the hand is close to the shadows.
         self._model.vis.quality.shadowsize = quality.shadow_pixels * (2 if camera == WRIST else 1)
@@ -81,59 +88,66 @@ class Painter:
         self._context.free()
         self._gl.free()
 
-    def frame(self, qpos: np.ndarray, *, glow: Sequence[str]) -> np.ndarray:
-        """Return a picture, (height, width, 3) uint8, of (nq,) positions; `glow` are the marking locations at work."""
+    def frame(self, qpos: np.ndarray, *, glow: Sequence[str], share: float = 0.0) -> np.ndarray:
+        """Return a picture, (height, width, 3) uint8, of a state when a share, 0 .. 1, of the video has passed.
+
+        `qpos` are the (nq,) positions; `glow` are the marking locations at work.
+        """
         for place in self._scene.model.locations:
             if place.marks:
                 self._set_glow(place.name, glow_of(place.kind), on=place.name in glow)
         self._data.qpos[:] = qpos
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        bare = self._bare(glow)
-        if self._labels is None:
-            return bare
-        picture = Image.fromarray(bare)
-        picture.paste(self._labels, mask=self._labels)
-        return np.asarray(picture)
+        picture = self._bare(share, glow)
+        return picture if self._camera.mounted else self._labelled(picture, share)
 
-    def _bare(self, glow: Sequence[str]) -> np.ndarray:
+    def _labelled(self, bare: np.ndarray, share: float) -> np.ndarray:
+        anchors, targets = (
+            dict(zip(points, self._camera.pixels(np.array([*points.values()]), share), strict=True))
+            for points in (self._anchors, self._targets)
+        )
+        return draw_labels(bare, label_boxes(anchors, self._offsets, self._camera.size), anchors, targets)
+
+    def _bare(self, share: float, glow: Sequence[str]) -> np.ndarray:
         """Return a picture of the current state with smooth edges, without labels.
 
         What cannot have changed since the last picture is kept from it.
         """
-        size = self._camera.size
+        view, size = self._camera.view(share), self._camera.size
         if self._dirty is None:
-            return self._smooth((0, 0, *size))
-        left, top, right, bottom = self._dirty.update(self._data, tuple(glow))
+            return self._smooth(view, (0, 0, *size))
+        look = (*view.lookat, view.azimuth, view.elevation, view.distance, *glow)
+        left, top, right, bottom = self._dirty.update(self._data, share, look)
         if left < right and top < bottom:
             changed = _grown((left, top, right, bottom), size)
             seen = _grown(changed, size)
-            fresh = self._smooth(seen)
+            fresh = self._smooth(view, seen)
             self._shown[changed[1] : changed[3], changed[0] : changed[2]] = fresh[
                 changed[1] - seen[1] : changed[3] - seen[1], changed[0] - seen[0] : changed[2] - seen[0]
             ]
         return self._shown.copy()
 
-    def _smooth(self, box: PixelBox) -> np.ndarray:
+    def _smooth(self, view: mujoco.MjvCamera, box: PixelBox) -> np.ndarray:
         """Return a box of a picture with smooth edges, its rim aside."""
         samples = self._quality.samples
         if samples == 1:
-            return smooth_edges(self._painted(box))
+            return smooth_edges(self._painted(view, box))
         total = np.full((box[3] - box[1], box[2] - box[0], 3), samples // 2, dtype=np.uint16)
         for k in range(samples):
             self._move_key_light(k, samples)
             shift = (k + 0.5) / samples - 0.5, k * GOLDEN_ANGLE_RAD / np.pi % 1 - 0.5
-            total += fill_specks(self._painted(box, shift=shift))
+            total += fill_specks(self._painted(view, box, shift=shift))
         return (total // samples).astype(np.uint8)
 
-    def _painted(self, box: PixelBox, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    def _painted(self, view: mujoco.MjvCamera, box: PixelBox, *, shift: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
         """Return a box of a rendering of the current state, shifted to the right and up by fractions of a pixel."""
         (width, height), (left, top, right, bottom) = self._camera.size, box
         area = mujoco.MjrRect(0, 0, right - left, bottom - top)
         pixels = np.empty((area.height, area.width, 3), dtype=np.uint8)
         mujoco.mj_camlight(self._model, self._data)
         mujoco.mjv_updateScene(
-            self._model, self._data, self._option, None, self._camera.view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
+            self._model, self._data, self._option, None, view, mujoco.mjtCatBit.mjCAT_ALL, self._drawn
         )
         for eye in self._drawn.camera:
             pixel, highest = (eye.frustum_top - eye.frustum_bottom) / height, eye.frustum_top
@@ -163,17 +177,6 @@ class Painter:
         self._model.mat_emission[material] = on
         self._model.light_active[light] = on
         self._model.light_diffuse[light] = glow.light
-
-
-def _labels(scene: Scene, camera: Camera) -> Image.Image:
-    """Return the names of the locations as a camera sees them, on a transparent ground."""
-    anchors, targets = (
-        dict(zip(points, camera.pixels(np.array([*points.values()])), strict=True))
-        for points in (label_anchors(scene), label_targets(scene))
-    )
-    corners = camera.pixels(object_corners(scene).reshape(-1, 3)).reshape(-1, 8, 2)
-    obstacles = np.hstack([corners.min(axis=1), corners.max(axis=1)])
-    return drawn_labels(place_labels(anchors, obstacles, camera.size), anchors, targets, camera.size)
 
 
 def _grown(box: PixelBox, size: tuple[int, int]) -> PixelBox:

@@ -26,15 +26,19 @@ from sim.world.scene import Scene
 LAST_FRAME_S = 0.5
 """How long the last state is held, s: long enough to read the caption, and no longer than the hand pauses before."""
 
+OPENING_S = 2.0
+"""Time in which the camera moves in, s; the hand needs as long to come down from home."""
+
 PART_FRAMES = 100
 """Approximate number of frames of a part: six seconds of work, a fortieth of it to set up the renderer."""
 
 
 @dataclass(frozen=True)
 class _Frame:
-    """A state, (nq,), at a simulated time, s; `glow` is as for `Painter.frame`."""
+    """A state, (nq,), at a simulated time, s, and a share, 0 .. 1, of the video; `glow` is as for `Painter.frame`."""
 
     time: float
+    share: float
     qpos: np.ndarray
     glow: tuple[str, ...]
 
@@ -74,7 +78,17 @@ def render_video(
     path.parent.mkdir(parents=True, exist_ok=True)
     frames = _frames(scene, run, fps)
     scene = with_strays(scene, run.qpos[:: round(REST_S * FRAME_RATE_HZ)])
-    render = partial(_render_part, scene, captions, fps=fps, size=size or quality.size, quality=quality, camera=camera)
+    opening = OPENING_S * fps / len(frames)
+    render = partial(
+        _render_part,
+        scene,
+        captions,
+        fps=fps,
+        size=size or quality.size,
+        quality=quality,
+        camera=camera,
+        opening=opening,
+    )
     # At least two: joblib would run a single worker in this process, which a faulty driver must not crash.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
@@ -122,8 +136,8 @@ def _frames(scene: Scene, run: Run, fps: int) -> list[_Frame]:
     rows = np.searchsorted(run.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(run.times) - 1)
     names = [place.name for place in scene.model.locations]
     return [
-        _Frame(time, run.qpos[row], (names[int(run.glow[row])],) if run.glow[row] >= 0 else ())
-        for time, row in zip(times, rows, strict=True)
+        _Frame(time, share, run.qpos[row], (names[int(run.glow[row])],) if run.glow[row] >= 0 else ())
+        for time, share, row in zip(times, np.linspace(0, 1, len(times)), rows, strict=True)
     ]
 
 
@@ -155,6 +169,7 @@ def _render_part(
     size: tuple[int, int],
     quality: Quality,
     camera: str,
+    opening: float,
 ) -> int:
     """Render consecutive frames into a video of their own, in this thread, and return their number."""
     os.environ["LP_NUM_THREADS"] = "0"
@@ -166,11 +181,11 @@ def _render_part(
     width, height = size
     above = height - strip_height(height) if captions else height
     with (
-        Painter(scene, size=(width, above), quality=quality, camera=camera) as painter,
+        Painter(scene, size=(width, above), quality=quality, camera=camera, opening=opening) as painter,
         mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
-            bare = painter.frame(frame.qpos, glow=frame.glow)
+            bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)
             video.add_image(with_strip(bare, caption_at(captions, frame.time), height) if captions else bare)
     return len(frames)
 

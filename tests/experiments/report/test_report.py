@@ -138,7 +138,7 @@ def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monk
     assert data("out/shelf") == before
     with monkeypatch.context() as patch:
         patch.setattr(recordings, "run_plan", interrupted)
-        for change in (["--seed", "1"], ["--size", "32x32"], ["--camera", "top"]):
+        for change in (["--seed", "1"], ["--size", "32x32"], ["--camera", "orbit"]):
             assert report("shelf.toml", "--size", "64x36", *change).status == 130, "it is done again"
     Path("out/shelf/plan_0.npz").write_bytes(b"torn")
     assert report("shelf.toml", "--no-video").status == 0

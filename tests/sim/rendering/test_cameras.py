@@ -11,9 +11,9 @@ import pytest
 from scenario_texts import shipped
 
 from sim.errors import RenderingError
-from sim.rendering.cameras import Camera, camera_names, read_view
-from sim.rendering.framing import label_anchors, object_corners, with_strays
-from sim.rendering.labels import drawn_labels, place_labels
+from sim.rendering.cameras import AZIMUTH_DEG, SWING_DEG, Camera, camera_names, label_offsets, read_view
+from sim.rendering.framing import home_points, label_anchors, with_strays
+from sim.rendering.labels import draw_labels, label_boxes
 from sim.robots.arms.panda import PANDA
 from sim.skills.hand import HOVER_HEIGHT_M
 from sim.world.scene import Scene, build_scene, initial_state
@@ -24,6 +24,9 @@ SIZE = (1280, 612)
 
 HAND_M = (0.10, 0.03, 0.10)
 """The hand, from the tool along the closing direction, across it and upwards."""
+
+FRAMES = 600
+"""Of a video of 20 s, shorter than any of these scenes'."""
 
 SCENES = ("case_study_3", "kitchen")
 
@@ -59,13 +62,28 @@ def narrowest_cube(scene: Scene, camera: Camera) -> float:
 
 
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("camera", ["fixed", "top"])
+@pytest.mark.parametrize("camera, share", [("fixed", 0.0), *(("orbit", share) for share in (0.1, 0.25, 0.4, 0.75))])
 @pytest.mark.parametrize("size", [SIZE, (720, 1280)])
 def test_all_that_is_handled_stays_in_the_picture(
-    scenes: dict[str, Scene], name: str, camera: str, size: tuple[int, int]
+    scenes: dict[str, Scene], name: str, camera: str, share: float, size: tuple[int, int]
 ) -> None:
-    pixels = Camera(scenes[name], camera, size).pixels(handled(scenes[name]))
+    pixels = Camera(scenes[name], camera, size).pixels(handled(scenes[name]), share)
     assert (pixels > 0).all() and (pixels < size).all()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_camera_draws_near_from_where_it_sees_the_hand_at_home(scenes: dict[str, Scene], name: str) -> None:
+    scene, points = scenes[name], handled(scenes[name])
+    camera = Camera(scene, "fixed", SIZE, opening=0.1)
+    shares = np.linspace(0.0, 0.1, 6)
+    for share in shares:
+        pixels = camera.pixels(points, share)
+        assert (pixels > 0).all() and (pixels < SIZE).all()
+    hand = camera.pixels(home_points(scene))
+    assert (hand > 0).all() and (hand < SIZE).all()
+    widths = [np.ptp(camera.pixels(points, share)[:, 0]) for share in shares]
+    assert (np.diff(widths) > 0).all()
+    assert np.allclose(camera.pixels(points, 0.1), Camera(scene, "fixed", SIZE).pixels(points))
 
 
 def test_an_object_that_lies_off_every_location_is_in_the_picture(scenes: dict[str, Scene]) -> None:
@@ -92,20 +110,43 @@ def shown_in(scene: Scene) -> set[str]:
     return set(map(scene.model.display.location, scene.slots))
 
 
+def anchors_in(scene: Scene, camera: Camera, share: float) -> dict[str, np.ndarray]:
+    places = label_anchors(scene)
+    return dict(zip(places, camera.pixels(np.array([*places.values()]), share), strict=True))
+
+
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("camera", ["fixed", "top", "90,-30,1.4"])
+def test_names_go_with_their_locations_as_the_camera_turns(scenes: dict[str, Scene], name: str) -> None:
+    scene, camera = scenes[name], Camera(scenes[name], "orbit", SIZE)
+    offsets = label_offsets(scene, camera)
+    anchors = [anchors_in(scene, camera, share) for share in np.arange(0.0, 1.0, 1 / FRAMES)]
+    boxes = [label_boxes(shown, offsets, SIZE) for shown in anchors]
+    for label in offsets:
+        turned, moved = (abs(np.diff([shown[label][:2] for shown in frames], axis=0)) for frames in (anchors, boxes))
+        # At the edge of the picture a name stays; elsewhere it goes as far, to a pixel.
+        assert turned.max() > 2 and (moved <= turned + 1).all()
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.25, 0.4, 0.75])
 def test_every_name_is_in_the_picture_and_none_overlaps_another(
-    scenes: dict[str, Scene], name: str, camera: str
+    scenes: dict[str, Scene], name: str, share: float
 ) -> None:
-    scene, seen = scenes[name], Camera(scenes[name], camera, SIZE)
-    places, corners = label_anchors(scene), seen.pixels(object_corners(scene).reshape(-1, 3)).reshape(-1, 8, 2)
-    anchors = dict(zip(places, seen.pixels(np.array([*places.values()])), strict=True))
-    placed = place_labels(anchors, np.hstack([corners.min(axis=1), corners.max(axis=1)]), SIZE)
+    scene, camera = scenes[name], Camera(scenes[name], "orbit", SIZE)
+    placed = label_boxes(anchors_in(scene, camera, share), label_offsets(scene, camera), SIZE)
     assert placed.keys() == shown_in(scene)
     for left, top, right, bottom in placed.values():
         assert 0 <= left < right <= SIZE[0] and 0 <= top < bottom <= SIZE[1] and bottom - top >= 20
     for a, b in combinations(placed.values(), 2):
         assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+
+
+def test_the_orbit_begins_ends_and_turns_where_the_fixed_camera_is(scenes: dict[str, Scene]) -> None:
+    scene = scenes["case_study_3"]
+    orbit = Camera(scene, "orbit", SIZE)
+    turns = [orbit.view(share).azimuth - AZIMUTH_DEG for share in (0, 0.25, 0.5, 0.75, 1)]
+    assert np.allclose(turns, [0, SWING_DEG, 0, -SWING_DEG, 0])
+    assert Camera(scene, "fixed", SIZE).view(0.25).azimuth == AZIMUTH_DEG
 
 
 def test_the_wrist_sees_what_is_between_the_fingers_from_above(scenes: dict[str, Scene]) -> None:
@@ -121,16 +162,19 @@ def test_the_wrist_sees_what_is_between_the_fingers_from_above(scenes: dict[str,
     assert np.arctan2(edge @ axes[:, 1], -edge @ axes[:, 2]) > np.radians(8)
 
 
-def test_a_name_that_is_far_from_its_anchor_has_a_line_to_its_location() -> None:
-    anchor, target = {"stove": np.array([400.0, 300.0])}, {"stove": np.array([100.0, 100.0])}
-    for far, with_line in ((20, False), (60, True)):
-        box = {"stove": (350, 300 + far, 450, 330 + far)}
-        drawn = np.asarray(drawn_labels(box, anchor, target, SIZE))
-        assert bool(drawn[100, 100, 3]) == with_line and drawn[315 + far, 400, 3]
+def test_a_line_to_a_location_does_not_come_and_go_as_the_camera_moves() -> None:
+    frame, target = np.zeros((*SIZE[::-1], 3), np.uint8), np.array([100.0, 100.0])
+    for heights, with_line in ((1.5, False), (2.0, True)):
+        for at in np.linspace(0.0, 2.0, 9):
+            anchor = {"stove": np.array([400.0, 300.0]) + at}
+            (left, top, right, bottom) = label_boxes(anchor, {"stove": np.zeros(2)}, SIZE)["stove"]
+            offset = {"stove": np.array([0.0, heights * (bottom - top)])}
+            drawn = draw_labels(frame, label_boxes(anchor, offset, SIZE), anchor, {"stove": target})
+            assert bool(drawn[100, 100].any()) == with_line, (heights, at)
 
 
 def test_a_camera_may_be_anywhere(scenes: dict[str, Scene]) -> None:
-    view = Camera(scenes["case_study_3"], "90, -45,2.5", SIZE).view
+    view = Camera(scenes["case_study_3"], "90, -45,2.5", SIZE).view()
     assert (view.azimuth, view.elevation, view.distance) == (90, -45, 2.5)
     assert read_view("-10,-90,1") == (-10, -90, 1)
 
@@ -142,9 +186,9 @@ def test_a_camera_of_the_mjcf_is_chosen_by_its_name() -> None:
         return spec
 
     scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched), meshes=False)
-    assert camera_names(scene) == ("fixed", "wrist", "top", "door")
+    assert camera_names(scene) == ("fixed", "orbit", "wrist", "top", "door")
     door = Camera(scene, "door", SIZE)
-    assert door.mounted and door.view.fixedcamid == scene.mujoco.camera("door").id
+    assert door.mounted and door.view().fixedcamid == scene.mujoco.camera("door").id
 
 
 @pytest.mark.parametrize("text", ["above", "1,2", "1,2,3,4", "1,2,x", "0,-100,1", "0,0,0", "0,0,nan", "nan,0,1"])

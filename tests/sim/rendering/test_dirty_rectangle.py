@@ -74,13 +74,13 @@ def watch(scene: Scene, model: mujoco.MjModel) -> tuple[DirtyRectangle, mujoco.M
     data.qpos[:] = initial_state(scene).qpos
     mujoco.mj_kinematics(model, data)
     dirty = DirtyRectangle(model, Camera(scene, "fixed", SIZE), model.light(KEY_LIGHT).id, scene.table)
-    assert dirty.update(data) == (0, 0, *SIZE)
+    assert dirty.update(data, 0.0) == (0, 0, *SIZE)
     return dirty, data
 
 
 def test_nothing_is_rendered_while_nothing_moves(seen: tuple[DirtyRectangle, mujoco.MjData]) -> None:
     dirty, data = seen
-    assert dirty.update(data) == (0, 0, 0, 0)
+    assert dirty.update(data, 0.0) == (0, 0, 0, 0)
 
 
 def test_little_is_rendered_when_an_object_moves(scene: Scene, seen: tuple[DirtyRectangle, mujoco.MjData]) -> None:
@@ -88,7 +88,7 @@ def test_little_is_rendered_when_an_object_moves(scene: Scene, seen: tuple[Dirty
     pose, _ = columns(scene.mujoco, scene.model.objects[0].name)
     data.qpos[pose.start] += 0.01
     mujoco.mj_kinematics(data.model, data)
-    left, top, right, bottom = dirty.update(data)
+    left, top, right, bottom = dirty.update(data, 0.0)
     assert 0 < (right - left) * (bottom - top) < 0.05 * SIZE[0] * SIZE[1]
 
 
@@ -99,7 +99,7 @@ def test_slow_motions_add_up(scene: Scene, seen: tuple[DirtyRectangle, mujoco.Mj
     for _ in range(5):
         data.qpos[pose.start] += 4e-6
         mujoco.mj_kinematics(data.model, data)
-        boxes.append(dirty.update(data))
+        boxes.append(dirty.update(data, 0.0))
     assert [any(box) for box in boxes] == [False, False, True, False, False]
 
 
@@ -113,4 +113,4 @@ def test_all_is_rendered_where_a_motion_may_be_seen_anywhere(scene: Scene, chang
     else:
         model.light_bodyid[0] = model.body(scene.model.objects[0].name).id
     dirty, data = watch(scene, model)
-    assert dirty.update(data) == (0, 0, *SIZE)
+    assert dirty.update(data, 0.0) == (0, 0, *SIZE)

@@ -88,7 +88,7 @@ def test_locations_lie_one_above_the_other(shelf: Scene) -> None:
 
 
 def test_the_camera_looks_into_a_shelf(shelf: Scene) -> None:
-    view = Camera(shelf, "fixed", (640, 480)).view
+    view = Camera(shelf, "fixed", (640, 480)).view()
     assert np.cos(np.radians(view.azimuth)) > 0
 
 
