@@ -60,8 +60,8 @@ SLIDING, GRAVITY_M_S2 = OBJECT_SURFACE[0], 9.81
 
 SLIP_RESERVE, TIPPING_SHARE = 1.1, 0.7
 """By how much the greatest friction under the fingers must exceed what makes an object slide; and the share of the
-friction's lever that counts where it would tip: a little, it may rock forward. (Of random objects in corners that the arm
-was said to drag free, 6 of 43 were without these two tests, 4 of 8 with them.)"""
+friction's lever that counts where it would tip: a little, it may rock forward. (Of random objects in corners that the
+arm was said to drag free, 6 of 43 were without these two tests, 4 of 8 with them.)"""
 
 BEHIND_CREST_M, MAX_ROLL_M = 0.004, 0.005
 """A round object rolls under the fingertips: how far behind its crest their middle starts, and how far beyond the crest
