@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -82,8 +83,7 @@ def report(
             planner = pp.Planner(loaded.problem())
             front = planner.front(max_cost=max_cost, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
-        indices = range(len(front)) if plans is None else plans
-        chosen = {i: plan_at(front, i, "--plans") for i in indices}
+        chosen = {i: plan_at(front, i, "--plans") for i in (range(len(front)) if plans is None else plans)}
         recorded: Recorded = {}, (), front.ended == "interrupt"
         with only_writer(folder):
             if arm and front and front.ended != "interrupt":
@@ -101,11 +101,16 @@ def report(
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
+    return _status(planner, front, {i: recording.outcome for i, recording in recordings.items()})
+
+
+def _status(planner: pp.Planner, front: pp.Front, outcomes: Mapping[int, Mapping[str, Any]]) -> int:
+    """Say what is wrong with a front, or with the runs of its plans, given their JSON, and return the exit status."""
     if front.reason:
         return no_plan(front.reason, planner)
     if front.ended:
         tell(front.ending)
-    failed = [i for i, recording in recordings.items() if not recording.outcome["completed"]]
-    for i in failed:
-        tell(f"execution of plan {i} failed {recordings[i].outcome.get('reason')}")
+    failed = {i: outcome for i, outcome in outcomes.items() if not outcome["completed"]}
+    for i, outcome in failed.items():
+        tell(f"execution of plan {i} failed {outcome.get('reason')}")
     return FAILED if failed else DONE
