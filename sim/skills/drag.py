@@ -10,7 +10,7 @@ import numpy as np
 from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
-from sim.robots.gripper import SuctionGripper
+from sim.robots.gripper import GRAVITY_M_S2, SuctionGripper
 from sim.simulation.kinematic_cell import PRESSED_N
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import find_grasp
@@ -51,12 +51,12 @@ PRESS_FORCE_N = 2.0
 STROKE_STEP_M, STROKE_STEP_S = 0.003, 0.15
 """Length and least duration of the steps of a stroke; after each, the hand's height is corrected by the force."""
 
-COMPLIANCE_M_N, MAX_GIVE_M = 0.0001, 0.001
-"""Force control in a stroke: how far the hand rises per force on both pads beyond `2 * PRESSED_N`, m/N, and how far at
-most in a step, m."""
+HOLD_DOWN_N, COMPLIANCE_M_N, MAX_GIVE_M = 2 * PRESSED_N, 0.0001, 0.001
+"""Force control in a stroke: target force on both pads together, N; how far the hand rises per excess force, m/N, and
+how far at most in a step, m."""
 
-SLIDING, GRAVITY_M_S2 = OBJECT_SURFACE[0], 9.81
-"""Friction coefficient of objects on what they lie on, and gravity."""
+SLIDING = OBJECT_SURFACE[0]
+"""Friction coefficient of objects on what they lie on."""
 
 SLIP_RESERVE, TIPPING_SHARE = 1.1, 0.7
 """By how much the greatest friction under the fingers must exceed what makes an object slide; and the share of the
@@ -92,9 +92,9 @@ def find_drag(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
 
     A hand with a suction cup does not drag objects, and none is dragged that would slip under the fingers.
     """
-    gripper, pressed = cell.scene.robot.gripper, 2 * PRESSED_N
+    gripper = cell.scene.robot.gripper
     friction = float(cell.scene.mujoco.geom(gripper.pads[0]).friction[0])
-    slips = friction * pressed < SLIP_RESERVE * SLIDING * (pressed + _weight(cell, obj))
+    slips = friction * HOLD_DOWN_N < SLIP_RESERVE * SLIDING * (HOLD_DOWN_N + _weight(cell, obj))
     if slips or isinstance(gripper, SuctionGripper):
         return None
     for shift in _shifts(cell, obj, pose):
@@ -141,7 +141,7 @@ def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> Non
         with suppress(_FeltError):
             move_tool(cell, lowest, seconds=PRESS_DURATION_S, watch=lambda: _feel(cell, PRESS_FORCE_N))
         for _ in range(round(STROKE_M / STROKE_STEP_M)):
-            excess = float(cell.contacts.pad_forces.sum()) - 2 * PRESSED_N
+            excess = float(cell.contacts.pad_forces.sum()) - HOLD_DOWN_N
             give = np.clip(COMPLIANCE_M_N * excess, -MAX_GIVE_M, MAX_GIVE_M)
             step = STROKE_STEP_M * heading + [0.0, 0.0, give]
             move_tool(cell, cell.arm.tool(cell.reference).shifted(step), seconds=STROKE_STEP_S)
@@ -229,9 +229,9 @@ def _tips(pose: ObjectPose, offset: np.ndarray, shift: np.ndarray, weight: float
     """
     if _lies_round(pose):
         return False
-    sides, pressed = pose.footprint, 2 * PRESSED_N
+    sides = pose.footprint
     lever = TIPPING_SHARE * SLIDING * (pose.above + pose.below) * shift[:2] / np.linalg.norm(shift)
-    centre = sides.axes @ (pressed / (pressed + weight) * offset + lever)
+    centre = sides.axes @ (HOLD_DOWN_N / (HOLD_DOWN_N + weight) * offset + lever)
     beyond = np.hypot(*centre) if pose.shape.is_round else np.abs(centre)
     return bool((beyond > sides.half).any())
 
