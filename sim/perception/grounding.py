@@ -45,7 +45,7 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
     It rests there if it is upright, near the slot's centre, and its underside is level with the surface there. At a
-    location on others, that surface is the top of an object at one of those, and the centre follows these objects.
+    location on others, that surface is the top of an object at one of those, and the centre is the middle of all there.
     Slots are those of the scenario's locations, or with `temporary` those of temporary ones, where an object need not
     be upright.
     """
@@ -60,7 +60,8 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
         if np.hypot(*(underside[:2] - centre)) > 2 * AT_RADIUS_M:
             continue
         if supports:
-            under = _standing_on(scene, poses, carriers(poses, name), supports)
+            lower = [other for other, below in poses.items() if below.position[2] < pose.position[2]]
+            under = _standing_on(scene, poses, lower, supports)
             floors += [poses[other].top for other in under.values()]
             if not temporary:
                 centre = middle_of_supports(scene, poses, under, supports)

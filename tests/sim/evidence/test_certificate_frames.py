@@ -18,6 +18,8 @@ from sim.evidence.motion_checks import check_limits
 from sim.evidence.replay import RecordedWorld
 from sim.evidence.touch_checks import Touches, check_contacts
 from sim.geometry.mjcf import columns
+from sim.perception.grounding import observe
+from sim.perception.sensors import true_poses
 from sim.robots.arms.panda import PANDA
 from sim.robots.robot import Robot
 from sim.simulation.recorder import COMMANDS_PER_UNIT
@@ -152,6 +154,31 @@ def test_where_one_object_may_be_only_the_nearer_of_two_rests(arch_log: Log, nea
     world = RecordedWorld(replace(arch_log, qpos=qpos))
     world.show(0)
     assert world.resting(None) == {near: "san", "green": "right"}
+
+
+def test_frames_show_the_places_that_a_run_observes(arch_log: Log) -> None:
+    """Objects are in slots or on each other, off by centimetres; some are on one of two supports alone."""
+    rng, world, qpos = np.random.default_rng(0), RecordedWorld(arch_log), arch_log.qpos.copy()
+    data, slots = mujoco.MjData(world.mujoco), [slot for row in world.scene.slots.values() for slot in row]
+    seen, frame = [], 0
+    while frame < len(qpos):
+        data.qpos[:] = qpos[frame]
+        for obj in rng.permutation(world.objects):
+            below = data.body(str(rng.choice(world.objects))).xpos + [0.0, 0.0, CUBE_EDGE_M / 2]
+            base = below if rng.random() < 0.3 else slots[rng.integers(len(slots))].position
+            pose, _ = columns(world.mujoco, str(obj))
+            off = np.array([*rng.normal(0, 0.025, 2), CUBE_EDGE_M / 2 + rng.normal(0, 0.003)])
+            data.qpos[pose] = [*base + off, 1.0, 0.0, 0.0, 0.0]
+            mujoco.mj_fwdPosition(world.mujoco, data)
+        if not (data.contact.dist[: data.ncon] < -0.004).any():
+            poses = {obj: pose for obj, pose in true_poses(world.scene, data).items() if obj in world.objects}
+            seen.append(observe(world.scene, data, poses, hand="home", held=None).place)
+            qpos[frame], frame = data.qpos, frame + 1
+    world = RecordedWorld(replace(arch_log, qpos=qpos))
+    for frame, places in enumerate(seen):
+        world.show(frame)
+        assert world.resting(None) == places
+    assert sum("top" in places.values() for places in seen) > len(seen) / 20
 
 
 def test_an_object_is_held_only_while_all_pads_press_it(arch_log: Log) -> None:
