@@ -123,6 +123,8 @@ class Robot(ArmConstants):
             joint.actgravcomp = True
             joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
             joint.actfrcrange = [-limit, limit]
+            # A command leads its joint, by more the faster that moves: cut off at the joint's limit, it would jerk.
+            spec.actuator(name).ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
         if self.yaw or self.position.any():
             spec.body(self.base).set_frame(spec.worldbody.add_frame(pos=self.position, quat=yaw_quat(self.yaw)))
         return spec

@@ -8,8 +8,10 @@ from observers import Before
 
 from sim.errors import SimulationError
 from sim.execution.executor import Execution
+from sim.motion.ik import JOINT_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
+from sim.simulation.recorder import COMMANDS_PER_UNIT
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
 from sim.skills.hand import move_tool
@@ -62,6 +64,15 @@ def test_the_next_movement_begins_before_the_arm_rests_and_leads_to_its_goal(cel
     assert min(speeds[: len(speeds) // 2]) > REST_SPEED_RAD_S
     recorded = cell.recorder.arrays
     assert all((recorded[load] < limits).all() for load, limits in PANDA.load_limits.items())
+
+
+def test_an_arm_brakes_smoothly_beside_a_joints_position_limit(cell: Workcell) -> None:
+    goal, low = PANDA.home.copy(), PANDA.ranges(cell.scene.mujoco)[3, 0]
+    goal[3] = low + 1.1 * JOINT_MARGIN_RAD
+    cell.follow(cell.arm.move(cell.reference, goal, cell.arm.tool(goal)))
+    recorded = cell.recorder.arrays
+    assert recorded["controls"][:, 3].min() / COMMANDS_PER_UNIT < low, "commands lead the joint"
+    assert (recorded["torque_rates"] / PANDA.torque_rate_limits).max() < 0.1
 
 
 def test_a_surprise_on_the_way_brakes_the_arm_within_its_limits(cell: Workcell) -> None:
