@@ -21,7 +21,7 @@ from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.simulation.run import Effort
 from sim.simulation.workcell import Workcell
-from sim.skills.catalogue import SKILLS
+from sim.skills.catalogue import SKILLS, perform
 from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
@@ -127,10 +127,10 @@ def measure_all(
 
 
 def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -> Effort:
-    """Return the effort of an action, without that of the actions before it which lead to its state.
+    """Return the effort of an action from rest to rest, without that of the actions before it which lead to its state.
 
-    An object that the hand holds or has just released is grasped at that location first, so that it lies in the hand as
-    in an execution.
+    In a run, movements begin before the previous ones end, which saves 1 to 2 % of the energy. An object that the hand
+    holds or has just released is grasped at that location first, so that it lies in the hand as in an execution.
 
     Raises:
         SimulationError: the action, or one that leads to its state, fails.
@@ -150,9 +150,9 @@ def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -
         *([Action("release", trial.put, state.hand)] if trial.put else ()),
     ]
     for earlier in before:
-        skills[earlier.kind].perform(cell, earlier)
+        perform(cell, earlier, skills)
     spent = cell.effort
-    skills[action.kind].perform(cell, action)
+    perform(cell, action, skills)
     _check_effect(cell, action)
     return cell.effort - spent
 
