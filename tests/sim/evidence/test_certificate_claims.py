@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from forged_logs import claiming, log_of_run, refutations, telling
-from scenario_texts import shipped
+from scenario_texts import cup_scenario, shipped
 
 from prefplan import Purchase
+from prefplan.scenario.decode import loads
 from sim.evidence.certificate import certify
 from sim.evidence.log import Log
 from sim.simulation.run import Event
@@ -89,6 +90,18 @@ def test_what_noise_decides_is_as_the_log_says_and_nothing_else(
         if certify(telling(leaning, actions=actions)).check("action 1").holds:
             found.add(there)
     assert found == accepted
+
+
+def test_a_run_may_end_with_an_object_in_the_hand() -> None:
+    hold = """
+[[tasks]]
+name = "hold"
+formula = "F (cup_tray & F holding_cup)"
+[preference]
+kind = "order"
+"""
+    log = log_of_run(loads(cup_scenario(hold), name="hold"))
+    assert log.about.actions[-1].action == "grasp cup" and refutations(log) == {}
 
 
 def test_measured_costs_depend_on_the_slots_of_objects_at_the_start() -> None:
