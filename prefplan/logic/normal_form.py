@@ -42,8 +42,9 @@ def parse_rule(text: str, *, propositions: Iterable[str] | None = None) -> Formu
     try:
         return _normal_form(tree, text, False)
     except _UnsafeError as error:
-        asks = f"no finite plan breaks {error.part.text!r}, which asks for something at any later time"
-        raise error_at(text, f"no safety formula: {asks}", error.part.start) from None
+        asks = f"{error.part.text!r} asks for something at any later time, and no finite plan shows that it never comes"
+        hint = "; with `W` in place of `U` it need not come" if error.part.sign == "U" else ""
+        raise error_at(text, f"no safety formula: {asks}{hint}", error.part.start) from None
 
 
 class _UnsafeError(Exception):

@@ -8,7 +8,7 @@ from prefplan.errors import ModelError, check_known
 from prefplan.models.costs import DEFAULT_COST, Cost, by_name, check_costs_agree
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
-from prefplan.text.names import Names
+from prefplan.text.names import Names, check_names
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,9 @@ class GraphModel:
         if self.transitions:
             check_known("start", "state", self.start, states)
         states[self.start] = None
-        for name in self.labels:
+        for name, label in self.labels.items():
             check_known("labels", "state", name, states)
+            check_names(label, where=f"labels.{name}")
         leaving: set[tuple[str, str]] = set()
         for i, edge in enumerate(self.transitions):
             action = (edge.source, edge.action or edge.target)

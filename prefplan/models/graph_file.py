@@ -114,6 +114,7 @@ class GraphFileModel:
         check_known("start", "state", str(self.start), index)
         for name, more in self.labels.items():
             check_known("labels", "state", name, index)
+            check_names(more, where=f"labels.{name}")
             label_of[index[name]] = label_of.get(index[name], frozenset()).union(more)
         actions = _actions(edges)
         numbers = {name: i for i, name in enumerate(dict.fromkeys(actions))}
@@ -182,7 +183,7 @@ def _costs(edges: Listing, attribute: str | None) -> list[float]:
 def _number(value: Any) -> float:
     """Return a value of a file as a number; NaN if it is not one."""
     try:
-        return math.nan if isinstance(value, bool) else float(value)
+        return math.nan if isinstance(value, bool) or "_" in str(value) else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
 
@@ -196,7 +197,7 @@ def _numbered(nodes: Listing, edges: Listing) -> dict[str, int]:
         raise ModelError(f"{nodes.place}node {twice!r} occurs twice")
     for end in ENDS:
         for row, name in enumerate(edges.edges[end]):
-            if name not in index:
+            if name not in index or not name:
                 raise ModelError(f"{edges.edge(row)}: {name!r} is not listed as a node")
     return index
 

@@ -187,9 +187,16 @@ def _dimacs(contents: bytes, key: str) -> Listing:
     rows = ((line, words) for line, text in lines if (words := text.split()) and words[0] != "c")
     _, heading = next(rows, (1, []))
     listing = replace(_table(rows, COLUMNS[key], key), degrees=CHALLENGE_DEGREES)
-    count = len(listing.lines)
-    if key == "file" and heading[:2] + heading[3:] != ["p", "sp", str(count)]:
+    count, kind = len(listing.lines), COLUMNS[key][0]
+    if key == "file" and (heading[:2] + heading[3:] != ["p", "sp", str(count)] or not heading[2].isdecimal()):
         raise ModelError(f"must begin with 'p sp NODES ARCS', not {' '.join(heading)!r}; it has {count} arcs")
+    for line, word in zip(listing.lines, (listing.edges or listing.nodes)[kind], strict=True):
+        if word != kind:
+            raise ModelError(f"line {line}: must begin with {kind!r}, not {word!r}")
+    for end in ENDS if key == "file" else ():
+        for line, name in zip(listing.lines, listing.edges[end], strict=True):
+            if not (name.isdecimal() and 1 <= int(name) <= int(heading[2])):
+                raise ModelError(f"line {line}: node {name!r} is not from 1 to {heading[2]}")
     return listing
 
 

@@ -21,7 +21,7 @@ from sim.robots.robot import Robot
 from sim.world.clearance import blockages, check_surroundings, collisions, overlapping
 from sim.world.fixtures import blocks_of
 from sim.world.places import AT_RADIUS_M, FLOOR, Extent, Slot, Station, TableLayout, extent
-from sim.world.shapes import CUBE_EDGE_M, ObjectShape, shape_of
+from sim.world.shapes import CUBE_EDGE_M, LARGEST_M, ObjectShape, shape_of
 
 ROW_GAP_M = 0.019
 """Distance between neighbouring objects of one location, m."""
@@ -188,7 +188,11 @@ def _station(place: Location, yaw: float, gripper: Gripper, size: Extent) -> Sta
     check_known(f"locations.{place.name}.kind", "kind", kind, FLOOR, SimulationError)
     centre = np.array(place.at, dtype=float)[:2]
     across = np.array([-np.sin(yaw), np.cos(yaw)])
-    offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * _pitch(gripper, size)
+    pitch = _pitch(gripper, size)
+    if place.capacity * pitch > LARGEST_M:
+        length = f"{place.capacity * pitch:.0f} m long, at most {LARGEST_M}"
+        raise SimulationError(f"locations.{place.name}.capacity: a row of {place.capacity} objects would be {length}")
+    offsets = (np.arange(place.capacity) - (place.capacity - 1) / 2) * pitch
     row = np.array([0.0, offsets[-1]])
     half = size.half + row
     if kind in ("pad", "stove"):

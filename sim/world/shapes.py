@@ -28,6 +28,9 @@ SIZES = {
 }
 """Kinds of objects, and the lengths in their `size`; that of a mesh comes from its file."""
 
+LARGEST_M = 20
+"""Greatest length of an object, or of a row of them, m."""
+
 CUBE_EDGE_M = 0.045
 """Edge of an object without a given size, m: the open hand has clearance on both sides."""
 
@@ -246,4 +249,6 @@ def _checked_size(obj: Object, where: str) -> tuple[float, ...]:
         raise SimulationError(f"{where}.size: {meaning}, not {list(obj.size)}")
     if not all(math.isfinite(length) and length > 0 for length in obj.size):
         raise SimulationError(f"{where}.size: must be positive, not {list(obj.size)}")
+    if max(obj.size) > LARGEST_M:
+        raise SimulationError(f"{where}.size: must be metres, at most {LARGEST_M}, not {list(obj.size)}")
     return obj.size

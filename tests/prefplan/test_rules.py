@@ -279,7 +279,8 @@ def test_a_rule_without_a_price_is_kept_and_blamed_where_no_plan_keeps_it() -> N
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("G !carpet", "F desk", "rules[0].formula: no safety formula: no finite plan breaks 'F desk'"),
+        ("G !carpet", "F desk", "rules[0].formula: no safety formula: 'F desk' asks for something at any"),
+        ("G !carpet", "!carpet U desk", "never comes; with `W` in place of `U` it need not come"),
         ("G !carpet", "G !rug", "rules[0].formula: unknown proposition 'rug'"),
         ('"clean"', '"arrive"', "rules[0].name: 'arrive' is used twice"),
         ("skip = 2", "skip = -1", "rules[0].skip: negative cost -1"),

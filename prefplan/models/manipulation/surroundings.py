@@ -11,6 +11,9 @@ from prefplan.errors import ModelError
 
 Point = tuple[float, float, float]
 
+FARTHEST_M = 1000
+"""Greatest coordinate of a point in a scene, m."""
+
 
 @dataclass(frozen=True)
 class Fixture:
@@ -107,3 +110,5 @@ def check_point(at: tuple[float, ...], where: str) -> None:
         raise ModelError(f"{where}: must be [x, y] or [x, y, height] in metres, not {list(at)}")
     if not all(map(math.isfinite, at)):
         raise ModelError(f"{where}: must be finite numbers, not {list(at)}")
+    if max(map(abs, at)) > FARTHEST_M:
+        raise ModelError(f"{where}: must be metres, at most {FARTHEST_M}, not {list(at)}")

@@ -60,6 +60,7 @@ def test_the_arm_works_from_there(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("robot", "message"),
     [
+        ({"at": [1e9, 0]}, "robot.at: must be metres, at most 1000, not [1000000000.0, 0.0]"),
         ({"at": [0, 0, 0, 1]}, "robot.at: must be [x, y] or [x, y, height] in metres, not [0.0, 0.0, 0.0, 1.0]"),
         ({"at": [0, 0, -0.2]}, "robot.at: the base is 0.2 m below the table top; at least 0"),
         ({"yaw": "left"}, "robot.yaw: must be a number, not 'left'"),

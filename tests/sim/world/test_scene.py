@@ -87,6 +87,7 @@ def test_the_open_fingers_have_room_at_every_slot(scene: Scene) -> None:
         ([A, Location("b", at=(0.55, 0.0), kind="bin", capacity=2)], r"b: .* would touch"),
         ([replace(A, capacity=2), Location("b", on=("a",))], r"b\.on: 'a' has room for 2"),
         ([A, Location("b", on=("a",), capacity=2)], r"b\.capacity: .* 1, not 2"),
+        ([replace(A, capacity=10**9)], r"a\.capacity: a row of 1000000000 objects would be \d+ m long, at most 20"),
         ([A, Location("b", on=("a",), kind="bin")], r"b\.kind: only a location on the table"),
         ([A, Location("b", at=(0.5, -0.2)), Location("c", on=("a", "b"))], r"c\.on: .* would not rest on it"),
     ],

@@ -110,6 +110,7 @@ def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
         ("cube", (0.05, 0.05, 0.05), r"size: a cube has edge, in metres, not \[.*0\.05\]"),
         ("cube", (-0.05,), r"size: must be positive, not \[-0\.05\]"),
         ("cube", (float("nan"),), r"size: must be positive, not \[nan\]"),
+        ("cylinder", (1e200, 0.06), r"size: must be metres, at most 20, not \[1e\+200, 0.06\]"),
         ("cube", (0.07,), r"size: 0\.07 m wide, but the hand grasps .* 0\.02 to 0\.065"),
         ("box", (0.08, 0.01, 0.04), r"size: 0\.08 m wide"),
         ("cylinder", (0.015, 0.05), r"size: 0\.015 m wide"),
