@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from prefplan.exact_costs import Number
 from prefplan.limits import check_limits
-from prefplan.models.manipulation.symbolic import ManipulationState
+from prefplan.models.manipulation.symbolic import ManipulationState, at
 from prefplan.models.system import Barred
 from prefplan.text.layout import number
 
@@ -49,7 +49,7 @@ class Geometry:
 
     Attributes:
         left_out: by object and location, why the arm cannot do there what plans needed, in the order in which it was
-            found.
+            found; a conflict of several objects is told for one of them.
         abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
             empty if nothing was left out.
     """
@@ -60,6 +60,7 @@ class Geometry:
         self.abstract: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
         self._answers: dict[tuple[str, str], Answer] = {}
+        self._conflicts = set[frozenset[str]]()
 
     def excluded(self, plans: Sequence[Plan]) -> Barred:
         """Return what the arm cannot do of what some plans need; nothing if it can carry out all of them.
@@ -76,11 +77,18 @@ class Geometry:
                 answer = self._answers[pair]
                 for conditions, action in self._violated(plan, answer):
                     self.abstract = self.abstract or [each.objectives for each in plans]
-                    self.left_out.setdefault(
-                        pair, answer.reason or f"no room beside {' and '.join(sorted(conditions))}"
-                    )
+                    conflict = conditions | {at(*pair)}
+                    if answer.reason or conflict not in self._conflicts:
+                        self.left_out.setdefault(pair, answer.reason or self._crowded(plan, pair, conditions))
+                        self._conflicts.add(conflict)
                     found[conditions, action] = None
         return list(found)
+
+    def _crowded(self, plan: Plan, pair: tuple[str, str], conditions: frozenset[str]) -> str:
+        """Return beside which objects of a plan there is no room."""
+        states = [state for state in plan.states if isinstance(state, ManipulationState)]
+        words = {at(*other): "{} at {}".format(*other) for state in states for other in state.places}
+        return f"no room beside {' and '.join(words.get(name, name) for name in sorted(conditions - {at(*pair)}))}"
 
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""

@@ -99,6 +99,20 @@ def test_what_was_left_out_and_its_price_are_named() -> None:
     assert ("jug", "s1") in arm.asked and ("jug", "s2") not in arm.asked
 
 
+def test_a_conflict_of_two_objects_is_told_once_and_in_words() -> None:
+    answers = {("cup", "s2"): cannot("cup", "s2", "jug_far"), ("jug", "far"): cannot("jug", "far", "cup_s2")}
+    arm = Arm({pair: replace(answer, reason=None) for pair, answer in answers.items()})
+    problem = Problem(
+        MODEL, {"laid": "F (cup_s2 & jug_far) | F (cup_near & jug_near & F cup_s0)"}, Order(), feasible=arm
+    )
+    planner = Planner(problem)
+    planner.cheapest()
+    assert planner.geometry is not None
+    assert str(planner.geometry.note).startswith(
+        "The arm cannot do cup at s2 (no room beside jug at far). If it could: "
+    )
+
+
 def test_a_front_that_the_arm_can_carry_out_names_nothing() -> None:
     planner = Planner(Problem(MODEL, EITHER, Order(), feasible=Arm({})))
     front = planner.front()
