@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 
 from experiments.cli.options import LookOptions
 from prefplan import ManipulationModel, PrefplanError, Scenario
@@ -45,7 +46,12 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
     if name in CAMERAS:
         return name
     if "," not in name:
-        return checked("--camera", name, camera_names(scene()))
+        names = camera_names(scene())
+        if name in names:
+            return name
+        near = [f"did you mean {each!r}? " for each in get_close_matches(name, names, n=1)]
+        valid = f"{''.join(near)}valid: {', '.join(names)}, or a view such as 156,-28,1.2"
+        raise PrefplanError(f"--camera: unknown name {name!r} ({valid})")
     with prefixed("--camera: "):
         read_view(name)
     return name

@@ -43,8 +43,10 @@ def help_of(decorator: options.Decorator) -> str:
 def test_a_camera_is_ours_or_the_scenes_or_anywhere() -> None:
     assert [camera_of(name, no_scene) for name in ("wrist", "156,-28,1.2")] == ["wrist", "156,-28,1.2"]
     assert camera_of("door", watched_scene) == "door"
-    with pytest.raises(PrefplanError, match=re.escape("--camera: unknown name 'dor' (did you mean 'door'?)")):
-        camera_of("dor", watched_scene)
+    valid = "valid: fixed, orbit, wrist, top, door, or a view such as 156,-28,1.2)"
+    for wrong, near in {"dor": "did you mean 'door'? ", "zzz": ""}.items():
+        with pytest.raises(PrefplanError, match=re.escape(f"--camera: unknown name {wrong!r} ({near}{valid}")):
+            camera_of(wrong, watched_scene)
 
 
 def test_a_wrong_view_and_the_help_give_the_same_example() -> None:

@@ -49,7 +49,10 @@ def cup(run: Run, tmp_path: Path) -> Path:
             "'best' is no plan: a number from 0, or one of cost, preference, cheapest, preferred",
         ),
         (["cup.toml", "--robot", "pandda"], "prefplan: unknown robot 'pandda' (did you mean 'panda'?)"),
-        (["cup.toml", "--camera", "orbits"], "--camera: unknown name 'orbits' (did you mean 'orbit'?)"),
+        (
+            ["cup.toml", "--camera", "orbits"],
+            "--camera: unknown name 'orbits' (did you mean 'orbit'? valid: fixed, orbit, wrist, top, ",
+        ),
         (["cup.toml", "--fault", "move:cap@2"], "--fault 'move:cap@2': unknown object 'cap' (did you mean 'cup'?)"),
         (["cup.toml", "--seed", "-1"], "'--seed': -1 is not in the range x>=0"),
         (["cup.toml", "--out", "cup.toml"], "cup.toml: cannot be made"),
