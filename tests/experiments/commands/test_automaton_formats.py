@@ -168,3 +168,11 @@ def test_guards_of_very_many_propositions_are_left_to_other_programs(run: Run) -
     assert_is_error(run("automaton", text), "1200 propositions")
     assert run("automaton", text, "--format", "hoa").out.count("\n[") == 1202
     assert "p399" in run("automaton", text.split(" | p400")[0] + ")").out
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"), [("--max-seconds", "0.2", "time"), ("--max-memory", "1", "memory")]
+)
+def test_an_automaton_that_takes_too_long_is_stopped(run: Run, option: str, value: str, told: str) -> None:
+    huge = "F[0:200] (a & F[0:200] b)"
+    assert run("automaton", huge, option, value) == (4, "", f"prefplan: stopped by the {told} limit\n")
