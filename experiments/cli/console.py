@@ -12,6 +12,12 @@ from prefplan.text.layout import printable_lines
 UNLIMITED = 10_000
 """Line width without a terminal, so that nothing wraps."""
 
+NARROWEST = 8
+"""Letters of its longest cell that a column has space for, also where a table is then wider than the terminal."""
+
+BESIDE = 3
+"""Letters beside each column of a framed table."""
+
 COLUMN_GAP = (0, 2, 0, 0)
 """Padding of a plain cell: above, right, below, left."""
 
@@ -31,7 +37,11 @@ class Console(rich.console.Console):
             if not isinstance(table, Table):
                 continue
             for column in table.columns:
-                column.overflow = "fold"
+                longest = max((len(str(cell)) for cell in column.cells), default=0)
+                column.overflow, column.min_width = "fold", longest if column.no_wrap else min(longest, NARROWEST)
+            least = 1 + sum(BESIDE + (column.min_width or 0) for column in table.columns)
+            if least > self.width:
+                table.width = least
             if not self.is_terminal:
                 table.box, table.padding, table.pad_edge = None, COLUMN_GAP, False
         super().print(*objects, **options)

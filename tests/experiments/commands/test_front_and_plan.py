@@ -118,6 +118,16 @@ def test_a_narrow_terminal_cuts_no_number_of_a_front(run: Run, detour: Path, mon
     assert table and max(map(len, table)) <= 30 and "…" not in "".join(table)
 
 
+def test_a_terminal_too_narrow_for_a_front_still_shows_all_its_numbers(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in {"FORCE_COLOR": "1", "TERM": "xterm", "NO_COLOR": "1", "COLUMNS": "10"}.items():
+        monkeypatch.setenv(name, value)
+    lines = re.sub(r"\x1b\[[0-9;]*m", "", run("front", "example").out).splitlines()
+    rows = [line.split("│")[1:-1] for line in lines if line.startswith("│")]
+    assert [[int(cell) for cell in row] for row in rows] == [[0, 6, 4, 6, 5, 2], [1, 9, 3, 4, 9, 6]]
+
+
 def test_moves_on_a_grid_are_counted(run: Run) -> None:
     assert "2E N W N E" in run("plan", "example").out
 
