@@ -1,21 +1,33 @@
-"""Why there is no plan."""
+"""The plan that a command is about, or why there is none."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import Any
+
+import click
 
 import prefplan as pp
 from experiments.cli import output
+from experiments.cli.choice import Wanted, choose
 from experiments.cli.status import NO_PLAN, tell
 
 
-def show_no_plan(scenario: pp.Scenario, planner: pp.Planner, error: pp.NoPlanError, *, as_json: bool) -> int:
-    """Print why there is no plan on stderr, as JSON also as an object on stdout; return the exit status."""
-    if as_json:
-        reason = asdict(error.reason)
-        found = output.result_json(scenario, planner, complete=True, front=[], plan=None, reason=reason)
-        output.print_json(found)
-    return no_plan(error.reason, planner)
+def chosen_plan(
+    scenario: pp.Scenario, planner: pp.Planner, wanted: Wanted, *, as_json: bool = False, **options: Any
+) -> pp.Plan:
+    """Return the wanted plan, as `choose` does; if there is none, say why and end the command.
+
+    That is printed on stderr, and as JSON also as an object on stdout.
+    """
+    try:
+        return choose(planner, wanted, **options)
+    except pp.NoPlanError as error:
+        if as_json:
+            reason = asdict(error.reason)
+            found = output.result_json(scenario, planner, complete=True, front=[], plan=None, reason=reason)
+            output.print_json(found)
+        raise click.exceptions.Exit(no_plan(error.reason, planner)) from None
 
 
 def no_plan(reason: pp.Reason, planner: pp.Planner | None = None) -> int:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import prefplan as pp
-from experiments.checks.no_plan import show_no_plan
+from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
-from experiments.cli.choice import Wanted, choose
+from experiments.cli.choice import Wanted
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
@@ -69,21 +69,17 @@ def run(
         "choice": wanted.continuation,
     }
     view = simulation.look_of(partial(scene_of, loaded, robot=robot), look)
-    try:
-        scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
-        loaded = asking_in(loaded, scene, robot=robot)
-        planner = pp.Planner(loaded.problem())
-        with Bars(quiet=is_quiet()) as bars, only_writer(path.parent):
-            bars("planning", 0, 0, "")
-            chosen = choose(planner, wanted)
-            bars("planning", 1, 1, "")
-            video = None if no_video else path.with_suffix(".mp4")
-            outcome = run_plan(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
-            bars("checking", 0, 0, "the log")
-            outcome = prove(outcome, path.with_suffix(".npz"))
-            write_json(path.with_suffix(".json"), outcome_json(outcome))
-    except pp.NoPlanError as error:
-        return show_no_plan(loaded, planner, error, as_json=as_json)
+    scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
+    loaded = asking_in(loaded, scene, robot=robot)
+    with Bars(quiet=is_quiet()) as bars, only_writer(path.parent):
+        bars("planning", 0, 0, "")
+        chosen = chosen_plan(loaded, pp.Planner(loaded.problem()), wanted, as_json=as_json)
+        bars("planning", 1, 1, "")
+        video = None if no_video else path.with_suffix(".mp4")
+        outcome = run_plan(loaded, scene, chosen, video=video, tell=bars, **view, **conditions)
+        bars("checking", 0, 0, "the log")
+        outcome = prove(outcome, path.with_suffix(".npz"))
+        write_json(path.with_suffix(".json"), outcome_json(outcome))
     return _ended(outcome, as_json=as_json)
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 import prefplan as pp
-from experiments.checks.no_plan import show_no_plan
+from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
-from experiments.cli.choice import Wanted, choose
+from experiments.cli.choice import Wanted
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
@@ -74,11 +74,7 @@ def sweep(
     with Bars(quiet=is_quiet()) as bars, only_writer(folder):
         bars("planning", 0, 0, "")
         loaded = asking_in(loaded, scene, robot=robot)
-        planner = pp.Planner(loaded.problem())
-        try:
-            chosen = choose(planner, wanted)
-        except pp.NoPlanError as error:
-            return show_no_plan(loaded, planner, error, as_json=as_json)
+        chosen = chosen_plan(loaded, pp.Planner(loaded.problem()), wanted, as_json=as_json)
         bars("planning", 1, 1, "")
         job = Sweep(pack(loaded), scenario, wanted, chosen, seed, perturbation, faults, folder, robot)
         header, path = define(loaded, job), folder / RECORDS

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 import prefplan as pp
-from experiments.checks.no_plan import no_plan
+from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options
-from experiments.cli.choice import Wanted, choose
+from experiments.cli.choice import Wanted
 from experiments.cli.command import command, is_quiet
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
@@ -76,11 +76,8 @@ def view(
         bars("planning", 0, 0, "")
         problem = asking_in(loaded, scene, robot=robot).problem()
         planner = pp.Planner(problem)
-        try:
-            first = choose(planner, wanted)
-            plans = front_with(first, planner, max_cost=wanted.max_cost)
-        except pp.NoPlanError as error:
-            return no_plan(error.reason, planner)
+        first = chosen_plan(loaded, planner, wanted)
+        plans = front_with(first, planner, max_cost=wanted.max_cost)
     chosen = plans.index(first)
 
     def ready(address: str) -> None:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 import prefplan as pp
-from experiments.checks.no_plan import show_no_plan
+from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
-from experiments.cli.choice import Wanted, choose
+from experiments.cli.choice import Wanted
 from experiments.cli.command import command, is_quiet
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
@@ -63,11 +63,9 @@ def plan(
         found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
         planner = pp.Planner(found.problem())
         try:
-            chosen = choose(planner, wanted, at_most=at_most, keep_on_interrupt=True)
+            chosen = chosen_plan(found, planner, wanted, as_json=as_json, at_most=at_most, keep_on_interrupt=True)
         except pp.UnfinishedError as error:
             return _unfinished(found, planner, error, as_json=as_json)
-        except pp.NoPlanError as error:
-            return show_no_plan(found, planner, error, as_json=as_json)
     if as_json:
         output.print_json(output.result_json(found, planner, complete=True, plan=output.plan_json(chosen)))
     else:
