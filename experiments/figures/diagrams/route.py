@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from experiments.checks.propositions import reachable
 from experiments.figures.diagrams import node_link
 from experiments.figures.diagrams.node_link import Diagram, Edge, Node
 from prefplan import Front, Plan, PrefplanError, TransitionSystem
@@ -102,24 +103,12 @@ def draw(system: System, front: Front, path: Path) -> None:
     node_link.draw(diagrams, path)
 
 
-def _reachable(system: System) -> list[int] | None:
-    """Return the states that can be reached, the start first; None if they are too many to be drawn."""
-    if not isinstance(system, TransitionSystem):
-        return None
-    order = [system.start]
-    for state in order:
-        targets = dict.fromkeys(int(system.targets[edge]) for edge in system.edges(state))
-        order += [target for target in targets if target not in order]
-        if len(order) > MOST_STATES:
-            return None
-    return order
-
-
 def _shown(system: System, visited: Sequence[Any]) -> tuple[list[Any], str | None]:
     """Return the states to draw, the start first, and a note on what is drawn, None if the graph is drawn whole."""
-    states = _reachable(system)
-    if states is not None and sum(len(system.listed.edges(state)) for state in states) <= MOST_EDGES:
-        return states, None
+    if isinstance(system, TransitionSystem):
+        states = reachable(system).tolist()
+        if len(states) <= MOST_STATES and sum(len(system.edges(state)) for state in states) <= MOST_EDGES:
+            return states, None
     shown, which = list(dict.fromkeys(visited)), "those that the plan visits"
     if len(shown) > MOST_STATES:
         ends = (visited[0], visited[-1])
