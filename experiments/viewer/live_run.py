@@ -5,6 +5,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +15,13 @@ from sim import ClosedLoop, Fault, Observer
 from sim.execution.faults.fault import kinds
 from sim.execution.pull import Pull
 from sim.simulation.plant import Plant
-from sim.simulation.run import FRAME_RATE_HZ, ledger_of
+from sim.simulation.run import ledger_of
 
 STOP_TIMEOUT_S = 2.0
 """Longest wait for the thread's end: planning after a mismatch is not interrupted."""
 
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 """Returns the closed loop of a plan at its start, given a function to call before each action."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The (nq,) positions at a simulated time, s, and the index of the location that marks an object then, or -1."""
-
-    time: float
-    qpos: np.ndarray
-    glow: int
 
 
 @dataclass(frozen=True)
@@ -60,7 +52,7 @@ class LiveRun(threading.Thread, Observer):
 
     Attributes:
         problem: what was planned.
-        frames: recorded so far, `FRAME_RATE_HZ` per simulated second.
+        frames: recorded so far, see `sim.simulation.recorder.Recorder`; none before the run has begun.
         statuses: at the start, before each action, at each event of a kind in `NEWS` and at the end.
         waiting: the user's faults that have not happened yet, because the simulation waits.
         pull: how the user pulls an object.
@@ -71,7 +63,7 @@ class LiveRun(threading.Thread, Observer):
         """Prepare the thread, which calls `begin`, simulates up to the time `until`, s, and then waits for `allow`."""
         super().__init__(daemon=True)
         self.problem = problem
-        self.frames: list[Frame] = []
+        self.frames: list[dict[str, Any]] = []
         self.statuses: list[Status] = []
         self.waiting: deque[Fault] = deque()
         self.pull = Pull()
@@ -87,10 +79,10 @@ class LiveRun(threading.Thread, Observer):
             self._loop = loop = self._begin(lambda done, total, action: self._note() if action else None)
             loop.execution.cell.observers[:0] = [self, self.pull]
             self._note()
-            self._record(loop.execution.cell)
+            cell, self.frames = loop.execution.cell, loop.execution.cell.recorder.frames
             loop.run()
             self._note(ended=loop.execution.reason or "completed")
-            self._record(loop.execution.cell)
+            cell.recorder.record(cell.data, glow=cell.glowing)
         except _Stopped:
             pass
         except Exception as failure:
@@ -119,26 +111,29 @@ class LiveRun(threading.Thread, Observer):
     @property
     def ended(self) -> bool:
         """Whether the last frame is recorded."""
-        return bool(self.statuses and self.statuses[-1].ended and self.frames[-1].time >= self.statuses[-1].time)
+        return bool(self.statuses and self.statuses[-1].ended and self.latest >= self.statuses[-1].time)
 
-    def frame_at(self, time: float) -> Frame:
+    @property
+    def latest(self) -> float:
+        """The time of the last frame, s."""
+        return float(self.frames[-1]["times"])
+
+    def frame_at(self, time: float) -> dict[str, Any]:
         """Return the last frame up to a time, s, or the first one."""
-        return self.frames[max(bisect.bisect_right(self.frames, time, key=lambda frame: frame.time) - 1, 0)]
+        return self.frames[max(bisect.bisect_right(self.frames, time, key=lambda frame: frame["times"]) - 1, 0)]
 
     def status_at(self, time: float) -> Status:
         """Return the last status up to a time, s, or the first one."""
         return self.statuses[max(bisect.bisect_right(self.statuses, time, key=lambda status: status.time) - 1, 0)]
 
     def before_period(self, cell: Plant) -> None:
-        """Wait until more time is allowed, record a frame when one is due, and apply the user's faults and pulls."""
+        """Wait until more time is allowed, and apply the user's faults and pulls."""
         run = self._loop.execution
         now = float(cell.data.time)
         with self._changed:
             self._changed.wait_for(lambda: self._stopping or now < self._until)
         if self._stopping:
             raise _Stopped
-        if not self.frames or now >= self.frames[-1].time + 1 / FRAME_RATE_HZ - 1e-6:
-            self._record(cell)
         self.pull.action = action = len(run.steps) + 1
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
@@ -146,9 +141,6 @@ class LiveRun(threading.Thread, Observer):
                 run.cell.log_event("refused", fault=str(fault), reason=fault.refusal)
         if sum(event.kind in NEWS for event in run.cell.events) > len(self.statuses[-1].news):
             self._note()
-
-    def _record(self, cell: Plant) -> None:
-        self.frames.append(Frame(float(cell.data.time), cell.data.qpos.copy(), cell.glowing))
 
     def _note(self, *, ended: str | None = None) -> None:
         run, plan = self._loop.execution, self._loop.plan

@@ -58,7 +58,7 @@ class Panel:
         playback = self._playback
         _set(self._play, visible=not playback.playing)
         _set(self._pause, visible=playback.playing)
-        self._time.max = max(round(max(run.frames[-1].time for run in playback.runs), 2), 0.01)
+        self._time.max = max(round(max(run.latest for run in playback.runs), 2), 0.01)
         # While a user drags the slider, its value is newer than the time shown.
         if not playback.sought:
             self._time.value = round(playback.time, 2)  # type: ignore[misc]  # mypy misses the setter

@@ -35,8 +35,8 @@ class Playback:
     @property
     def latest(self) -> float:
         """The latest time that can be shown, s: that of the slowest run that has not ended."""
-        going = [run.frames[-1].time for run in self.runs if not run.ended]
-        return min(going) if going else max(run.frames[-1].time for run in self.runs)
+        going = [run.latest for run in self.runs if not run.ended]
+        return min(going) if going else max(run.latest for run in self.runs)
 
     @property
     def ended(self) -> bool:
@@ -80,7 +80,7 @@ class Playback:
         with self._lock:
             if not self.playing:
                 return
-            first = max(run.frames[0].time for run in self.runs)
+            first = max(run.frames[0]["times"] for run in self.runs)
             time = max(self.time, first) + seconds * self.speed
             for run in self.runs:
                 run.allow(time + LEAD_S)

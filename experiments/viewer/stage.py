@@ -10,7 +10,7 @@ import viser
 from mjviser import ViserMujocoScene
 from mjviser.conversions import merge_geoms
 
-from experiments.viewer.live_run import Frame, LiveRun
+from experiments.viewer.live_run import LiveRun
 from prefplan.models.manipulation.description import Location
 from sim.geometry.mjcf import HIDDEN
 from sim.world.materials import glow_of
@@ -81,7 +81,7 @@ class Stage:
         self._tree = Subtree(server, root)
         server = cast(viser.ViserServer, self._tree)
         self._server, self._objects = server, [*scene.shapes]
-        self._shown: Frame | None = None
+        self._shown: dict[str, Any] | None = None
         # mjviser writes into the model that it is given.
         model = scene.with_names()
         model.site_group[:] = HIDDEN
@@ -100,16 +100,16 @@ class Stage:
                 node.on_drag("left")(self._drag)
                 node.on_click(modifier="shift")(self._click)
 
-    def show(self, frame: Frame) -> None:
-        """Show a frame."""
+    def show(self, frame: dict[str, Any]) -> None:
+        """Show a frame, see `LiveRun.frames`."""
         if frame is self._shown:
             return
         self._shown = frame
-        self._data.qpos[:] = frame.qpos
+        self._data.qpos[:] = frame["qpos"]
         mujoco.mj_kinematics(self._scene.mj_model, self._data)
         with self._server.atomic():
             self._scene.update_from_mjdata(self._data)
-            working = self._places[frame.glow] if frame.glow >= 0 else None
+            working = self._places[frame["glow"]] if frame["glow"] >= 0 else None
             for name, lamp in self._lamps.items():
                 lamp.shine(name == working)
 

@@ -34,6 +34,9 @@ class Recorder:
 
     Accelerations and rates are differences between two steps. MuJoCo's own accelerations are not used: the implicit
     integrator overstates them.
+
+    Attributes:
+        frames: what was recorded so far, each frame by the names in `Run`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -43,7 +46,7 @@ class Recorder:
         motor = model.actuator(scene.robot.gripper.actuator).id
         self._cup = motor if model.actuator_trntype[motor] == mujoco.mjtTrn.mjTRN_BODY else None
         self._pads = {model.geom(name).id: i for i, name in enumerate(scene.robot.gripper.pads)}
-        self._frames: list[dict[str, Any]] = []
+        self.frames: list[dict[str, Any]] = []
         self._felt: list[int] = []
         # Loads of all joints at every step.
         self._speeds, self._torques = list[np.ndarray](), list[np.ndarray]()
@@ -102,9 +105,9 @@ class Recorder:
             "glow": glow,
             "pad_forces": self._press(data),
         }
-        self._frames.append(frame)
+        self.frames.append(frame)
         self._felt.append(len(self._speeds))
-        self._due = (len(self._frames) - 1e-6) / FRAME_RATE_HZ
+        self._due = (len(self.frames) - 1e-6) / FRAME_RATE_HZ
 
     @property
     def effort(self) -> Effort:
@@ -118,7 +121,7 @@ class Recorder:
     @property
     def arrays(self) -> dict[str, np.ndarray]:
         """The recorded arrays by their names in `Run`; the last frame has the loads up to now as well."""
-        arrays = {name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]}
+        arrays = {name: np.array([frame[name] for frame in self.frames]) for name in self.frames[0]}
         missed = missed_contacts(np.array(self._constraints), self._lopsided)
         speeds, torques = (bridged(self._of_arm(rows), missed) for rows in (self._speeds, self._torques))
         controls = np.vstack(self._controls)
@@ -158,7 +161,7 @@ class Recorder:
 
     def _greatest(self, rows: np.ndarray, rate: int) -> np.ndarray:
         """Return the (T, n) greatest absolute rate-th derivatives of the samples since the frame before."""
-        greatest = np.zeros((len(self._frames), len(self._dofs)))
+        greatest = np.zeros((len(self.frames), len(self._dofs)))
         if len(rows):
             # Before the first step all values are constant.
             rows = np.vstack([np.repeat(rows[:1], rate, axis=0), rows])

@@ -109,7 +109,7 @@ def test_a_plan_is_carried_out_when_it_is_chosen_and_another_beside_it_in_step(s
     assert session.shown == (1,) and session.playback.playing
     play(session, lambda: session.playback.time > 1.0)
     first[0].join(TIMEOUT_S)
-    assert not first[0].is_alive() and first[0].frames[-1].time < 0.2
+    assert not first[0].is_alive() and first[0].latest < 0.2
 
     session.beside(0)
     assert session.shown == (1, 0) and len(session.stages) == 2
