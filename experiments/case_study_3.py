@@ -28,7 +28,7 @@ OUT = Path("out", SCENARIO)
 """Where the videos and the report go, unless said otherwise."""
 
 
-def main(out: Path = OUT, *, quiet: bool = False) -> int:
+def main(out: Path = OUT) -> int:
     """Plan, carry both plans out with videos and a report in a folder, and return the exit status."""
     console = Console()
     scenario = load(SCENARIO)
@@ -44,7 +44,7 @@ def main(out: Path = OUT, *, quiet: bool = False) -> int:
     for name, index in {"cost": 0, "preference": len(front) - 1}.items():
         plan = front[index]
         console.print(f"\nCarrying out the {name}-optimal plan (cost {number(plan.cost)})")
-        with Bars(quiet=quiet) as bars:
+        with Bars() as bars:
             outcome = run_plan(scenario, scene, plan, video=out / f"{name}.mp4", tell=bars)
             if not outcome.interrupted:
                 bars("checking", 0, 0, "the log")

@@ -9,7 +9,7 @@ import click
 
 import prefplan as pp
 from experiments import case_study_1, case_study_2
-from experiments.cli.command import call, command, is_quiet
+from experiments.cli.command import call, command
 from experiments.cli.console import Console
 from experiments.cli.files import make_folder
 from experiments.cli.start import load_planner
@@ -44,7 +44,7 @@ def reproduce(out: Path, quick: bool) -> int:
     or could not be completed, 2 for a wrong call and 130 after Ctrl-C.
     """
     report = Report(Console())
-    load_planner(quiet=is_quiet())
+    load_planner()
     make_folder(out)
 
     # Examples 1 to 3: a plan that satisfies three tasks, and the value of a preference function.

@@ -9,11 +9,8 @@ from typing import Any
 import click
 
 from experiments.cli.start import missing
-from experiments.cli.status import BAD_INPUT, FAILED, INTERRUPTED, tell
+from experiments.cli.status import BAD_INPUT, FAILED, INTERRUPTED, QUIET, tell
 from prefplan.errors import LimitError, PrefplanError
-
-QUIET = "prefplan.quiet"
-"""Key of the context's `meta` under which `-q` is kept, wherever it stands."""
 
 
 def _keep_quiet(context: click.Context, parameter: click.Parameter, value: bool) -> None:
@@ -25,11 +22,6 @@ def quiet_option() -> click.Option:
     """Return the switch that hides progress; it may stand before a command or after it."""
     told = "Show no progress, only results and errors."
     return click.Option(["-q", "--quiet"], is_flag=True, expose_value=False, callback=_keep_quiet, help=told)
-
-
-def is_quiet() -> bool:
-    """Return whether the present command was called with `-q`."""
-    return QUIET in click.get_current_context().meta
 
 
 def verbatim(text: str) -> str:

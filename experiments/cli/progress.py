@@ -14,6 +14,7 @@ from rich.progress import (
 from rich.text import Text
 
 from experiments.cli.console import Console
+from experiments.cli.status import is_quiet
 
 Tell = Callable[[str, int, int, str], None]
 """Reports progress: the stage, how many of its parts are done, of how many (0: unknown), and the next part."""
@@ -32,8 +33,8 @@ class _TimeLeft(TimeRemainingColumn):
 class Bars(Progress):
     """One bar for each stage of a long command, shown on stderr until the command ends, if that is a terminal."""
 
-    def __init__(self, *, quiet: bool) -> None:
-        """Begin without bars; if `quiet`, none is ever drawn."""
+    def __init__(self) -> None:
+        """Begin without bars; with `-q`, none is ever drawn."""
         console = Console(stderr=True)
         super().__init__(
             TextColumn("{task.description:>12}"),
@@ -44,7 +45,7 @@ class Bars(Progress):
             TextColumn("{task.fields[what]}"),
             console=console,
             transient=True,
-            disable=quiet or not console.is_terminal,
+            disable=is_quiet() or not console.is_terminal,
         )
         self._stages: dict[str, TaskID] = {}
 

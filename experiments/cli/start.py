@@ -11,7 +11,7 @@ from functools import partial
 from importlib.util import find_spec
 from types import FrameType
 
-from experiments.cli.status import FAILED, tell
+from experiments.cli.status import FAILED, is_quiet, tell
 from prefplan.errors import LimitError
 
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
@@ -38,11 +38,11 @@ def has_simulation() -> bool:
     return all(map(find_spec, ("mujoco", "mink")))
 
 
-def load_planner(*, quiet: bool = False) -> None:
-    """Load the planner; unless `quiet`, print on stderr if it is compiled later, which takes up to a minute."""
+def load_planner() -> None:
+    """Load the planner; unless `-q` is given, print on stderr if it is compiled later, which takes up to a minute."""
     from prefplan.models import kernels
 
-    kernels.loading = partial(_loading_numba, quiet)
+    kernels.loading = partial(_loading_numba, is_quiet())
 
 
 @contextmanager
@@ -80,9 +80,9 @@ def _hidden(names: Iterable[str]) -> Iterator[None]:
 
 
 @contextmanager
-def loading_simulation(*, quiet: bool) -> Iterator[None]:
-    """On a terminal, say in a line that goes away that the simulation loads, unless `quiet`."""
-    shown = not quiet and sys.stderr.isatty()
+def loading_simulation() -> Iterator[None]:
+    """On a terminal, say in a line that goes away that the simulation loads, unless `-q` is given."""
+    shown = not is_quiet() and sys.stderr.isatty()
     if shown:
         print("loading the simulation ...", end="\r", file=sys.stderr, flush=True)
     try:

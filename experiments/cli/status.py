@@ -7,8 +7,19 @@ from prefplan.text.layout import printable, printable_lines
 
 DONE, BAD_INPUT, NO_PLAN, FAILED, CONSISTENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
+QUIET = "prefplan.quiet"
+"""Key of the click context's `meta` under which `-q` is kept, wherever it stands."""
+
 FOREIGN_BREAK = re.compile(r"\n(?! {4})")
 """A line break that no message has: its further lines are indented by four, those of a table or a verdict by less."""
+
+
+def is_quiet() -> bool:
+    """Return whether the present command, if any, was called with `-q`."""
+    import click  # `program` says if it is missing
+
+    context = click.get_current_context(silent=True)
+    return context is not None and QUIET in context.meta
 
 
 def say(text: object, *, end: str = "\n") -> None:

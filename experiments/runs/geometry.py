@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import prefplan as pp
 from experiments.cli.start import has_simulation
-from experiments.cli.status import tell
+from experiments.cli.status import is_quiet, tell
 
 if TYPE_CHECKING:
     from sim.capability.answers import Capability
@@ -43,18 +43,18 @@ class AskedArm:
         return PlaceCheck(obj, location)
 
 
-def asking(scenario: pp.Scenario, *, abstract: bool = False, quiet: bool = False) -> pp.Scenario:
+def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do, where that can be known.
 
     It is returned as it is if it is no manipulation scenario or says that it is abstract, which `abstract` lets it say.
-    If the simulation is not installed, that is said on stderr, unless `quiet`.
+    If the simulation is not installed, that is said on stderr, unless `-q` is given.
     """
     if not isinstance(scenario.model, pp.ManipulationModel) or scenario.model.abstract:
         return scenario
     if abstract:
         return replace(scenario, model=replace(scenario.model, abstract=True))
     if not has_simulation():
-        if not quiet:
+        if not is_quiet():
             tell(f"{NOT_CHECKED} the simulation is not installed; see `prefplan doctor`")
         return scenario
     from sim.capability.answers import Capability

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from experiments.cli import options
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.files import only_writer
 from experiments.cli.start import load_planner
 from experiments.cli.status import INTERRUPTED
@@ -25,10 +25,10 @@ def demo(out: Path | None, no_open: bool) -> int:
     from experiments.cli.browser import open_page
     from experiments.report.page import INDEX
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     folder = out or case_study_3.OUT
     with only_writer(folder):
-        status = case_study_3.main(folder, quiet=is_quiet())
+        status = case_study_3.main(folder)
     if status != INTERRUPTED and not no_open:
         open_page((folder / INDEX).absolute().as_uri())
     return status

@@ -11,7 +11,7 @@ import click
 
 import prefplan as pp
 from experiments.cli import options, output
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console, table
 from experiments.cli.files import make_folder, write_json
 from experiments.cli.progress import Bars
@@ -44,7 +44,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
     Earlier measurements of the same model and robot by the same sources are kept.
     """
-    with loading_simulation(quiet=is_quiet()):
+    with loading_simulation():
         from joblib import cpu_count
 
         from experiments.runs.run_plan import scene_of
@@ -55,7 +55,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     loaded = pp.load(scenario, measured=False)
     failures: list[Failure] = []
     interrupted = False
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         scene = scene_of(loaded, measuring=True)
         # The scene's model may have been completed from the user's MJCF.
         model = loaded.model

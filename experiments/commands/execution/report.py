@@ -14,7 +14,7 @@ import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
 from experiments.cli.choice import plan_at
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
@@ -63,12 +63,12 @@ def report(
     """
     from experiments.report.page import write_page
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     with limits:
         loaded = pp.load(scenario)
     arm = isinstance(loaded.model, pp.ManipulationModel)
     if arm:  # MuJoCo takes a second to load, and may not be installed
-        with loading_simulation(quiet=is_quiet()):
+        with loading_simulation():
             from experiments.cli.simulation_options import look_of
             from experiments.report.recordings import record_all
             from experiments.runs.geometry import asking_in
@@ -77,7 +77,7 @@ def report(
         loaded = asking_in(loaded, None, robot=robot)
         view = look_of(partial(scene_of, loaded, robot=robot), look)
     folder = out or Path("out", loaded.name)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         bars("planning", 0, 0, "")
         with limits:
             planner = pp.Planner(loaded.problem())

@@ -11,7 +11,7 @@ import prefplan as pp
 from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
 from experiments.cli.choice import Wanted
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
@@ -53,13 +53,13 @@ def run(
       prefplan run case_study_3 --plan preference
       prefplan run case_study_3 --plan 0 --seed 7 --no-video --json
     """
-    with loading_simulation(quiet=is_quiet()):
+    with loading_simulation():
         from experiments.cli import simulation_options as simulation
         from experiments.runs.evidence import prove
         from experiments.runs.outcome import outcome_json
         from experiments.runs.run_plan import run_plan, scene_of
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     loaded = pp.load(scenario)
     path = (out or Path("out", loaded.name)) / (wanted.plan if isinstance(wanted.plan, str) else f"plan_{wanted.plan}")
     conditions: Conditions = {
@@ -71,7 +71,7 @@ def run(
     view = simulation.look_of(partial(scene_of, loaded, robot=robot), look)
     scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
     loaded = asking_in(loaded, scene, robot=robot)
-    with Bars(quiet=is_quiet()) as bars, only_writer(path.parent):
+    with Bars() as bars, only_writer(path.parent):
         bars("planning", 0, 0, "")
         chosen = chosen_plan(loaded, pp.Planner(loaded.problem()), wanted, as_json=as_json)
         bars("planning", 1, 1, "")

@@ -8,7 +8,7 @@ import prefplan as pp
 from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
 from experiments.cli.choice import Wanted
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.files import only_writer, write_json
 from experiments.cli.progress import Bars
@@ -52,7 +52,7 @@ def sweep(
       prefplan sweep case_study_3 --rollouts 20
       prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
     """
-    with loading_simulation(quiet=is_quiet()):
+    with loading_simulation():
         from experiments.cli.simulation_options import checked, perturbation_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import scene_of
@@ -62,7 +62,7 @@ def sweep(
         from experiments.sweep.workers import RECORDS, work
         from sim.execution.faults.fault import kinds
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     loaded = pp.load(scenario)
     folder = out or Path("out", loaded.name, f"sweep_{wanted.plan}")
     perturbation = perturbation_of(perturb, seed=seed)
@@ -71,7 +71,7 @@ def sweep(
         checked("--faults", faults, (ANY, *kinds()))
         with prefixed("--faults "):
             possible_kinds(scene.model, faults)
-    with Bars(quiet=is_quiet()) as bars, only_writer(folder):
+    with Bars() as bars, only_writer(folder):
         bars("planning", 0, 0, "")
         loaded = asking_in(loaded, scene, robot=robot)
         chosen = chosen_plan(loaded, pp.Planner(loaded.problem()), wanted, as_json=as_json)

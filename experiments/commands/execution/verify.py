@@ -7,7 +7,7 @@ import click
 import prefplan as pp
 from experiments import scenarios
 from experiments.cli import options, output
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.start import loading_simulation
 from experiments.cli.status import CONSISTENT, DONE, FAILED
@@ -45,7 +45,7 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
 
     refuted (status 4): a claim is contradicted; the lines marked NO say where.
     """
-    with loading_simulation(quiet=is_quiet()):
+    with loading_simulation():
         from experiments.runs.certificates import Proof, certificate_json, show_certificate
         from sim.evidence.certificate import VERDICTS, certify
         from sim.evidence.log import read_log

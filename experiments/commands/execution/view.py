@@ -12,7 +12,7 @@ import prefplan as pp
 from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options
 from experiments.cli.choice import Wanted
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, say
@@ -60,17 +60,17 @@ def view(
     if not all(importlib.util.find_spec(name) for name in ("viser", "mjviser")):
         install = "pip install '.[sim,viewer]', in a clone of prefplan"
         raise PrefplanError(f"view needs the libraries viser and mjviser: {install}")
-    with loading_simulation(quiet=is_quiet()):
+    with loading_simulation():
         from experiments.cli.browser import open_page
         from experiments.cli.simulation_options import camera_of, faults_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import begin, scene_of
         from experiments.viewer.session import Show, watch
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     loaded = pp.load(scenario)
     injected = faults_of(faults, loaded)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         scene = scene_of(loaded, robot=robot, faults=injected)
         camera = camera_of(camera, lambda: scene)
         bars("planning", 0, 0, "")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from experiments.cli import options, output
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, FAILED
@@ -34,7 +34,7 @@ def doctor(as_json: bool) -> int:
 
     found: list[Diagnosis] = []
     checks = list(diagnosis.CHECKS)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         for check in checks:
             bars("checking", len(found), len(checks), check.__name__)
             found.append(check())

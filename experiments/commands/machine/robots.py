@@ -3,7 +3,7 @@
 from typing import Any
 
 from experiments.cli import options, output
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE
@@ -23,7 +23,7 @@ def robots(as_json: bool) -> int:
     from sim.robots.catalogue import ROBOTS
 
     checks = dict.fromkeys(robot.unavailable_because for robot in ROBOTS.values())  # several robots share one
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         bars("checking", 0, 0, "")
         reasons = {check: check() for check in checks}
     found: list[dict[str, Any]] = [

@@ -11,7 +11,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner
@@ -41,10 +41,10 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     """
     from experiments.checks import checkup
 
-    load_planner(quiet=is_quiet())
+    load_planner()
     with limits:
         loaded = pp.load(scenario)
-    with Bars(quiet=is_quiet()) as bars:
+    with Bars() as bars:
         found = checkup.check(loaded, robot=robot, quick=quick, limits=limits, tell=bars)
     if as_json:
         output.print_json(found)

@@ -7,7 +7,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
 from prefplan.errors import ScenarioError
@@ -45,7 +45,7 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
             "`prefplan report` shows those of any model"
         )
     else:
-        load_planner(quiet=is_quiet())
+        load_planner()
         planner = pp.Planner(loaded.problem())
         front = planner.front(max_cost=max_cost)
         if front.reason:

@@ -14,7 +14,7 @@ import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
 from experiments.cli.choice import check_bounds, objective_name
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, INTERRUPTED, say, tell
@@ -67,9 +67,9 @@ def front(
         from experiments.figures.front import draw
 
         picture = picture_file(plot)
-    load_planner(quiet=is_quiet())
+    load_planner()
     with limits:
-        found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
+        found = asking(pp.load(scenario), abstract=abstract)
         problem = found.problem()
         check_bounds(problem, at_most, max_preference)
         wanted = [objective_name(problem, name) for name in objectives]

@@ -11,7 +11,7 @@ import prefplan as pp
 from experiments.checks.no_plan import chosen_plan
 from experiments.cli import options, output
 from experiments.cli.choice import Wanted
-from experiments.cli.command import command, is_quiet
+from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, FAILED, INTERRUPTED, tell
@@ -56,11 +56,11 @@ def plan(
     cheapest plan of nine or more tasks, by how much it may be dearer. If no plan is known, the exit status is 4,
     although a plan may exist (if none does, it is 3). With --json, "complete" is false in both cases.
     """
-    load_planner(quiet=is_quiet())
+    load_planner()
     if objective is not None:
         wanted = wanted._replace(plan=objective)
     with limits:
-        found = asking(pp.load(scenario), abstract=abstract, quiet=is_quiet())
+        found = asking(pp.load(scenario), abstract=abstract)
         planner = pp.Planner(found.problem())
         try:
             chosen = chosen_plan(found, planner, wanted, as_json=as_json, at_most=at_most, keep_on_interrupt=True)

@@ -12,6 +12,7 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
+import click
 import pytest
 from command_line import Run, assert_is_error
 from scenario_texts import CUP, DETOUR
@@ -20,6 +21,7 @@ import prefplan
 from experiments import commands
 from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner
+from experiments.cli.status import QUIET
 from experiments.program import main as start
 from prefplan.models import kernels
 
@@ -156,13 +158,21 @@ def test_a_quiet_command_shows_its_result_and_no_progress(
     assert (result.status, result.err) == (0, "") and "cost 6" in result.out
 
 
+def context(*, quiet: bool) -> click.Context:
+    """Return the context of a command that is called with or without `-q`."""
+    found = click.Context(click.Command("any"))
+    found.meta.update({QUIET: True} if quiet else {})
+    return found
+
+
 @pytest.mark.parametrize("quiet", [False, True])
 def test_compiling_is_announced_when_it_begins(
     quiet: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("prefplan.warm_up.is_compiled", lambda: False)
     monkeypatch.setattr(kernels, "loading", kernels.loading)
-    load_planner(quiet=quiet)
+    with context(quiet=quiet):
+        load_planner()
     with kernels.loading():
         pass
     assert ("compiling" in capsys.readouterr().err) is not quiet
@@ -171,7 +181,7 @@ def test_compiling_is_announced_when_it_begins(
 def test_quiet_bars_are_not_drawn(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     for quiet in (False, True):
-        with Bars(quiet=quiet) as bars:
+        with context(quiet=quiet), Bars() as bars:
             bars("planning", 1, 2, "")
         assert ("planning" in capsys.readouterr().err) is not quiet
 
@@ -182,7 +192,7 @@ def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
     clock = itertools.count()
-    with Bars(quiet=False) as bars:
+    with Bars() as bars:
         bars.get_time = lambda: float(next(clock))
         for done in range(4):
             bars("rendering", 100 * done, 400, "")

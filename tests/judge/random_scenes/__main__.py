@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from experiments.cli import options
-from experiments.cli.command import call, command, is_quiet
+from experiments.cli.command import call, command
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
 from experiments.cli.status import DONE, INTERRUPTED, tell
@@ -35,7 +35,7 @@ def try_scenes(scenes: int, seed: int, out: Path, max_seconds: float, jobs: int 
     versions = {name: version(name) for name in ("prefplan", "mujoco")}
     header = {**versions, "seed": seed, "max_seconds": max_seconds}
     batch = Scenes(seed, out, max_seconds)
-    with Bars(quiet=is_quiet()) as bars, only_writer(out):
+    with Bars() as bars, only_writer(out):
         found, interrupted = work(batch, scenes, out / RECORDS, header, tell=bars, stage="scenes", jobs=jobs)
     print(markdown(found, scenes=scenes, seed=seed, about=f"MuJoCo {versions['mujoco']}"))
     if interrupted:
