@@ -2,7 +2,6 @@
 
 import base64
 import hashlib
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from experiments.cli.files import write_bytes
@@ -30,10 +29,10 @@ def map_of(scenario: Scenario) -> PlanMap | None:
     return None
 
 
-def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
-    """Return a map with the path of a plan as inline SVG, without margins.
+def svg(plan_map: PlanMap, plan: Plan, *, title: str, folder: Path) -> str:
+    """Return a map with the path of a plan as inline SVG, without margins; the title is for screen readers.
 
-    Pixels are written as files to a folder beside the page, if one is given: maps with the same background share one.
+    Pixels are written as files to a folder beside the page: maps with the same background share one.
 
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
     also `grid`, `region` and `obstacle`, and on a graph `place` and, where they are no pixels, `roads`.
@@ -46,15 +45,10 @@ def svg(plan_map: PlanMap, plan: Plan, *, folder: Path | None = None) -> str:
         figure.draw_without_rendering()
         plan_map.label(axes, plan, font_size=FONT_SIZE_PT)
         root = parsed_svg(figure)
-    if folder is not None:
-        _move_pixels(root, folder)
-    return inline_svg(root, kind="map", title=f"Map with the path of a plan of {len(plan.actions)} moves")
-
-
-def _move_pixels(root: ET.Element, folder: Path) -> None:
     for image in root.iter(f"{SVG}image"):
         pixels = base64.b64decode(image.attrib[LINK].partition(",")[2])
         file = folder / f"{hashlib.sha256(pixels).hexdigest()[:12]}.png"
         if not file.exists():
             write_bytes(file, pixels)
         image.set(LINK, f"{folder.name}/{file.name}")
+    return inline_svg(root, kind="map", title=title)

@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any, cast
 from experiments.cli.output import plan_json
 from experiments.figures.front import cost_unit
 from experiments.figures.maps import map_of
-from experiments.report.differences import landmarks
 from experiments.report.explanations import Explanation, NamedPlan, explain, explain_cheapest
 from experiments.report.pictures import routes
 from experiments.report.preference_words import ordinal, shares
 from experiments.runs.formula_words import titles, words_of
-from prefplan import Front, GridModel, Ledger, Plan, Preference, Problem, Rule, Scenario, Task, WeightedSum
+from prefplan import Front, Ledger, Plan, Preference, Problem, Rule, Scenario, Task, WeightedSum
 from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
 from prefplan.logic.formula import TRUE, Until
 from prefplan.plan import objectives_text
 from prefplan.preferences.objective import PreferenceObjective
-from prefplan.text.layout import counted, number
+from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from experiments.report.recordings import Recording
@@ -66,7 +65,6 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
                 "rank": _rank(problem, front, i),
                 "path": plan_map.trail(named.plan).states.tolist() if plan_map else None,
                 "graph": {"at": graph.at, "note": graph.note, "words": graph.words} if graph else None,
-                "map_words": _map_words(scenario, named.ledger) if plan_map else None,
             }
             for i, named in enumerate(plans)
             for graph in [graphs.get(i)]
@@ -213,15 +211,6 @@ def _run(recording: Recording, plan: Plan) -> dict[str, Any]:
         "replans": outcome["replans"],
         "certificate": recording.certificate,
     }
-
-
-def _map_words(scenario: Scenario, planned: Ledger) -> str:
-    """Return what a plan's map shows, for readers who cannot see it."""
-    ground = "Map"
-    if isinstance(scenario.model, GridModel):
-        ground += " of {} by {} cells".format(*scenario.model.size)
-    passed = ", ".join(landmarks(planned)) or "no region of a task"
-    return f"{ground} with the robot's path of {counted(len(planned.actions), 'move')} through {passed}."
 
 
 def _rule(rule: Rule) -> dict[str, str]:

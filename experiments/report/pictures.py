@@ -10,7 +10,9 @@ from experiments.figures.diagrams.automaton_text import table_text
 from experiments.figures.diagrams.guards import AutomatonSizeError
 from experiments.figures.diagrams.node_link import GraphvizError, program
 from experiments.figures.diagrams.route import Route, SystemSizeError
-from prefplan import Front, Problem, Scenario
+from experiments.report.differences import landmarks
+from prefplan import Front, GridModel, Ledger, Plan, Problem, Scenario
+from prefplan.text.layout import counted
 
 
 def automata(problem: Problem) -> dict[str, str]:
@@ -33,11 +35,22 @@ def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
     """
     plan_map = maps.map_of(scenario)
     if plan_map is not None:
-        return {i: maps.svg(plan_map, plan, folder=folder) for i, plan in enumerate(front)}
+        return {
+            i: maps.svg(plan_map, plan, title=_map_words(scenario, plan), folder=folder) for i, plan in enumerate(front)
+        }
     return {
         i: node_link.svg(found.diagram, title=found.words, direction="TB")
         for i, found in routes(scenario, front).items()
     }
+
+
+def _map_words(scenario: Scenario, plan: Plan) -> str:
+    """Return what a plan's map shows, for readers who cannot see it."""
+    ground = "Map"
+    if isinstance(scenario.model, GridModel):
+        ground += " of {} by {} cells".format(*scenario.model.size)
+    passed = ", ".join(landmarks(Ledger.of_plan(scenario.problem(), plan))) or "no region of a task"
+    return f"{ground} with the robot's path of {counted(len(plan.actions), 'move')} through {passed}."
 
 
 def routes(scenario: Scenario, front: Front) -> dict[int, Route]:

@@ -71,9 +71,6 @@ class GridMap {
     this.robot = draw("circle", { class: "robot", r: Math.min(Math.max((0.32 * wide) / columns, 2.5), 9) });
     svg.querySelector(".path").after(this.gone);
     svg.append(this.robot);
-    svg.setAttribute("aria-label", plan.map_words);
-    svg.removeAttribute("width");
-    svg.removeAttribute("height");
   }
 
   show({ done, share }) {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,9 +77,9 @@ def test_a_leader_goes_from_a_name_to_the_middle_of_what_it_names() -> None:
         assert any(box.contains(*axes.transData.transform(start)) for box in boxes)
 
 
-def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:
+def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario, tmp_path: Path) -> None:
     plan = cheapest_plan(example.problem())
-    root = ET.fromstring(svg(drawn_map(example), plan))
+    root = ET.fromstring(svg(drawn_map(example), plan, title="", folder=tmp_path))
     classes = Counter(element.get("class") for element in root.iter())
     assert classes["path"] == classes["start"] == 1
     assert classes["region"] == classes["name"] == 4
@@ -86,11 +87,11 @@ def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario) -> None:
     assert not any(element.get("id") for element in root.iter())
 
 
-def test_single_cells_are_left_out_where_they_are_too_many() -> None:
+def test_single_cells_are_left_out_where_they_are_too_many(tmp_path: Path) -> None:
     side = int(MOST_CELLS**0.5)
     model = GridModel(
         (side + 1, side), (0, 0), regions={"far": [(side, 0, side, 0)]}, obstacles={"wall": [(3, 3, 4, 4)]}
     )
     problem = Problem(model.transition_system(), [Task("go", "F far")], Order())
-    drawn = svg(GridMap(problem, model), Plan(0, 0, {}, {}, (), ((0, 0),)))
+    drawn = svg(GridMap(problem, model), Plan(0, 0, {}, {}, (), ((0, 0),)), title="", folder=tmp_path)
     assert 'class="grid"' not in drawn and 'class="obstacle"' in drawn and 'class="region"' in drawn

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -84,15 +82,16 @@ def test_a_graph_without_all_coordinates_has_no_map(square: Scenario, tmp_path: 
     assert maps.map_of(load(square.path)) is None
 
 
-def test_dots_are_where_tasks_are_done_and_names_are_written(square: Scenario) -> None:
-    drawn = maps.svg(found_map(square), pareto_front(square.problem())[1])
+def test_dots_are_where_tasks_are_done_and_names_are_written(square: Scenario, tmp_path: Path) -> None:
+    drawn = maps.svg(found_map(square), pareto_front(square.problem())[1], title="", folder=tmp_path)
     assert len(re.findall('class="goal"', drawn)) == 2
     names = [re.sub("<[^>]*>", "", text).strip() for text in re.findall(r"<text .*?</text>", drawn, re.DOTALL)]
     assert sorted(names) == ["post", "shop"]
 
 
-def test_few_edges_are_lines(square: Scenario) -> None:
-    assert "<image" not in maps.svg(found_map(square), pareto_front(square.problem())[0])
+def test_few_edges_are_lines(square: Scenario, tmp_path: Path) -> None:
+    drawn = maps.svg(found_map(square), pareto_front(square.problem())[0], title="", folder=tmp_path)
+    assert "<image" not in drawn
 
 
 def test_many_edges_are_pixels_that_plans_of_a_report_share(busy: Scenario, tmp_path: Path) -> None:
@@ -103,15 +102,16 @@ def test_many_edges_are_pixels_that_plans_of_a_report_share(busy: Scenario, tmp_
         assert re.findall(r'href="([^"#]*)"', picture) == [f"page/{pixels.name}"]
 
 
-def test_pixels_are_dark_on_edges_and_clear_beside_them(busy: Scenario) -> None:
+def test_pixels_are_dark_on_edges_and_clear_beside_them(busy: Scenario, tmp_path: Path) -> None:
     found = found_map(busy)
-    (image,) = re.findall("<image[^>]*>", maps.svg(found, pareto_front(busy.problem())[0]))
+    drawn_map = maps.svg(found, pareto_front(busy.problem())[0], title="", folder=tmp_path)
+    (image,) = re.findall("<image[^>]*>", drawn_map)
     x, width = (float(re.findall(f' {key}="(.*?)"', image)[0]) for key in ("x", "width"))
     points_per_unit = maps.SIDE_IN * POINTS_PER_INCH / max(found.size)
     ends = points_per_unit * (found.points[:, 0] + 0.5)
     assert (x, x + width) == pytest.approx((ends.min(), ends.max()), abs=1)
-    pixels = base64.b64decode(re.findall('base64,([^"]*)', image)[0])
-    drawn = np.asarray(Image.open(io.BytesIO(pixels)))[..., 3]
+    (pixels,) = tmp_path.glob("*.png")
+    drawn = np.asarray(Image.open(pixels))[..., 3]
     row, column = np.array(drawn.shape) // 2
     for side in (drawn[row, :4], drawn[row, -4:], drawn[:4, column], drawn[-4:, column]):
         assert side.max() > 0
