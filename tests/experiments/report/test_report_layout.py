@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 
@@ -111,7 +113,31 @@ def complaints(page: Page, *of: str) -> list[str]:
     parts = ", ".join(f"...audit.{part}()" for part in of)
     script = f"const done = arguments[0]; audit.settled(() => done([{parts}]))"
     found: list[str] = page.browser.execute_async_script(script)
-    return found
+    return [*found, *unnamed(page)] if "access" in of else found
+
+
+NAMED = {"article", "button", "combobox", "image", "region", "slider", "SvgRoot", "Video"}
+"""Roles of what has a name, as the browser tells it to those who cannot see the page."""
+
+
+def unnamed(page: Page) -> Iterator[str]:
+    """Yield what those who cannot see the page would miss: names, the language, the order of headings."""
+    for node in page.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]:
+        role, name = (node.get(key, {}).get("value", "") for key in ("role", "name"))
+        if role in NAMED and not node["ignored"] and not name.strip():
+            yield f"{role} has no name"
+    if page.all("[role=group]:not([aria-label])"):
+        yield "a group has no name"
+    if not page.run("document.documentElement.lang"):
+        yield "the page has no language"
+    ids = Counter(page.run("[...document.querySelectorAll('[id]')].map((part) => part.id)"))
+    yield from (f"the id {name} occurs twice" for name, count in ids.items() if count > 1)
+    levels = page.run(
+        "[...document.querySelectorAll('h1, h2, h3, h4, h5, h6')].map(({ tagName }) => Number(tagName[1]))"
+    )
+    for level, below in pairwise([0, *levels]):
+        if below > level + 1:
+            yield f"a heading of level {below} comes after one of level {level}"
 
 
 def assert_ticks_are_exact(page: Page) -> None:
