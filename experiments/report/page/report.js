@@ -7,12 +7,13 @@
   const clock = new Clock(() => update());
   const wanted = new URLSearchParams(location.hash.slice(1));
   const rows = [...byId("points").querySelectorAll("tbody tr")].map((row) => [row, ...row.querySelectorAll("button")]);
-  const looks = [...document.querySelectorAll("#pictures button")];
-  let chosen = 0, other = null, panels = [], inScene = wanted.has("3d") && data.scene;
+  const in3d = byId("in-3d") || {}; // a run without a scene has none
+  let chosen = 0, other = null, panels = [];
   let scenes = []; // for each 3-D scene, a promise whether there is something to see
   const choose = (index, compare) => (compare ? select(chosen, index) : select(index, other));
   const seek = (time) => clock.seek(time);
-  if (!plans.some(({ run }) => run && run.video)) while (looks.length) looks.pop().remove();
+  in3d.checked = wanted.has("3d");
+  if (in3d.labels && !plans.some(({ run }) => run && run.video)) in3d.labels[0].remove();
   const chart = new (data.axes.length === 2 ? FrontChart : ParallelCoordinates)(byId("chart"), data, choose);
 
   function select(plan, against) {
@@ -48,11 +49,9 @@
 
   // Show the videos or the 3-D scenes of the runs; of a run without a video, its scene.
   function showPictures() {
-    const { playing } = clock, videos = panels.map(({ video }) => video).filter(Boolean);
+    const { playing } = clock, inScene = in3d.checked, videos = panels.map(({ video }) => video).filter(Boolean);
     for (const video of videos) Object.assign(video, { hidden: inScene, muted: true });
     scenes = panels.filter(({ scene }) => scene).map(({ scene, video }) => scene.reveal(inScene || !video));
-    looks.forEach((look, i) => look.setAttribute("aria-pressed", String(inScene === Boolean(i))));
-    for (const hint of document.querySelectorAll("#pictures span")) hint.hidden = looks.length && !inScene;
     clock.load(clock.duration, inScene ? [] : videos);
     if (playing) clock.play();
     history.replaceState(null, "", `#plan=${chosen}${other === null ? "" : `&with=${other}`}${inScene ? "&3d" : ""}`);
@@ -98,12 +97,7 @@
   }
 
   for (const box of document.querySelectorAll(".scroll")) watchEdges(box);
-  looks.forEach((look, i) => {
-    look.onclick = () => {
-      inScene = Boolean(i);
-      showPictures();
-    };
-  });
+  in3d.onchange = showPictures;
   byId("play").onclick = () => clock.toggle();
   byId("back").onclick = () => step(-1);
   byId("on").onclick = () => step(1);

@@ -12,9 +12,7 @@ function kindOf(action, actions) {
 
 // The progress of a plan at a time: number of actions done, the one under way (or null), its share, and the cost spent.
 function progress(plan, time) {
-  const { spent } = plan.ledger;
-  let done = 0;
-  while (done < plan.times.length && plan.times[done][1] <= time + 1e-6) done += 1;
+  const { spent } = plan.ledger, done = plan.times.filter(([, end]) => end <= time + 1e-6).length;
   if (done === plan.times.length) return { done, now: null, share: 0, spent: spent[done] };
   const [start, end] = plan.times[done];
   const share = Math.max(0, Math.min(1, (time - start) / Math.max(end - start, 1e-9)));

@@ -273,7 +273,7 @@ def test_two_plans_in_step_are_seen_in_3d_as_their_logs_say(make: Make, chrome_3
     page = Page(chrome_3d, path, chosen="#plan=0&with=1")
     library = "[...document.scripts].filter((script) => /three|scene_data/.test(script.src)).length"
     assert page.run(library) == 0 and not page.all("canvas.scene")[0].is_displayed()
-    page.click(page.all("#pictures button")[1])
+    page.click(page.one("#in-3d"))
     page.wait(lambda: times_drawn(page) == [0, 0])
     assert page.run(library) == 2 and not page.all(".panel video")[0].is_displayed()
     logs = [read_log(path.with_name(f"plan_{i}.npz")) for i in (0, 1)]
@@ -322,7 +322,7 @@ def test_without_videos_the_scenes_play(without_videos: Path, chrome_3d: webdriv
     page.click(page.one("#play"))
     page.wait(lambda: page.one("#play").text == "Play" and len(set(times_drawn(page))) == 1)
     assert min(times_drawn(page)) > 0
-    assert not page.all("#pictures button") and not page.all("video")
+    assert not page.all("#in-3d") and not page.all("video")
     assert page.run("document.documentElement.scrollWidth") <= 390
     assert page.all("canvas.scene")[0].is_displayed() and not page.all(".scene-note")[0].is_displayed()
     assert page.complaints() == []
