@@ -13,7 +13,7 @@ from experiments.checks.propositions import size_of, uncarried
 from experiments.cli.progress import Tell
 from experiments.cli.start import has_simulation
 from prefplan.errors import LimitError
-from prefplan.exact_costs import Number
+from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import NoPlanError, UnfinishedError
 from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptible
 from prefplan.logic.mtbdd import same
@@ -118,7 +118,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
         "costs": costs,
         "achievable": achievable,
         "relaxations": len(task.relax),
-        "skip": task.skip,
+        "skip": None if task.skip is None else to_number(exact(task.skip)),
     }
 
 

@@ -1,5 +1,6 @@
 """How a program ends and what it tells its user: exit statuses and messages, in which foreign text is escaped."""
 
+import os
 import re
 import sys
 
@@ -30,4 +31,7 @@ def say(text: object, *, end: str = "\n") -> None:
 def tell(message: object, *, who: str = "prefplan") -> None:
     """Print a message on stderr, after the name of what tells it, with its control characters escaped."""
     text = printable_lines(FOREIGN_BREAK.sub(r"\\n", str(message)))
-    print(f"{printable(who)}: {text}", file=sys.stderr, flush=True)
+    try:
+        print(f"{printable(who)}: {text}", file=sys.stderr, flush=True)
+    except OSError:  # a full disk; what is lost does not change the exit status, nor is it tried again at the end
+        sys.stderr = open(os.devnull, "w")

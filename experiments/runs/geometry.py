@@ -25,9 +25,9 @@ class AskedArm:
         failed: whether the scene cannot be built.
     """
 
-    def __init__(self, capability: Capability) -> None:
-        """Take what the arm can do."""
-        self._capability, self.failed = capability, False
+    def __init__(self, capability: Capability, path: object) -> None:
+        """Take what the arm can do in the scenario of a file."""
+        self._capability, self._path, self.failed = capability, path, False
 
     def check(self, obj: str, location: str) -> PlaceCheck:
         """See `prefplan.models.feasibility.Feasible`."""
@@ -39,7 +39,8 @@ class AskedArm:
                 return self._capability.check(obj, location)
             except (SimulationError, RobotError) as error:
                 self.failed = True
-                tell(f"{NOT_CHECKED} {error}")
+                faults = error.faults if isinstance(error, SimulationError) else (f"robot: {error}",)
+                tell(f"{NOT_CHECKED} {self._path}: " + "; ".join(f"model.{fault}" for fault in faults))
         return PlaceCheck(obj, location)
 
 
@@ -59,7 +60,7 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
         return scenario
     from sim.capability.answers import Capability
 
-    return replace(scenario, feasible=AskedArm(Capability(scenario.model)))
+    return replace(scenario, feasible=AskedArm(Capability(scenario.model), scenario.path))
 
 
 def asking_in(scenario: pp.Scenario, scene: Scene | None, *, robot: str | None = None) -> pp.Scenario:

@@ -76,6 +76,12 @@ def test_a_full_disk_is_told_in_a_sentence(command: list[str]) -> None:
     assert done.stderr == "prefplan: cannot be written: standard output (No space left on device)\n"
 
 
+@pytest.mark.parametrize(("command", "status"), [(["front", "nowhere.toml"], 2), (["plan", "example", "--rush"], 2)])
+def test_a_message_that_cannot_be_written_changes_no_status(command: list[str], status: int) -> None:
+    with open("/dev/full", "w") as full:
+        assert subprocess.run([*PROGRAM, *command], stdout=subprocess.DEVNULL, stderr=full).returncode == status
+
+
 def test_a_journal_on_a_full_disk_says_so_and_loses_nothing(tmp_path: Path) -> None:
     path = tmp_path / "rollouts.jsonl"
     code = f"""

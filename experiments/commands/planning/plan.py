@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 import prefplan as pp
 from experiments.checks.no_plan import chosen_plan
@@ -58,6 +59,8 @@ def plan(
     """
     load_planner()
     if objective is not None:
+        if click.get_current_context().get_parameter_source("plan") is not ParameterSource.DEFAULT:
+            raise pp.PrefplanError("--objective: chooses the plan instead of --plan; give one of them")
         wanted = wanted._replace(plan=objective)
     with limits:
         found = asking(pp.load(scenario), abstract=abstract)

@@ -15,6 +15,7 @@ from pathlib import Path
 from experiments.cli.files import write_bytes
 from experiments.figures.figures import POINTS_PER_INCH, SVG, inline_svg
 from prefplan.errors import PrefplanError
+from prefplan.text.layout import printable
 
 FONT = 'fontname="Courier", fontsize=13'
 """A monospaced font, so that a label is as wide in every browser as Graphviz takes it for; size in points."""
@@ -104,7 +105,7 @@ def svg(diagram: Diagram, *, title: str, direction: str = "LR") -> str:
         # Titles are Graphviz' own names of nodes and edges.
         for name in part.findall(f"{SVG}title"):
             part.remove(name)
-    return inline_svg(root, kind="diagram", title=title)
+    return inline_svg(root, kind="diagram", title=printable(title))
 
 
 def draw(diagrams: Mapping[str, Diagram], path: Path) -> None:
@@ -186,5 +187,5 @@ def _lines(edge: Edge) -> list[str]:
 
 def _quoted(lines: Sequence[str]) -> str:
     """Return lines of text as a quoted string, in which Graphviz reads backslashes and entities."""
-    escaped = (line.replace("\\", "\\\\").replace('"', '\\"').replace("&", "&amp;") for line in lines)
+    escaped = (printable(line).replace("\\", "\\\\").replace('"', '\\"').replace("&", "&amp;") for line in lines)
     return '"' + "\\n".join(escaped) + '"'

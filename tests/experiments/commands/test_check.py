@@ -167,12 +167,13 @@ def test_a_task_that_cannot_be_achieved_has_status_3(run: Run, island: Path) -> 
     assert "task shop can never be satisfied" in result.err
 
 
-def test_a_task_that_can_only_be_skipped_is_a_warning(run: Run, island: Path) -> None:
-    text = ISLAND.replace(task("shop", "F fruit"), task("rest", "F beach", "skip = 3"))
+@pytest.mark.parametrize("skip", [3, 2.5])
+def test_a_task_that_can_only_be_skipped_is_a_warning(run: Run, island: Path, skip: float) -> None:
+    text = ISLAND.replace(task("shop", "F fruit"), task("rest", "F beach", f"skip = {skip}"))
     island.write_text(text.replace('"max"', '"max"\nover = "violation"'))
     result = run("check", "island.toml", "--json")
     (rest,) = result.json["tasks"]
-    assert (result.status, rest["cost"], rest["achievable"], rest["skip"]) == (0, None, True, 3)
+    assert (result.status, rest["cost"], rest["achievable"], rest["skip"]) == (0, None, True, skip)
     assert "it can only be relaxed or skipped" in result.err
 
 

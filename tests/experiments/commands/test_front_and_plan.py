@@ -379,7 +379,7 @@ def test_that_the_arm_could_not_be_asked_is_said(run: Run, detour: Path, monkeyp
     Path("near.toml").write_text(cup_scenario(places=PLACES | {"tray": "{ at = [0.45, 0.11] }"}))
     found = run("front", "near.toml", "--json")
     assert (found.status, found.json["geometry"]) == (0, "not checked")
-    assert found.err.startswith("prefplan: geometry not checked: ")
+    assert found.err.startswith("prefplan: geometry not checked: near.toml: model.locations.tray: ")
     monkeypatch.setattr(geometry, "has_simulation", lambda: False)
     found = run("front", "near.toml", "--json")
     assert (found.status, found.json["geometry"]) == (0, "not checked")

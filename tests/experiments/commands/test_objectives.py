@@ -94,6 +94,10 @@ def test_one_plan_by_the_name_of_an_objective(run: Run, depot: Path, options: li
             ["front", "depot.toml", "--objective", "enrgy"],
             "--objective: unknown objective 'enrgy' (did you mean 'energy'?)",
         ),
+        (
+            ["plan", "depot.toml", "--objective", "energy", "--plan", "0"],
+            ": --objective: chooses the plan instead of --plan; give one of them",
+        ),
         (["plan", "depot.toml", "--objective", "preference"], "unknown objective 'preference' (valid: time, energy)"),
         (
             ["plan", "depot.toml", "--at-most", "speed=3"],

@@ -120,6 +120,13 @@ def test_text_stays_as_it_is_written() -> None:
         assert root.get("aria-label") == text
 
 
+def test_what_cannot_be_printed_is_escaped() -> None:
+    two = Diagram([Node("s0", ("kiosk\x1b[31m",)), Node("s1", ("\0 \ufffe",))], [])
+    root = ET.fromstring(node_link.svg(two, title="from \x1b"))
+    assert {"".join(part.itertext()) for part in root.iter(f"{SVG}text")} == {"kiosk\\x1b[31m", "\\x00 \\ufffe"}
+    assert root.get("aria-label") == "from \\x1b"
+
+
 @pytest.fixture
 def without_graphviz(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda name, path=None: None)
