@@ -104,13 +104,13 @@ def ffmpeg() -> Diagnosis:
 
 def meshes() -> Diagnosis:
     """Whether the meshes of the arm are installed."""
-    from sim.robots.arms.panda_meshes import FINISHES
-    from sim.robots.assets import mesh_folder
+    from sim.robots.arms.panda_meshes import FINISHES, FOLDER
+    from sim.robots.assets import asset_folder, unavailable_because
 
     fix = _pip_install("--force-reinstall", "--no-deps", "gymnasium-robotics")
-    folder = mesh_folder()
-    if folder is None:
-        return Diagnosis("meshes", WARNING, "not installed: the arm is drawn as plain capsules", fix)
+    if reason := unavailable_because():
+        return Diagnosis("meshes", PROBLEM, reason, fix)
+    folder = asset_folder(FOLDER)
     missing = [link for link in FINISHES if not (folder / "visual" / f"{link}.stl").is_file()]
     if missing:
         return Diagnosis("meshes", PROBLEM, f"{folder} lacks {', '.join(missing)}", fix)

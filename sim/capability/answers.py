@@ -19,7 +19,6 @@ from prefplan.models.manipulation.model import ManipulationModel
 from sim.cache import cache_folder, keep
 from sim.capability.place_check import PlaceCheck
 from sim.capability.sources import digest_of_sources
-from sim.robots.assets import mesh_folder
 
 if TYPE_CHECKING:
     from sim.capability.feasibility import Feasibility
@@ -108,7 +107,7 @@ class Capability:
             *(replace(place, label=None) for place in model.locations),
             *(replace(obj, label=None, rgba=None) for obj in model.objects),
             *(f"{name} {version(name)}" for name in LIBRARIES),
-            *(mesh_folder() is None, digest_of_sources()),
+            digest_of_sources(),
         ]
         if model.scene or setup.mjcf or any(obj.file for obj in model.objects):
             parts.append(self._scene.sha256)  # files that may refer to others

@@ -87,7 +87,6 @@ class About:
         text: the scenario file.
         measured: cost of each (kind, hand before, hand after) if the scenario has measured costs.
         robot: name of the simulated robot.
-        meshes: whether it had collision meshes rather than primitive shapes.
         setting: seed, perturbation, faults and other options of the run.
         joints: index of each joint in `qpos`, by name.
         actions: in order, failed attempts included.
@@ -101,7 +100,6 @@ class About:
     text: str
     measured: tuple[tuple[str, str, str, int | float], ...]
     robot: str
-    meshes: bool
     setting: dict[str, Any]
     joints: dict[str, int]
     actions: tuple[LoggedAction, ...]
@@ -136,7 +134,6 @@ def log_of(
         text=text,
         measured=measured_costs(scene.model.costs),
         robot=scene.robot.name,
-        meshes=scene.has_meshes,
         setting=setting or {},
         joints={joint.name: int(joint.qposadr[0]) for joint in joints},
         actions=tuple(_logged(step) for step in run.steps),

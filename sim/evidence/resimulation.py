@@ -90,8 +90,6 @@ def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation
     other = [
         f"{part} {there.get(part)} then, {here[part]} now" for part in ENVIRONMENT if there.get(part) != here[part]
     ]
-    if world.scene.has_meshes != log.about.meshes:
-        other.append("other shapes of the arm")
     arrays, changes, forced = _simulated(log, world, touches, frame_by_frame=bool(other))
     objection = _objection(log, world.mujoco, arrays, exact=not other) or forced
     words = f"{len(log.times)} frames, every digit equal"

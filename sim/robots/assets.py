@@ -1,18 +1,23 @@
-"""Where the files of robots are that other packages bring."""
+"""Where the files of robots are that the package gymnasium-robotics brings; it is located, never imported."""
 
 import importlib.util
 from pathlib import Path
 
+from sim.errors import RobotError
 
-def asset_folder(name: str) -> Path | None:
-    """Return a folder of gymnasium-robotics' assets, or None if they are not installed."""
+
+def asset_folder(name: str) -> Path:
+    """Return a folder of the package's assets; raise `RobotError` if the package is not installed."""
     found = importlib.util.find_spec("gymnasium_robotics")
-    if found is None or not found.submodule_search_locations:
-        return None
-    folder = Path(found.submodule_search_locations[0], "envs/assets", name)
-    return folder if folder.is_dir() else None
+    if found is None or found.origin is None:
+        raise RobotError("it needs the package gymnasium-robotics: pip install gymnasium-robotics")
+    return Path(found.origin).parent / "envs/assets" / name
 
 
-def mesh_folder() -> Path | None:
-    """Return the folder with the Panda's `visual` and `collision` STL files, or None if they are not installed."""
-    return asset_folder("kitchen_franka/franka_assets/meshes")
+def unavailable_because() -> str | None:
+    """Return why robots with these files are not available on this machine; None if they are."""
+    try:
+        asset_folder("")
+    except RobotError as error:
+        return str(error)
+    return None

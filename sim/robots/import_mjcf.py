@@ -84,8 +84,8 @@ def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
     return whole, gripper_from_mjcf(whole, home, arm.gripper, tool=PREFIX + arm.tool, actuator=PREFIX + actuator)
 
 
-def _copy(arm: ImportedArm, meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot; it has its own meshes, whatever `meshes` is."""
+def _copy(arm: ImportedArm) -> mujoco.MjSpec:
+    """Return the robot."""
     return _imported(arm)[0].copy()
 
 

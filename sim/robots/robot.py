@@ -79,13 +79,12 @@ class Robot(ArmConstants):
     of the joints.
 
     Attributes:
-        mjcf: module-level function that returns its MjSpec; the argument says whether to use meshes, None if they are
-            installed.
+        mjcf: module-level function that returns its MjSpec.
         base: its root body.
         gripper: its hand.
     """
 
-    mjcf: Callable[[bool | None], mujoco.MjSpec]
+    mjcf: Callable[[], mujoco.MjSpec]
     base: str
     gripper: Gripper
 
@@ -101,12 +100,12 @@ class Robot(ArmConstants):
             "torque_rates": self.torque_rate_limits,
         }
 
-    def spec(self, *, meshes: bool | None = None) -> mujoco.MjSpec:
+    def spec(self) -> mujoco.MjSpec:
         """Return the robot's MJCF, with actuators that compensate gravity within their torque limits.
 
         Raises `RobotError` if its MJCF cannot be loaded, or lacks a part that is named here.
         """
-        spec, gripper = self.mjcf(meshes), self.gripper
+        spec, gripper = self.mjcf(), self.gripper
         try:
             check_parts(
                 spec,
@@ -138,7 +137,7 @@ class Robot(ArmConstants):
     @cached_property
     def kinematics(self) -> mujoco.MjModel:
         """The arm alone, without its fingers."""
-        spec = self.spec(meshes=False)
+        spec = self.spec()
         for name in self.gripper.joints:
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger

@@ -109,19 +109,12 @@ class Scene:
             shown.tex_data[start : start + len(pixels)] = pixels
         return shown
 
-    @property
-    def has_meshes(self) -> bool:
-        """Whether the robot has collision meshes rather than primitive shapes."""
-        of_robot = self.robot.bodies(self.mujoco)[self.mujoco.geom_bodyid]
-        return bool((self.mujoco.geom_type[of_robot] == mujoco.mjtGeom.mjGEOM_MESH).any())
-
 
 def build_scene(
     model: ManipulationModel,
     *,
     robot: Robot | str | None = None,
     spares: int = 0,
-    meshes: bool | None = None,
     judged: bool = True,
 ) -> Scene:
     """Build the scene of a manipulation model.
@@ -130,7 +123,6 @@ def build_scene(
         model: of the locations and objects.
         robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
         spares: number of grey cubes in store below the table, for faults that add objects.
-        meshes: build the robot from meshes; None to do so if they are installed.
         judged: whether a layout in which the robot cannot work is an error.
 
     Raises:
@@ -146,7 +138,7 @@ def build_scene(
         model = resolved(model, own)
     layout = arrange(model, robot, own, judged=judged)
     shapes = layout.shapes
-    spec = robot.spec(meshes=meshes)
+    spec = robot.spec()
     spec.modelname = "prefplan"
     _set_physics(spec)
     add_wrist_camera(spec, robot)

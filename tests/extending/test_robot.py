@@ -35,7 +35,7 @@ MJCF = """<mujoco>
 </mujoco>"""
 CRANE = sim.Robot(
     "crane",
-    lambda meshes: mujoco.MjSpec.from_string(MJCF),
+    lambda: mujoco.MjSpec.from_string(MJCF),
     base="column",
     joints=("turn", "lift"),
     velocity_limits=np.array([2.0, 1.0]),

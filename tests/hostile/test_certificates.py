@@ -86,11 +86,6 @@ def test_a_bystander_that_creeps_is_refuted_also_in_a_log_of_another_version(
         assert words.startswith("can is ") and certify(log, scenario=scenario).verdict == "refuted"
 
 
-def test_a_false_entry_about_meshes_is_never_proved(bench_log: Log, scenario: Scenario) -> None:
-    certificate = certify(telling(bench_log, meshes=not bench_log.about.meshes), scenario=scenario)
-    assert certificate.verdict != "proved" and "other shapes" in certificate.check("simulated again").words
-
-
 def test_a_completed_run_told_as_not_completed_is_refuted_unless_it_was_interrupted(bench_log: Log) -> None:
     log = claiming(bench_log, completed=False, preference=None)
     assert [check.name for check in certify(log).refuted] == ["not completed"]

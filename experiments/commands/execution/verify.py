@@ -40,8 +40,8 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
 
     proved (status 0): the commands lead to every recorded digit in the scenario that you give, and the claims hold.
 
-    consistent (status 5): no claim is contradicted, but you gave no scenario, or this machine, its MuJoCo or the arm's
-    meshes are others, so that frames are compared within tolerances.
+    consistent (status 5): no claim is contradicted, but you gave no scenario, or this machine or its MuJoCo is
+    another, so that frames are compared within tolerances.
 
     refuted (status 4): a claim is contradicted; the lines marked NO say where.
     """

@@ -7,10 +7,9 @@ import numpy as np
 import trimesh
 
 from prefplan.models.manipulation.surroundings import GripperSetup
-from sim.errors import RobotError
 from sim.geometry.mjcf import HIDDEN, VISIBLE, draw_solid, yaw_quat
 from sim.geometry.solids import smoothed
-from sim.robots.assets import asset_folder
+from sim.robots.assets import asset_folder, unavailable_because
 from sim.robots.import_mjcf import ImportedArm, add_servo
 
 FETCH_PREFIX = "robot0:"
@@ -78,10 +77,7 @@ def fetch_mjcf() -> mujoco.MjSpec:
     Bodies, arm inertias and shapes are the MJCF's. Dampings and the grip are set here. Raises `RobotError` if
     gymnasium-robotics is not installed.
     """
-    if reason := unavailable_because():
-        raise RobotError(reason)
     folder, stl = asset_folder("fetch"), asset_folder("stls/fetch")
-    assert folder is not None and stl is not None
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
     spec = mujoco.MjSpec.from_string(FETCH_MJCF.format(meshes=stl), include=files)
     _strip(spec)
@@ -94,12 +90,6 @@ def fetch_mjcf() -> mujoco.MjSpec:
         joint.armature, joint.damping[0], joint.stiffness[0] = ARMATURE_KG_M2, DAMPING_N_M_S, 0.0
     _set_gripper(spec)
     return spec
-
-
-def unavailable_because() -> str | None:
-    """Return why the robot is not available on this machine; None if it is."""
-    installed = asset_folder("fetch") and asset_folder("stls/fetch")
-    return None if installed else "it needs the package gymnasium-robotics: pip install gymnasium-robotics"
 
 
 def _strip(spec: mujoco.MjSpec) -> None:

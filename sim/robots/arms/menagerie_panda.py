@@ -6,7 +6,7 @@ import mujoco
 
 from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.geometry.mjcf import HIDDEN
-from sim.robots.arms.panda import PANDA, panda_spec
+from sim.robots.arms.panda import MJCF, PANDA
 from sim.robots.import_mjcf import ImportedArm
 from sim.robots.menagerie import menagerie_mjcf, unavailable_because
 from sim.robots.robot import ArmConstants, check_parts
@@ -16,7 +16,7 @@ FINGERS = ("left_finger", "right_finger")
 
 def menagerie_panda_mjcf() -> mujoco.MjSpec:
     """Return the arm with the built-in Panda's tool and shapes of the fingers, whose pads are single boxes."""
-    spec, own = menagerie_mjcf("panda_mj_description"), panda_spec(meshes=False)
+    spec, own = menagerie_mjcf("panda_mj_description"), mujoco.MjSpec.from_file(str(MJCF))
     check_parts(spec, body=("hand", *FINGERS))
     for name in FINGERS:
         for geom in spec.body(name).geoms:

@@ -1,4 +1,4 @@
-"""The Franka Panda, with meshes if they are installed."""
+"""The Franka Panda: MJCF, and meshes of gymnasium-robotics."""
 
 from functools import cache
 from pathlib import Path
@@ -8,44 +8,25 @@ import numpy as np
 import trimesh
 
 from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
-from sim.robots.arms.panda_meshes import surfaces
-from sim.robots.assets import mesh_folder
+from sim.robots.arms.panda_meshes import FOLDER, surfaces
+from sim.robots.assets import asset_folder, unavailable_because
 from sim.robots.gripper import Gripper
 from sim.robots.robot import Robot
 
 MJCF = Path(__file__).parents[3] / "assets" / "panda.xml"
 
 
-def panda_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot, its base frame at the origin; `meshes` is whether it has meshes, None if they are installed.
-
-    Without them, it has capsules; kinematics, inertia, fingers and pads are the same. Raises `FileNotFoundError` if
-    `meshes` is true, and they are not installed.
-    """
-    folder = mesh_folder()
-    if meshes and folder is None:
-        raise FileNotFoundError("the Panda's meshes come with the package gymnasium-robotics")
-    return _spec(None if meshes is False else folder).copy()
+def panda_spec() -> mujoco.MjSpec:
+    """Return the robot, its base frame at the origin; raise `RobotError` if gymnasium-robotics is not installed."""
+    return _spec().copy()
 
 
 @cache
-def _spec(folder: Path | None) -> mujoco.MjSpec:
-    """Return the robot with the meshes in a folder, or with capsules if that is None."""
-    spec = mujoco.MjSpec.from_file(str(MJCF))
-    if folder is not None:
-        _dress(spec, folder)
-    return spec
-
-
-def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
-    """Give every link its visual and collision meshes instead of capsules; the fingers keep their boxes."""
+def _spec() -> mujoco.MjSpec:
+    """Return the robot; its links collide as meshes, its pads and fingers as boxes."""
+    spec, folder = mujoco.MjSpec.from_file(str(MJCF)), asset_folder(FOLDER)
     bodies = {body.name: [body] for body in spec.bodies if body.name.startswith(("link", "hand"))}
     bodies["finger"] = [spec.body("left_finger"), spec.body("right_finger")]
-    for geom in list(spec.geoms):
-        if geom.parent.name in bodies:
-            spec.delete(geom)
-        else:
-            geom.group = HIDDEN
     for link in sorted(bodies.keys() - {"finger"}):
         hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
         spec.add_mesh(name=f"{link}_hull", uservert=hull.vertices.ravel(), userface=hull.faces.ravel())
@@ -58,6 +39,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
             geom.material = f"panda_{finish}"
             geom.contype = geom.conaffinity = 0
             geom.rgba = [0.5, 0.5, 0.5, 1]
+    return spec
 
 
 def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: int) -> mujoco.MjsGeom:
@@ -72,6 +54,7 @@ PANDA = Robot(
     # Franka Emika Panda data sheet.
     payload_kg=3.0,
     mjcf=panda_spec,
+    unavailable_because=unavailable_because,
     base="link0",
     joints=tuple(f"joint{i}" for i in range(1, 8)),
     # Franka Control Interface documentation, "Robot and interface specifications", "Limits for Panda".

@@ -14,6 +14,9 @@ from prefplan.limits import check_limits
 from sim.cache import cache_folder, kept_arrays
 from sim.geometry.solids import smoothed
 
+FOLDER = "kitchen_franka/franka_assets/meshes"
+"""Folder of gymnasium-robotics with the STL files, `visual` and `collision`."""
+
 FINISHES = {
     **{f"link{i}": ("shell",) for i in range(3)},
     "link3": ("shell", "trim"),

@@ -11,9 +11,9 @@ FORCE_N = 27.1434
 """Suction force: 60 kPa below the pressure of the air, typical of an ejector, at a lip of 24 mm in diameter."""
 
 
-def suction_spec(meshes: bool | None = None) -> mujoco.MjSpec:
-    """Return the robot; arguments and errors as of `panda_spec`."""
-    spec = panda_spec(meshes=meshes)
+def suction_spec() -> mujoco.MjSpec:
+    """Return the robot; errors as of `panda_spec`."""
+    spec = panda_spec()
     for name in ("left_finger", "right_finger"):
         spec.delete(spec.body(name))  # and what moves it
     cup = mujoco.MjSpec.from_file(str(MJCF.with_name("suction_cup.xml")))

@@ -22,12 +22,12 @@ from sim.world.scene import Scene, build_scene
 def watched_scene() -> Scene:
     """Return a scene whose robot's MJCF has a camera."""
 
-    def spec(meshes: bool | None) -> mujoco.MjSpec:
-        found = PANDA.mjcf(meshes)
+    def spec() -> mujoco.MjSpec:
+        found = PANDA.mjcf()
         found.worldbody.add_camera(name="door", pos=[2.0, 0.0, 1.0])
         return found
 
-    return build_scene(loads(cup_scenario()).model, robot=replace(PANDA, mjcf=spec), meshes=False)
+    return build_scene(loads(cup_scenario()).model, robot=replace(PANDA, mjcf=spec))
 
 
 def no_scene() -> Scene:

@@ -73,10 +73,10 @@ def test_ffmpeg_is_really_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (broken.status, broken.fix) == (PROBLEM, "unset IMAGEIO_FFMPEG_EXE")
 
 
-def test_missing_meshes_are_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.assets.mesh_folder", lambda: None)
+def test_missing_meshes_are_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     found = diagnosis.meshes()
-    assert found.status == WARNING and found.fix is not None and found.fix.endswith("gymnasium-robotics")
+    assert found.status == PROBLEM and found.fix is not None and found.fix.endswith("gymnasium-robotics")
 
 
 @pytest.mark.parametrize(("chosen", "fix"), [("", diagnosis.INSTALL_GL), ("nonsense", "unset MUJOCO_GL")])

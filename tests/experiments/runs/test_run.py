@@ -207,7 +207,7 @@ def test_without_opengl_all_but_the_video_is_there(run: Run, cup: Path, monkeypa
 def test_a_video_of_a_run(cup: Path) -> None:
     scenario = load("cup.toml")
     assert isinstance(scenario.model, ManipulationModel)
-    scene = build_scene(scenario.model, meshes=False)
+    scene = build_scene(scenario.model)
     plan = pareto_front(scenario.problem())[0]
     told: list[tuple[str, int, int, str]] = []
     video = cup / "cup.mp4"

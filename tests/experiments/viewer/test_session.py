@@ -30,7 +30,7 @@ TIMEOUT_S = 120.0
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return build_scene(SCENARIO.model, meshes=False)
+    return build_scene(SCENARIO.model)
 
 
 @pytest.fixture

@@ -192,7 +192,7 @@ def test_the_panel_marks_the_present_action_and_escapes_text() -> None:
 
 def test_a_location_at_work_glows() -> None:
     washed = CUP.replace("tray = { at", 'basin = { at = [0.45, 0.32], marks = "clean" }\ntray = { at')
-    scene = build_scene(loads(washed).model, meshes=False)
+    scene = build_scene(loads(washed).model)
     qpos = initial_state(scene).qpos
     server = viser.ViserServer("127.0.0.1", 0, verbose=False)
     try:

@@ -82,13 +82,11 @@ def test_everything_else_of_a_scene_does(asked: list[Any], other: ManipulationMo
     assert len(asked) == 2
 
 
-def test_the_robot_its_meshes_and_the_sources_do(asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_robot_and_the_sources_do(asked: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     Capability(MODEL).check("cup", "there")
     Capability(MODEL, robot="panda_suction").check("cup", "there")
     monkeypatch.setattr(answers, "digest_of_sources", lambda: "changed")
     Capability(MODEL).check("cup", "there")
-    monkeypatch.setattr(answers, "mesh_folder", lambda: None)
-    Capability(MODEL).check("cup", "there")
     monkeypatch.setattr(answers, "version", lambda library: "0")
     Capability(MODEL).check("cup", "there")
-    assert len(asked) == 5
+    assert len(asked) == 4

@@ -44,7 +44,7 @@ def check_cup(at: tuple[float, ...], *fixtures: Fixture, cup: Object = CUP) -> P
     """Return the check of a suction cup, which has few grasps, with the object `cup` at its start."""
     places = (Location("here", at=at),)
     model = ManipulationModel("home", COSTS, places, (cup,), fixtures=fixtures, robot="panda_suction")
-    return Feasibility(build_scene(model, meshes=False)).check("cup", "here")
+    return Feasibility(build_scene(model)).check("cup", "here")
 
 
 def missing(found: PlaceCheck, words: str) -> float:
@@ -62,7 +62,7 @@ def test_a_place_out_of_reach_is_told_with_the_distance_that_is_missing() -> Non
 @pytest.mark.parametrize("distance", [0.105, 0.22, 0.23, 0.25, 0.26, 0.28, 0.31])
 def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: float) -> None:
     places = (Location("near", at=(distance, 0.0)), Location("far", at=(0.5, 0.2)))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)))
     assert Feasibility(scene).check("cube", "near") == PlaceCheck("cube", "near")
 
 
@@ -77,7 +77,7 @@ def test_where_an_object_fits_in_no_grasp_it_is_not_brought(monkeypatch: pytest.
     monkeypatch.setattr(Rehearsal, "run", noted)
     places = Location("far", at=(0.87, 0.0)), Location("near", at=(0.5, 0.2)), Location("other", at=(0.6, -0.2))
     model = ManipulationModel("home", COSTS, places, (Object("cup", "near"),), robot="panda_suction")
-    found = Feasibility(build_scene(model, meshes=False)).check("cup", "far")
+    found = Feasibility(build_scene(model)).check("cup", "far")
     assert (found.take, found.put) == (False, False) and "out of reach" in str(found.reason)
     assert not any(action.startswith("transport") for action in tried)
 
@@ -91,7 +91,7 @@ def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -
 @pytest.mark.filterwarnings("error")
 def test_a_place_within_the_base_is_refused_without_a_warning() -> None:
     places = (Location("within", at=(0.0, 0.0)), Location("far", at=(0.5, 0.2)))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (Object("cube", "far"),)))
     assert not Feasibility(scene).check("cube", "within").put
 
 
@@ -109,7 +109,7 @@ def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distanc
         beside = {"b": (0.5, 0.055), "d": (0.555, 0.0), "e": (0.445, 0.0)}
         places = [Location("a", at=(0.5, y)), *(Location(name, at=at) for name, at in beside.items())]
         objects = tuple(Object(f"in_{place.name}", place.name) for place in places)
-        scene = build_scene(ManipulationModel("home", COSTS, tuple(places), objects), meshes=False)
+        scene = build_scene(ManipulationModel("home", COSTS, tuple(places), objects))
         return Feasibility(scene).check("in_a", "a")
 
     found = check(0.0)
@@ -133,7 +133,7 @@ def test_what_does_not_fit_beside_another_object_is_excluded_while_that_one_stan
     beside = Location("x", at=(0.57, 0.1)), Location("y", at=(0.5, 0.16), capacity=slots)
     places = Location("here", at=(0.5, -0.2)), Location("a", at=(0.5, 0.1)), *beside
     model = ManipulationModel("home", COSTS, places, (box, replace(box, name="other", start="y"), post))
-    answer = Feasibility(build_scene(model, meshes=False)).check("box", "a")
+    answer = Feasibility(build_scene(model)).check("box", "a")
     words = r"to put it there: no room for box on a: other is \d\.\d cm too close"
     assert re.fullmatch(words, answer.reason or "") and answer.put, "a plan may move it first"
     assert {(*conditions, action) for conditions, action in answer.barred} == {
@@ -154,7 +154,7 @@ def test_what_cannot_be_brought_from_its_start_may_be_brought_from_elsewhere() -
         (box, Object("cube", "table", size=(0.04,))),
         fixtures=(shelf, wall),
     )
-    answer = Feasibility(build_scene(model, meshes=False)).check("box", "far")
+    answer = Feasibility(build_scene(model)).check("box", "far")
     assert "from high: the arm cannot point down" in (answer.reason or "") and answer.barred == []
 
 
@@ -241,7 +241,7 @@ def test_what_is_brought_without_the_others_and_grasped_again_can_be_grasped_the
 
     places = (Location(name, at=(0.5, 0.2 * k)) for k, name in enumerate(("here", "there", "by")))
     model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "here"), Object("jar", "by")))
-    answer = asked(build_scene(model, meshes=False), tried).check("cup", "there")
+    answer = asked(build_scene(model), tried).check("cup", "there")
     assert answer.take and answer.put and answer.reason == str(wall)
 
 
@@ -250,7 +250,7 @@ def low_pantry() -> Scene:
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
     places = Location("edge", at=(0.53, 0.36)), Location("deep", at=(0.60, 0.2))
     objects = Object("jar", "deep", kind="cylinder", size=(0.045, 0.06)), Object("cup", "edge")
-    return build_scene(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)), meshes=False)
+    return build_scene(ManipulationModel("home", COSTS, places, objects, fixtures=(shelf,)))
 
 
 def test_that_a_board_is_too_low_for_the_hand_is_found_without_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -285,28 +285,30 @@ def test_a_hand_that_cannot_be_where_it_starts_is_told_as_in_a_run() -> None:
     shelf = Fixture("low", "shelf", at=(0.55, 0.25, 0.0), size=(0.25, 0.3, 0.5), yaw=180, boards=(0.0, 0.16))
     places = Location("under", at=(0.55, 0.25)), Location("here", at=(0.45, -0.2))
     model = ManipulationModel("under", COSTS, places, (Object("cup", "here"),), fixtures=(shelf,))
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     words = "model.start: the hand cannot begin over 'under': the way is blocked by fixture low"
     assert Feasibility(scene).check_start() == words
     with pytest.raises(SimulationError, match=re.escape(words)):
         Execution(scene, initial_state(scene))
-    elsewhere = build_scene(replace(model, start="here"), meshes=False)
+    elsewhere = build_scene(replace(model, start="here"))
     assert Feasibility(elsewhere).check_start() is None
 
 
 def test_an_object_in_a_corner_is_drawn_free_as_in_a_run() -> None:
     model = loads(CORNER).model
     assert isinstance(model, ManipulationModel)
-    found = Feasibility(build_scene(model, meshes=False))
+    found = Feasibility(build_scene(model))
     assert found.check("cup", "tray") == PlaceCheck("cup", "tray")
 
 
 def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_the_way_too() -> None:
     places = Location("here", at=(0.5, 0.0)), Location("front", at=(0.434, 0.0))
     objects = Object("cup", "here"), Object("jar", "front")
-    walls = [Fixture(name, "box", at=(0.5, y, 0.06), size=(0.2, 0.02, 0.12)) for name, y in (("a", 0.04), ("b", -0.04))]
+    walls = [
+        Fixture(name, "box", at=(0.5, y, 0.06), size=(0.2, 0.02, 0.12)) for name, y in (("a", 0.034), ("b", -0.034))
+    ]
     model = ManipulationModel("home", COSTS, places, objects, fixtures=tuple(walls), robot="panda_suction")
-    found = Feasibility(build_scene(model, meshes=False)).check("cup", "here")
+    found = Feasibility(build_scene(model)).check("cup", "here")
     assert not found.take and not found.put
     assert found.reason == "no room for the fingers: they would touch fixture a and fixture b and table"
 
@@ -344,7 +346,7 @@ def test_others_are_left_where_they_start_unless_they_are_in_the_way() -> None:
 def test_what_the_arm_cannot_do_is_left_out_of_the_model() -> None:
     places = (Location("here", at=(0.5, 0.0)), Location("far", at=(0.83, 0.0)))
     model = ManipulationModel("home", COSTS, places, (CUP,), fixtures=(POST,), robot="panda_suction")
-    feasibility = Feasibility(build_scene(model, meshes=False))
+    feasibility = Feasibility(build_scene(model))
     here, far = feasibility.check("cup", "here"), feasibility.check("cup", "far")
     assert here == PlaceCheck("cup", "here") and re.fullmatch(r"out of reach by \d cm", far.reason or "")
     barred = [*here.barred, *far.barred]

@@ -18,7 +18,7 @@ def scene_of(height: float, *, board: float = 0.159) -> Scene:
     shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, board + 0.2), yaw=180, boards=(0.0, board))
     places = Location("low", at=(0.55, 0.39)), Location("free", at=(0.45, -0.2))
     box = Object("box", "low", kind="box", size=(0.043, 0.068, height))
-    return build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(shelf,)), meshes=False)
+    return build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(shelf,)))
 
 
 def refuted(scene: Scene, found: PlaceCheck) -> bool:

@@ -25,7 +25,6 @@ def log() -> Log:
         text="[model]\n",
         measured=(("transit", "home", "desk", 1.5),),
         robot="panda",
-        meshes=True,
         setting={"seed": 3, "faults": ["slip@2"]},
         joints={"joint1": 0},
         actions=(LoggedAction("grasp cup", 0.0, 0.05, 1, ("holding_cup",)),),

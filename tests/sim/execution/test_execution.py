@@ -222,6 +222,6 @@ def test_a_kind_of_action_without_a_skill_is_refused(scene: Scene, system: Trans
 
 
 def test_a_hand_that_starts_over_a_location_is_brought_there(scene: Scene) -> None:
-    rollout = execute(build_scene(replace(scene.model, start="top"), meshes=False), ["grasp pink"])
+    rollout = execute(build_scene(replace(scene.model, start="top")), ["grasp pink"])
     assert rollout.completed, rollout.reason
     assert rollout.steps[0].observed.held == "pink"

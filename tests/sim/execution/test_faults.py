@@ -137,7 +137,7 @@ def test_what_is_moved_stands_upright_on_the_table_at_a_place_drawn_by_seed(scen
 def test_what_is_moved_stays_on_a_small_table() -> None:
     costs = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
     places = (Location("a", at=(0.5, 0.1)), Location("b", at=(0.5, -0.1)))
-    scene = build_scene(ManipulationModel("home", costs, places, (Object("x", "a"),)), meshes=False)
+    scene = build_scene(ManipulationModel("home", costs, places, (Object("x", "a"),)))
     for seed in range(5):
         run = run_with(scene, ["transit b"], "move:x@1", seed=seed)
         assert 0.02 < true_poses(scene, run.cell.data)["x"].position[2] < 0.03

@@ -48,7 +48,7 @@ def model() -> ManipulationModel:
 
 
 def test_an_execution_moves_to_its_start_by_the_skill_given() -> None:
-    scene, (skills, calls) = build_scene(model(), meshes=False), counted()
+    scene, (skills, calls) = build_scene(model()), counted()
     run = Execution(scene, initial_state(scene), skills=skills)
     assert calls == {"transit": 1}
     assert run.step("grasp cup")
@@ -56,7 +56,7 @@ def test_an_execution_moves_to_its_start_by_the_skill_given() -> None:
 
 
 def test_a_check_tries_the_skills_given() -> None:
-    scene, (skills, calls) = build_scene(model(), meshes=False), counted()
+    scene, (skills, calls) = build_scene(model()), counted()
     arm = Feasibility(scene, skills)
     assert arm.check_start() is None
     assert calls == {"transit": 1}
@@ -65,6 +65,6 @@ def test_a_check_tries_the_skills_given() -> None:
 
 
 def test_a_cost_is_measured_by_the_skills_given() -> None:
-    scene, (skills, calls) = build_scene(model(), meshes=False), counted()
+    scene, (skills, calls) = build_scene(model()), counted()
     simulate(scene, Trial(scene.model.initial_state, "grasp cup"), skills)
     assert calls == {"transit": 1, "grasp": 1}

@@ -85,7 +85,7 @@ def test_the_pictures_of_a_cube_come_along(tmp_path: Path) -> None:
         </mujoco>"""
     )
     text = cup_scenario().replace("[model]", '[model]\nscene = "lab.xml"')
-    scene = build_scene(loads(text, path=tmp_path / "lab.toml").model, meshes=False)  # type: ignore[arg-type]
+    scene = build_scene(loads(text, path=tmp_path / "lab.toml").model)  # type: ignore[arg-type]
     files = encode_mjcf(scene)
     assert str(tmp_path) not in files["scene.xml"].decode()
     model = mujoco.MjModel.from_xml_string(files["scene.xml"].decode(), files)

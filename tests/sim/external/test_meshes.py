@@ -75,14 +75,14 @@ def test_an_open_mesh_collides_as_its_hull_and_that_is_said(tmp_path: Path) -> N
     leaky = TUBE.copy()
     leaky.update_faces(np.arange(len(leaky.faces)) > 3)
     leaky.export(tmp_path / "open.stl")
-    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "open.stl"')), meshes=False)
+    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "open.stl"')))
     assert scene.warnings == ("objects.cup: its surface is not closed, so that it collides as its convex hull",)
     assert len(solid_geoms(scene.mujoco, "cup")) == 1
 
 
 def test_a_mesh_has_its_mass_and_lies_along_the_line_on_which_it_is_taken(tmp_path: Path) -> None:
     trimesh.creation.box([0.1, 0.04, 0.05]).export(tmp_path / "bar.stl")
-    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "bar.stl", mass = 0.3')), meshes=False)
+    scene = build_scene(model_of(scenario_with(tmp_path, 'file = "bar.stl", mass = 0.3')))
     assert scene.mujoco.body("cup").mass[0] == pytest.approx(0.3)
     assert scene.shapes["cup"].half == pytest.approx([0.02, 0.05, 0.025])
     (geom,) = solid_geoms(scene.mujoco, "cup")
@@ -122,7 +122,7 @@ def in_bracket(point: np.ndarray) -> bool:
 def test_a_mesh_is_taken_where_opposite_faces_are_near_enough_and_the_fingers_fit(tmp_path: Path) -> None:
     bracket().export(tmp_path / "bracket.stl")
     scenario = scenario_with(tmp_path, 'file = "bracket.stl"')
-    scene = build_scene(model_of(scenario), meshes=False)
+    scene = build_scene(model_of(scenario))
     for grasp in grasps(scene.shapes["cup"], PANDA.gripper):
         assert grasp.width == pytest.approx(0.03 if not grasp.rotation[2, 1] else 0.04, abs=1e-3)
         assert in_bracket(grasp.position)
@@ -136,7 +136,7 @@ def test_a_suction_cup_takes_a_mesh_where_it_is_flat_and_the_hand_fits(tmp_path:
     bracket().export(tmp_path / "bracket.stl")
     scenario = scenario_with(tmp_path, 'file = "bracket.stl"')
     model, cup = model_of(scenario), PANDA_SUCTION.gripper
-    shape = build_scene(model, robot="panda_suction", meshes=False).shapes["cup"]
+    shape = build_scene(model, robot="panda_suction").shapes["cup"]
     faces = {tuple(np.round(seat.normal) + 0.0) for seat in shape.seats}
     assert faces >= {(0, 0, 1), (0, 0, -1), (-1, 0, 0), (0, -1, 0)}
     for grasp in grasps(shape, cup):
@@ -151,7 +151,7 @@ def test_a_suction_cup_takes_a_mesh_where_it_is_flat_and_the_hand_fits(tmp_path:
     assert log.about.claims.completed and certify(log).refuted == ()
     trimesh.creation.icosphere(2, 0.025).export(tmp_path / "bracket.stl")
     with pytest.raises(SimulationError, match=r"cup.file: it is nowhere flat over 0.028 x 0.028 m"):
-        build_scene(model, robot="panda_suction", meshes=False)
+        build_scene(model, robot="panda_suction")
 
 
 def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
@@ -184,6 +184,6 @@ def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> 
     (tmp_path / "bad.stl").write_text("no mesh")
     trimesh.creation.box([0.05, 0.05, 0.05]).export(tmp_path / "tube.stl")
     with pytest.raises(PrefplanError) as caught:
-        build_scene(model_of(scenario_with(tmp_path, keys)), meshes=False)
+        build_scene(model_of(scenario_with(tmp_path, keys)))
     assert isinstance(caught.value, SimulationError) or "model." in message
     assert message.format(tmp_path) in str(caught.value)

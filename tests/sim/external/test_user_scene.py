@@ -152,7 +152,7 @@ RACK = """
 
 def scene_in(scenario: Scenario) -> Scene:
     assert isinstance(scenario.model, ManipulationModel)
-    return build_scene(scenario.model, meshes=False)
+    return build_scene(scenario.model)
 
 
 @pytest.fixture(scope="module")
@@ -286,7 +286,7 @@ def test_a_body_of_one_upright_shape_is_taken_however_it_lies(tmp_path: Path, ge
     shape = scene.shapes["cup"]
     assert shape.kind == kind
     assert (shape.surface is not None) == (kind == "mesh")
-    again = build_scene(scene.model, meshes=False)
+    again = build_scene(scene.model)
     assert again.shapes["cup"].kind == kind and again.sha256 == scene.sha256
 
 

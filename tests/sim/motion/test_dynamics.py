@@ -15,7 +15,7 @@ LOAD_KG = 2.5
 @pytest.fixture(scope="module")
 def loaded() -> mujoco.MjModel:
     """The arm with a body of a few millimetres and `LOAD_KG` at its tool, for MuJoCo's own inverse dynamics."""
-    spec = PANDA.spec(meshes=False)
+    spec = PANDA.spec()
     for name in PANDA.gripper.joints:
         spec.delete(spec.joint(name).parent)
     tool = spec.site(PANDA.tool)

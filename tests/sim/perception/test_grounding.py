@@ -93,7 +93,7 @@ def test_nothing_rests_on_top_without_touching_a_support(scene: Scene, arrange: 
 
 
 def test_a_tower_is_recognised_storey_by_storey() -> None:
-    scene = build_scene(TOWER, meshes=False)
+    scene = build_scene(TOWER)
     data = initial_state(scene, seed=1)
     assert places(scene, data) == {"one": "a", "two": "b", "three": "c"}
 
@@ -114,7 +114,7 @@ def test_the_hand_is_where_it_was_sent_unless_it_is_not(scene: Scene, arrange: A
 
 
 def test_a_hand_is_over_a_pile_however_low_the_objects_are() -> None:
-    scene = build_scene(TOWER, meshes=False)
+    scene = build_scene(TOWER)
     data, nominal = initial_state(scene), scene.slots["b"][0].position
     pointing = ToolPose.down(nominal - [0.08, 0.0, 0.01], np.pi / 2).leaning(np.radians(85), np.array([-1.0, 0.0, 0.0]))
     q, _ = Arm(PANDA).reach(pointing.symmetric_poses())

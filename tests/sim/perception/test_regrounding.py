@@ -175,7 +175,7 @@ def test_the_hand_is_nowhere_unless_it_is_over_a_location_or_never_left(see: See
 
 
 def test_unknown_objects_join_the_model_also_in_the_hand(scene: Scene) -> None:
-    stocked = build_scene(scene.model, spares=1, meshes=False)
+    stocked = build_scene(scene.model, spares=1)
     data = initial_state(stocked)
     poses = true_poses(stocked, data)
     poses["foreign1"] = ObjectPose(stocked.shapes["foreign1"], np.array([0.45, 0.30, 0.0265]), np.eye(3))

@@ -33,7 +33,7 @@ SCENES = ("case_study_3", "kitchen")
 
 @pytest.fixture(scope="session")
 def scenes() -> dict[str, Scene]:
-    return {name: build_scene(shipped(name).model, meshes=False) for name in SCENES}
+    return {name: build_scene(shipped(name).model) for name in SCENES}
 
 
 def box(middle: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -87,13 +87,13 @@ def test_the_camera_draws_near_from_where_it_sees_the_hand_at_home(scenes: dict[
 
 
 def test_an_object_that_lies_off_every_location_is_in_the_picture(scenes: dict[str, Scene]) -> None:
-    scene = build_scene(scenes["case_study_3"].model, meshes=False, spares=2)
+    scene = build_scene(scenes["case_study_3"].model, spares=2)
     states = np.tile(initial_state(scene).qpos, (5, 1))
     assert with_strays(scene, states).slots == scene.slots
     blue = scene.mujoco.joint("blue").qposadr[0]
-    states[:, blue : blue + 3] = [[0.5, 0.03, 0.0225], [0.4, 0.3, 0.2], *[[0.25, 0.42, 0.0225]] * 2, [2, 2, -0.5]]
+    states[:, blue : blue + 3] = [[0.5, 0.03, 0.0225], [0.4, 0.3, 0.2], *[[0.7, -0.42, 0.0225]] * 2, [2, 2, -0.5]]
     moved = with_strays(scene, states)
-    assert [np.allclose(moved.slots[name][0].position, [0.25, 0.42, 0.0]) for name in moved.temporary] == [True]
+    assert [np.allclose(moved.slots[name][0].position, [0.7, -0.42, 0.0]) for name in moved.temporary] == [True]
     before, after = (Camera(shown, "fixed", SIZE) for shown in (scene, moved))
     inside = [((pixels > 0) & (pixels < SIZE)).all() for pixels in (c.pixels(handled(moved)) for c in (before, after))]
     assert inside == [False, True]
@@ -180,12 +180,12 @@ def test_a_camera_may_be_anywhere(scenes: dict[str, Scene]) -> None:
 
 
 def test_a_camera_of_the_mjcf_is_chosen_by_its_name() -> None:
-    def watched(meshes: bool | None) -> mujoco.MjSpec:
-        spec = PANDA.mjcf(meshes)
+    def watched() -> mujoco.MjSpec:
+        spec = PANDA.mjcf()
         spec.worldbody.add_camera(name="door", pos=[2.0, 0.0, 1.0])
         return spec
 
-    scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched), meshes=False)
+    scene = build_scene(shipped("case_study_3").model, robot=replace(PANDA, mjcf=watched))
     assert camera_names(scene) == ("fixed", "orbit", "wrist", "top", "door")
     door = Camera(scene, "door", SIZE)
     assert door.mounted and door.view().fixedcamid == scene.mujoco.camera("door").id

@@ -94,7 +94,7 @@ def test_six_tasks_can_be_read_to_their_ends() -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("rendered_here")
 def test_a_video_holds_every_frame(arch_model: ManipulationModel, tmp_path: Path) -> None:
-    scene = build_scene(arch_model, meshes=False)
+    scene = build_scene(arch_model)
     frames = 2 * FRAME_RATE_HZ
     qpos = np.tile(initial_state(scene).qpos, (frames, 1))
     qpos[:, 0] = np.linspace(0, 0.8, frames)

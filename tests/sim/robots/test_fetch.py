@@ -43,7 +43,7 @@ def test_stretched_out_it_reaches_as_far_as_its_links_are_long(robot: Robot, fet
 
 
 def test_without_its_meshes_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.arms.fetch.asset_folder", lambda name: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     _imported.cache_clear()
     with pytest.raises(RobotError, match="pip install gymnasium-robotics; the robot `panda` needs"):
         robot_named("fetch")

@@ -92,7 +92,7 @@ def test_it_is_fetched_without_output_by_robot_descriptions_and_kept_in_its_cach
 
 
 def test_kinematics_and_limits_are_those_of_our_own_panda(panda: mujoco.MjModel) -> None:
-    own = panda_spec(meshes=False).compile()
+    own = panda_spec().compile()
     for name in (*PANDA.joints, *PANDA.gripper.joints):
         assert panda.joint(PREFIX + name).range == pytest.approx(own.joint(name).range)
     for name in PANDA.joints:
@@ -121,7 +121,7 @@ def test_only_pads_boxes_and_hulls_collide_and_no_part_of_the_robot_touches_anot
     }
     assert set(robot_named("menagerie").gripper.pads) == pads
     assert {(int(geom.contype[0]), int(geom.conaffinity[0])) for geom in colliding} == {(2, 1)}
-    own = panda_spec(meshes=False).compile()
+    own = panda_spec().compile()
     for pad in PANDA.gripper.pads:
         for field in ("pos", "size", "friction", "solref", "solimp", "condim", "priority"):
             assert getattr(panda.geom(PREFIX + pad), field) == pytest.approx(getattr(own.geom(pad), field))

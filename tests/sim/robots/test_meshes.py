@@ -7,7 +7,6 @@ import pytest
 from sim.geometry.mjcf import VISIBLE
 from sim.robots.arms.panda import PANDA, panda_spec
 from sim.robots.arms.panda_meshes import SEAMS_M
-from sim.robots.assets import mesh_folder
 
 RADIUS_M = 0.055
 """Of the links where they meet."""
@@ -15,9 +14,7 @@ RADIUS_M = 0.055
 
 @pytest.fixture(scope="module")
 def panda() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    if mesh_folder() is None:
-        pytest.skip("the meshes are not installed")
-    model = panda_spec(meshes=True).compile()
+    model = panda_spec().compile()
     data = mujoco.MjData(model)
     data.qpos[:7] = PANDA.home
     mujoco.mj_kinematics(model, data)

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.robots.arms.panda import PANDA, panda_spec
-from sim.robots.assets import mesh_folder
+from sim.errors import RobotError
+from sim.robots.arms.panda import MJCF, PANDA, _spec, panda_spec
 
 # Franka Control Interface documentation, "Denavit-Hartenberg parameters", Craig's convention.
 DH_A = (0, 0, 0, 0.0825, -0.0825, 0, 0.088)
@@ -15,11 +15,9 @@ FLANGE = 0.107
 HAND_TURN, TCP_OFFSET = -np.pi / 4, 0.1034
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["capsules", "meshes"])
-def panda(request: pytest.FixtureRequest) -> mujoco.MjModel:
-    if request.param and mesh_folder() is None:
-        pytest.skip("the meshes are not installed")
-    return panda_spec(meshes=request.param).compile()
+@pytest.fixture(scope="module")
+def panda() -> mujoco.MjModel:
+    return panda_spec().compile()
 
 
 def dh_transform(a: float, d: float, alpha: float, theta: float) -> np.ndarray:
@@ -56,10 +54,7 @@ def test_position_and_torque_limits_are_the_published_ones(panda: mujoco.MjModel
 
 
 def test_meshes_change_neither_inertia_nor_pads() -> None:
-    if mesh_folder() is None:
-        pytest.skip("the meshes are not installed")
-    spec = panda_spec(meshes=True)
-    dressed, plain = spec.compile(), panda_spec(meshes=False).compile()
+    dressed, plain = panda_spec().compile(), mujoco.MjSpec.from_file(str(MJCF)).compile()
     assert dressed.body_mass == pytest.approx(plain.body_mass)
     assert dressed.body_inertia == pytest.approx(plain.body_inertia)
     for pad in PANDA.gripper.pads:
@@ -69,7 +64,7 @@ def test_meshes_change_neither_inertia_nor_pads() -> None:
 
 def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
     """Bearing the hand's weight, 2.3 N m at joint 6, counts, whether it is with the command or against it."""
-    model = PANDA.spec(meshes=False).compile()
+    model = PANDA.spec().compile()
     data = mujoco.MjData(model)
     PANDA.put(data, PANDA.home, width=PANDA.gripper.opening_m)
     motors = [model.actuator(name).id for name in PANDA.joints]
@@ -83,8 +78,8 @@ def test_the_motors_give_no_more_than_they_can_whatever_they_are_told() -> None:
         assert not data.qfrc_passive[dofs].any(), "nothing else bears the arm"
 
 
-def test_asking_for_meshes_that_are_not_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.robots.arms.panda.mesh_folder", lambda: None)
-    with pytest.raises(FileNotFoundError, match="gymnasium-robotics"):
-        panda_spec(meshes=True)
-    assert panda_spec().compile().nmesh == 0
+def test_without_its_meshes_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    _spec.cache_clear()
+    with pytest.raises(RobotError, match="pip install gymnasium-robotics"):
+        panda_spec()

@@ -25,7 +25,7 @@ COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
 @pytest.fixture(scope="module")
 def rollout(arch_model: ManipulationModel) -> Run:
     actions = ["transit top", "grasp pink", "transport pink bin1", "release pink bin1"]
-    return execute(build_scene(arch_model, robot="panda_suction", meshes=False), actions, seed=1)
+    return execute(build_scene(arch_model, robot="panda_suction"), actions, seed=1)
 
 
 def test_it_takes_an_object_by_its_top_and_puts_it_down(rollout: Run) -> None:
@@ -51,7 +51,7 @@ def test_its_pull_is_no_torque_of_the_arm(rollout: Run) -> None:
 def test_a_heavy_object_is_taken_within_the_limits(arch_model: ManipulationModel) -> None:
     """The object does not pull the cup beyond its stop, and the payload compensation does not raise it too early."""
     objects = tuple(replace(obj, mass=1.5) if obj.name == "pink" else obj for obj in arch_model.objects)
-    scene = build_scene(replace(arch_model, objects=objects), robot="panda_suction", meshes=False)
+    scene = build_scene(replace(arch_model, objects=objects), robot="panda_suction")
     rollout = execute(scene, ["transit top", "grasp pink", "transport pink bin1"])
     assert_good(rollout)
     assert rollout.load_shares["torque_rates"].max() < 0.8
@@ -60,7 +60,7 @@ def test_a_heavy_object_is_taken_within_the_limits(arch_model: ManipulationModel
 
 
 def test_the_cup_gives_way_and_springs_back() -> None:
-    spec = PANDA_SUCTION.spec(meshes=False)
+    spec = PANDA_SUCTION.spec()
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -92,14 +92,14 @@ def parcel_model(mass: float) -> ManipulationModel:
 
 def test_it_carries_what_is_too_large_for_fingers() -> None:
     actions = ["transit dock", "grasp parcel", "transport parcel van", "release parcel van"]
-    assert_good(execute(build_scene(parcel_model(1.0), meshes=False), actions, seed=1))
+    assert_good(execute(build_scene(parcel_model(1.0)), actions, seed=1))
 
 
 def test_what_would_be_torn_off_the_cup_is_refused_whatever_the_arm_can_carry() -> None:
     with pytest.raises(
         SimulationError, match=r"parcel\.mass: 1\.2 kg, but .* at most 1\.\d+ kg of an object 0\.1 m high"
     ):
-        build_scene(parcel_model(1.2), meshes=False)
+        build_scene(parcel_model(1.2))
 
 
 def test_the_space_round_an_object_does_not_depend_on_fingers_that_the_cup_does_not_have() -> None:

@@ -21,4 +21,4 @@ from sim.robots.robot import Robot
 )
 def test_what_the_mjcf_lacks_is_named(robot: Robot, lacking: str) -> None:
     with pytest.raises(RobotError, match=f"the robot `panda` has no {lacking} in its MJCF"):
-        robot.spec(meshes=False)
+        robot.spec()

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import fields, replace
-from functools import partial
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 from scenario_texts import cup_scenario
@@ -21,7 +19,7 @@ from sim.errors import SimulationError
 from sim.evidence.log import log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import execute
-from sim.robots.arms.panda import MJCF, PANDA
+from sim.robots.arms.panda import PANDA, panda_spec
 from sim.robots.catalogue import robot_for
 from sim.robots.gripper import SuctionGripper
 from sim.robots.import_mjcf import PREFIX, ImportedArm
@@ -98,7 +96,7 @@ def test_the_width_between_the_fingers_follows_the_gear(setup: RobotSetup) -> No
 def test_what_is_derived_of_the_pandas_hand_is_what_is_known_of_it() -> None:
     constants = {field.name: getattr(PANDA, field.name) for field in fields(ArmConstants)}
     hand = GripperSetup("parallel", PANDA.gripper.actuator, force=15, open=0.08)
-    arm = ImportedArm(mjcf=partial(mujoco.MjSpec.from_file, str(MJCF)), gripper=hand, **constants)
+    arm = ImportedArm(mjcf=panda_spec, gripper=hand, **constants)
     found, known = arm.robot().gripper, PANDA.gripper
     assert found.pads == tuple(PREFIX + pad for pad in known.pads)
     for size in ("finger_depth_m", "finger_half_width_m", "fingertip_m", "palm_height_m", "palm_half_width_m"):

@@ -27,7 +27,7 @@ SWEEP = np.array([[-1.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.8], [1.0, 0.2, 0.0, -2.2, 0
 
 @pytest.fixture(scope="module")
 def bare() -> Scene:
-    return build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), ()), meshes=False)
+    return build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), ()))
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
 @pytest.mark.parametrize(("part", "counts"), [("link7", True), ("left_finger", False)])
 def test_links_keep_farther_away_than_fingers(part: str, counts: bool) -> None:
     cube = Object("cube", "a", size=(0.03,))
-    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), (cube,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.45)),), (cube,)))
     data, model, q = initial_state(scene), scene.mujoco, SWEEP[0]
     scene.robot.put(data, q, width=0.03)
     mujoco.mj_kinematics(model, data)
@@ -118,7 +118,7 @@ def test_links_keep_farther_away_than_fingers(part: str, counts: bool) -> None:
 def test_a_load_that_hangs_lower_than_the_fingers_is_in_the_way() -> None:
     places = (Location("a", at=(0.4, 0.45)), Location("b", at=(0.4, -0.45)))
     rod = Object("rod", "a", kind="box", size=(0.03, 0.12, 0.04))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)))
     scene = with_boxes(scene, {"post": ((0.55, 0.0, 0.087), (0.04, 0.004, 0.087))})
     data = initial_state(scene)
     scene.robot.put(data, SWEEP[0], width=0.03)
@@ -174,7 +174,7 @@ def test_a_load_may_touch_the_floor_of_a_bin_but_not_its_wall(blocks: Scene) -> 
 def test_a_load_may_not_end_in_what_does_not_carry_it(end: tuple[float, float, float]) -> None:
     places = (Location("a", at=(0.4, 0.45)), Location("b", at=(0.5, 0.2)))
     rod = Object("rod", "a", kind="box", size=(0.03, 0.12, 0.04))
-    plain = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    plain = build_scene(ManipulationModel("home", COSTS, places, (rod,)))
     spec, box = plain.spec.copy(), mujoco.mjtGeom.mjGEOM_BOX
     body = spec.worldbody.add_body(name="shelf", pos=(0.5, 0.2, 0.0))
     body.add_geom(type=box, size=(0.06, 0.06, 0.005), pos=(0.0, 0.0, 0.005))

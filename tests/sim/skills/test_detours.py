@@ -142,7 +142,7 @@ def test_a_place_that_is_boxed_in_names_the_box(table: Scene) -> None:
 def test_a_board_under_the_end_of_a_long_load_is_seen_on_the_way_down() -> None:
     places = (Location("a", at=(0.5, 0.32)), Location("b", at=(0.5, -0.25)))
     rod = Object("rod", "a", kind="box", size=(0.12, 0.03, 0.04))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (rod,)))
     slot = scene.slots["b"][0]
     end = slot.position + 0.055 * np.array([-np.sin(slot.yaw), np.cos(slot.yaw), 0.0])
     scene = with_boxes(scene, {"board": ((end[0], end[1], 0.08), (0.01, 0.01, 0.0025))})

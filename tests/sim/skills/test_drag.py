@@ -39,7 +39,7 @@ def test_a_low_object_in_a_corner_is_drawn_free_and_taken() -> None:
 def test_dragging_ends_with_the_first_stroke_under_which_the_object_slips(monkeypatch: pytest.MonkeyPatch) -> None:
     model, advances = loads(LOW).model, [0.01, 0.006, 0.002, 0.01]
     assert isinstance(model, ManipulationModel)
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     cell = Workcell(scene, initial_state(scene))
 
     def slipping(cell: Workcell, obj: str, *_: object) -> None:
@@ -56,7 +56,7 @@ def test_a_can_that_lies_in_a_corner_is_rolled_free_set_aside_and_set_upright() 
     can = 'cup = { start = "desk", kind = "cylinder", size = [0.03, 0.06] }'
     model = loads(CORNER.replace('cup = { start = "desk" }', can)).model
     assert isinstance(model, ManipulationModel)
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     data = initial_state(scene)
     # Its side touches one wall, its end the other one.
     data.joint("cup").qpos[:3] = 0.444, -0.159, 0.015

@@ -31,7 +31,7 @@ LOCATIONS = Location("near", at=(0.45, -0.2)), Location("dish", at=(0.5, 0.2), k
 def lying(kind: str, size: tuple[float, ...], heading: float) -> Workcell:
     """Return a running simulation in which x lies at `near` with a heading, rad, to be put onto the dish."""
     model = ManipulationModel("home", COSTS, LOCATIONS, (Object("x", "near", kind=kind, size=size),))
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     data = initial_state(scene)
     rotation = Rotation.from_euler("ZY", [heading, np.pi / 2])
     data.joint("x").qpos[2] = scene.shapes["x"].depth(rotation.as_matrix())
@@ -68,7 +68,7 @@ def test_an_object_is_not_set_down_in_a_wall_that_stands_beside_it() -> None:
     """A wall on the table, higher than the object, is where two corners would be 10 cm nearer to the robot."""
     wall = Fixture("wall", "box", at=(0.31, -0.2, 0.1), size=(0.02, 0.2, 0.2))
     objects = (Object("x", "near", kind="box", size=(0.05, 0.04, 0.09)),)
-    scene = build_scene(ManipulationModel("home", COSTS, LOCATIONS, objects, fixtures=(wall,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, LOCATIONS, objects, fixtures=(wall,)))
     data = initial_state(scene)
     turned = Rotation.from_euler("y", np.pi / 2).as_matrix()
     data.joint("x").qpos[2] = scene.shapes["x"].depth(turned)

@@ -21,7 +21,7 @@ from sim.world.scene import build_scene, initial_state
 
 
 def test_the_hand_takes_what_stands_under_a_board_from_the_front_and_puts_it_down_there() -> None:
-    scene = build_scene(shipped("shelf").model, meshes=False)
+    scene = build_scene(shipped("shelf").model)
     cell = perform_all(scene, "transit pile", seed=None)
     tool, board = cell.arm.tool(cell.angles), scene.slots["high"][0].position[2]
     assert tool.position[2] < board and tool.rotation[0, 2] > 0.2  # tilted towards the shelf, and below the board
@@ -41,7 +41,7 @@ LOW, HIGH = Location("low", at=(0.55, -0.21)), Location("high", at=(0.55, -0.3, 
 def test_a_hand_above_a_board_does_not_hide_it(empty: bool) -> None:
     places = LOW, HIGH, Location("top", on=("low",)), Location("a", at=(0.45, 0.2)), Location("b", at=(0.45, 0.4))
     block, can = Object("block", "b" if empty else "low"), Object("can", "a", kind="cylinder", size=(0.04, 0.098))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (block, can), fixtures=(SHELF,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (block, can), fixtures=(SHELF,)))
     cell = perform_all(scene, "transit high")
     if empty:
         with pytest.raises(BlockedError, match="shelf"):
@@ -61,14 +61,14 @@ def test_what_lies_on_a_low_object_below_a_board_is_taken_though_a_tall_one_coul
     )
     low, tall = Object("block", "low", size=(0.034,)), Object("can", "table", kind="cylinder", size=(0.04, 0.098))
     lid = Object("lid", "top", kind="cylinder", size=(0.044, 0.033))
-    scene = build_scene(ManipulationModel("home", COSTS, places, (low, tall, lid), fixtures=(SHELF,)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (low, tall, lid), fixtures=(SHELF,)))
     cell = perform_all(scene, "transit top", "grasp lid", "transport lid free", "release lid free")
     assert_clean(cell)
     assert_placed(cell, "lid", "free")
 
 
 def test_a_load_that_cannot_be_drawn_out_all_the_way_is_drawn_out_half_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = build_scene(shipped("shelf").model, meshes=False)
+    scene = build_scene(shipped("shelf").model)
     cell = perform_all(scene, "transit pile", seed=None)
     move_tool, longest = grasp.move_tool, 0.05
 
@@ -112,7 +112,7 @@ kind = "order"
 def test_nothing_is_set_aside_in_front_of_a_board() -> None:
     model = loads(BESIDE).model
     assert isinstance(model, ManipulationModel)
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     data = initial_state(scene)
     lying = Rotation.from_euler("ZY", [90, 90], degrees=True)
     data.joint("can").qpos[:3] = 0.56, 0.28, 0.25 + 0.0225

@@ -27,14 +27,14 @@ from sim.world.shapes import CUBE_EDGE_M
 @pytest.fixture
 def own_scene(scene: Scene) -> Scene:
     """Return a scene that a test may spoil."""
-    return build_scene(scene.model, meshes=False)
+    return build_scene(scene.model)
 
 
 def test_what_would_rest_on_supports_of_different_heights_is_not_put_down() -> None:
     spots = {"left": (0.5, 0.03), "right": (0.5, -0.03), "near": (0.45, 0.3), "far": (0.45, -0.3)}
     places = (*(Location(name, at=at) for name, at in spots.items()), Location("top", on=("left", "right")))
     objects = (Object("one", "left"), Object("low", "right", size=(0.035,)), Object("two", "near"), Object("x", "far"))
-    scene = build_scene(ManipulationModel("home", dict.fromkeys(SKILLS, 1), places, objects), meshes=False)
+    scene = build_scene(ManipulationModel("home", dict.fromkeys(SKILLS, 1), places, objects))
     with pytest.raises(SkillError, match="x would not rest on low"):
         free_slot(Workcell(scene, initial_state(scene)), "x", "top")
 
@@ -89,7 +89,7 @@ def test_release_and_grasp_work_everywhere(scene: Scene, location: str) -> None:
 def heavy(scene: Scene) -> Scene:
     """The arch with a pink block as heavy as the arm can bear."""
     objects = tuple(replace(obj, mass=PANDA.payload_kg) if obj.name == "pink" else obj for obj in scene.model.objects)
-    return build_scene(replace(scene.model, objects=objects), meshes=False)
+    return build_scene(replace(scene.model, objects=objects))
 
 
 def test_the_payload_is_carried_within_the_limits_and_does_not_draw_the_arm_down(heavy: Scene) -> None:
@@ -105,7 +105,7 @@ def scene_with_cube(at: tuple[float, float], mass: float) -> Scene:
     """Return a scene with a cube at the location `far`."""
     costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
     model = ManipulationModel("home", costs, (Location("far", at=at),), (Object("cube", "far", mass=mass),))
-    return build_scene(model, meshes=False)
+    return build_scene(model)
 
 
 @pytest.mark.parametrize(("at", "mass"), [((0.757, 0.147), 2.63), ((0.607, -0.55), 2.66), ((0.8, 0.0), 3.0)])
@@ -215,7 +215,7 @@ def test_the_arm_goes_over_what_is_in_the_way(scene: Scene) -> None:
 
 
 def test_the_hand_stays_above_a_tower_over_its_foot() -> None:
-    cell = perform_all(build_scene(TOWER, meshes=False), "transit a", "transit c", "grasp three", "release three c")
+    cell = perform_all(build_scene(TOWER), "transit a", "transit c", "grasp three", "release three c")
     assert_placed(cell, "three", "c")
     assert_clean(cell)
 

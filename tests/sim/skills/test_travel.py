@@ -28,7 +28,7 @@ THERE_AND_BACK = (
 
 
 def table(*locations: Location, objects: tuple[Object, ...] = (Object("cup", "a"),)) -> Scene:
-    return build_scene(ManipulationModel("home", COSTS, locations, objects), meshes=False)
+    return build_scene(ManipulationModel("home", COSTS, locations, objects))
 
 
 def touched(cell: Workcell, q: np.ndarray, **settings: float) -> list[str]:
@@ -177,9 +177,8 @@ def test_foresight_keeps_a_clearance_and_leaves_the_scene_alone() -> None:
     assert (cell.data.qpos == before).all() and (scene.mujoco.geom_margin == 0).all()
 
 
-@pytest.mark.parametrize("meshes", [False, True])
-def test_the_arms_own_links_are_in_each_others_way(meshes: bool) -> None:
-    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.5, 0.0)),), ()), meshes=meshes)
+def test_the_arms_own_links_are_in_each_others_way() -> None:
+    scene = build_scene(ManipulationModel("home", COSTS, (Location("a", at=(0.5, 0.0)),), ()))
     cell = perform_all(scene)
     assert touched(cell, scene.robot.home) == touched(cell, scene.robot.home, width=0.0, clearance=0.006) == []
     folded = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78])

@@ -42,7 +42,7 @@ def model_with(*fixtures: Fixture, locations: tuple[Location, ...] = ()) -> Mani
 def shelf() -> Scene:
     here = Location("here", at=(0.56, 0.2)), Location("above", at=(0.56, 0.2, 0.25), marks="seen")
     locations = (Location("desk", at=(0.4, -0.2)), *here)
-    return build_scene(replace(model_with(SHELF), locations=locations), meshes=False)
+    return build_scene(replace(model_with(SHELF), locations=locations))
 
 
 def test_an_object_is_put_onto_a_box_and_the_certificate_agrees() -> None:
@@ -57,7 +57,7 @@ def test_an_object_is_put_onto_a_box_and_the_certificate_agrees() -> None:
 
 def test_boxes_collide_where_they_are_drawn() -> None:
     box = Fixture("wall", "box", (0.5, 0.35, 0.15), (0.3, 0.02, 0.3), 30.0)
-    model = build_scene(model_with(box), meshes=False).mujoco
+    model = build_scene(model_with(box)).mujoco
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     hidden, drawn = (int(model.body("fixture wall").geomadr[0]) + i for i in (0, 1))
@@ -127,12 +127,12 @@ def test_the_camera_looks_into_a_shelf(shelf: Scene) -> None:
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(fixtures: tuple[Fixture, ...], location: tuple[float, ...], message: str) -> None:
     with pytest.raises(SimulationError) as caught:
-        build_scene(model_with(*fixtures, locations=(Location("new", at=location),)), meshes=False)
+        build_scene(model_with(*fixtures, locations=(Location("new", at=location),)))
     assert message in str(caught.value)
 
 
 def test_a_long_wall_makes_no_large_picture() -> None:
-    scene = build_scene(model_with(Fixture("wall", "box", (1.5, 0.0, 1.0), (0.1, 20.0, 2.0))), meshes=False)
+    scene = build_scene(model_with(Fixture("wall", "box", (1.5, 0.0, 1.0), (0.1, 20.0, 2.0))))
     assert max(scene.spec.texture(TABLE_TOP).width, scene.spec.texture(TABLE_TOP).height) == MAX_SIDE_PX
 
 
@@ -164,5 +164,5 @@ def test_fixtures_that_make_no_sense_are_refused(changes: dict[str, object], mes
     fixture = Fixture(**{"name": "wall"} | WALL | changes)  # type: ignore[arg-type]
     model = ManipulationModel("home", COSTS, (Location("a", at=(0.4, 0.0)),), (), fixtures=(fixture,))
     with pytest.raises(SimulationError) as caught:
-        build_scene(model, meshes=False)
+        build_scene(model)
     assert str(caught.value) == message

@@ -39,7 +39,7 @@ def pillar_beside(distance: float) -> ManipulationModel:
 
 def test_the_hand_leaves_a_wall_between_its_open_fingers_without_touching_it() -> None:
     wall = Fixture("wall", "box", (0.5, 0.0, 0.25), (0.5, 0.02, 0.5))
-    rollout = execute(build_scene(model_with(wall), meshes=False), ["transit desk"], seed=1)
+    rollout = execute(build_scene(model_with(wall)), ["transit desk"], seed=1)
     assert rollout.completed, rollout.reason
     assert contacts(rollout.events) == []
 
@@ -57,18 +57,18 @@ def test_the_hand_leaves_a_wall_between_its_open_fingers_without_touching_it() -
 def test_a_fixture_in_the_way_at_home_is_refused_with_its_distance(y: float, words: str) -> None:
     post = Fixture("post", "box", (0.307, y + 0.005, 0.26), (0.02, 0.01, 0.52))
     with pytest.raises(SimulationError, match=f"^fixtures.post: {words}$"):
-        build_scene(model_with(post), meshes=False)
+        build_scene(model_with(post))
 
 
 def test_an_object_in_the_way_at_home_is_refused() -> None:
     with pytest.raises(
         SimulationError, match=r"objects.cup: the robot's right_finger at home would be 10.0 mm inside it"
     ):
-        build_scene(pillar_beside(-0.01), meshes=False)
+        build_scene(pillar_beside(-0.01))
 
 
 def test_no_random_start_puts_an_object_into_the_hand() -> None:
-    scene = build_scene(pillar_beside(HOME_CLEARANCE_M + 0.0005), meshes=False)
+    scene = build_scene(pillar_beside(HOME_CLEARANCE_M + 0.0005))
     robot = scene.robot.bodies(scene.mujoco)
     for seed in range(20):
         data = initial_state(scene, seed=seed, position=0.01)

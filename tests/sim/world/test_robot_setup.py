@@ -33,7 +33,7 @@ def scene() -> Scene:
     table = f"[model.robot]\nat = {BASE.tolist()}\nyaw = {YAW}\n[model.locations]"
     model = loads(cup_scenario(places=places).replace("[model.locations]", table)).model
     assert isinstance(model, ManipulationModel)
-    return build_scene(model, meshes=False)
+    return build_scene(model)
 
 
 def test_the_arm_reaches_what_moved_with_its_base_as_before() -> None:
@@ -71,5 +71,5 @@ def test_a_base_that_cannot_stand_is_refused(robot: dict[str, object], message: 
     data = tomllib.loads(cup_scenario())
     data["model"]["robot"] = robot
     with pytest.raises(PrefplanError) as caught:
-        build_scene(from_dict(data).model, meshes=False)  # type: ignore[arg-type]
+        build_scene(from_dict(data).model)  # type: ignore[arg-type]
     assert str(caught.value).rpartition("model.")[2].startswith(message)

@@ -213,7 +213,7 @@ def test_an_object_dropped_over_a_bin_stays_between_its_walls(scene: Scene) -> N
 
 def test_objects_without_a_colour_get_different_ones(arch_model: ManipulationModel) -> None:
     plain = replace(arch_model, objects=tuple(Object(obj.name, obj.start) for obj in arch_model.objects))
-    scene = build_scene(plain, meshes=False)
+    scene = build_scene(plain)
     colours = {tuple(scene.mujoco.mat(obj.name).rgba) for obj in plain.objects}
     assert len(colours) == 3
 
@@ -232,7 +232,7 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
             for i in range(2)
         ),
     )
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     data = initial_state(scene, seed=1)
     settle(scene, data, 1.0)
     for obj, slot in start_slots(model, scene.slots, scene.shapes).items():
@@ -243,7 +243,7 @@ def test_objects_rest_flat_on_stoves_and_plates_even_in_rows() -> None:
 @pytest.mark.parametrize("kind", FLOOR)
 def test_a_location_of_any_kind_that_marks_has_what_glows(kind: str) -> None:
     place = Location("wash", at=(0.45, 0.30), kind=kind, capacity=2, marks="clean")
-    model = build_scene(ManipulationModel("home", COSTS, (place,), ()), meshes=False).mujoco
+    model = build_scene(ManipulationModel("home", COSTS, (place,), ())).mujoco
     glowing = model.geom_matid == model.mat("wash_glow").id
     assert glowing.any() and set(model.geom_bodyid[glowing]) == {model.body("wash_base").id}
     assert not model.geom_contype[glowing].any() and model.light("wash_glow").active == 0

@@ -61,7 +61,7 @@ def laid_out(*objects: Object, locations: tuple[Location, ...] = (Location("spot
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["small cube", "thin rod", "wide disc", "box that only fits along x", "largest box"])
 def test_every_kind_and_extreme_size_is_taken_and_put_down_everywhere(name: str) -> None:
-    rollout = execute(build_scene(model_of(OBJECTS[name]), meshes=False), ROUND, seed=1)
+    rollout = execute(build_scene(model_of(OBJECTS[name])), ROUND, seed=1)
     assert_good(rollout)
     assert sum(event.kind == "placed" for event in rollout.events) == 5 and rollout.placement_error < 0.002
 
@@ -153,19 +153,19 @@ def test_the_palm_over_a_low_object_passes_beside_a_high_one() -> None:
     flat = Object("flat", "row", kind="box", size=(0.03, 0.03, 0.028))
     high = Object("high", "row", kind="cylinder", size=(0.03, 0.06))
     row = (Location("row", at=(0.5, 0.0), capacity=2), Location("away", at=(0.45, 0.35)))
-    scene = build_scene(ManipulationModel("home", COSTS, row, (flat, high)), meshes=False)
+    scene = build_scene(ManipulationModel("home", COSTS, row, (flat, high)))
     assert_good(execute(scene, ["transit row", "grasp flat", "transport flat away", "release flat away"]))
 
 
 def test_the_hand_between_two_wide_slots_is_over_their_location() -> None:
     row = Location("row", at=(0.5, 0.0), capacity=2)
     model = ManipulationModel("home", COSTS, (row,), (replace(OBJECTS["largest box"], start="row"),))
-    assert_good(execute(build_scene(model, meshes=False), ["transit row", "grasp x", "release x row"]))
+    assert_good(execute(build_scene(model), ["transit row", "grasp x", "release x row"]))
 
 
 def test_a_slot_on_others_is_as_high_as_what_lies_there() -> None:
     model = model_of(replace(OBJECTS["box"], start="top"))
-    scene = build_scene(model, meshes=False)
+    scene = build_scene(model)
     data = initial_state(scene, seed=3)
     assert data.body("x").xpos[2] == pytest.approx(0.055 + 0.015)
     slot = slot_of(scene, true_poses(scene, data), "x")
@@ -173,7 +173,7 @@ def test_a_slot_on_others_is_as_high_as_what_lies_there() -> None:
 
 
 def test_what_fell_over_rests_nowhere() -> None:
-    scene = build_scene(model_of(Object("x", "spot", kind="cylinder", size=(0.05, 0.05))), meshes=False)
+    scene = build_scene(model_of(Object("x", "spot", kind="cylinder", size=(0.05, 0.05))))
     data = initial_state(scene)
     assert object_pose(scene, data, "x").tilt == pytest.approx(0)
     data.joint("x").qpos[3:] = [np.sqrt(0.5), np.sqrt(0.5), 0, 0]
