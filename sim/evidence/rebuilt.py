@@ -12,7 +12,7 @@ from prefplan.errors import PrefplanError
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, loads
-from sim.errors import LogError, RobotError, SimulationError
+from sim.errors import LogError, RobotError
 from sim.evidence.log import About, Log
 from sim.external.bundle import unpacked
 from sim.robots.catalogue import robot_for
@@ -62,7 +62,7 @@ def _decoded(
 
 
 def built(scenario: Scenario, about: About) -> Scene:
-    """Return the scene of a log in a scenario, even if no robot could work in it: what it did there, the frames show.
+    """Return the scene of a log in a scenario.
 
     Joints that are neither the robot's nor an object's belong to objects that faults added.
     """
@@ -78,10 +78,7 @@ def built(scenario: Scenario, about: About) -> Scene:
     objects = len(about.joints) - len(robot.joints + robot.gripper.joints)
     spares = min(max(0, objects - len(model.objects)), MAX_UNKNOWN_OBJECTS)
     with refusing("the scenario in the log cannot be used"):
-        try:
-            return build_scene(model, robot=other, spares=spares)
-        except SimulationError:
-            return build_scene(model, robot=other, spares=spares, judged=False)
+        return build_scene(model, robot=other, spares=spares)
 
 
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:

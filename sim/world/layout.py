@@ -48,13 +48,10 @@ NEIGHBOUR_DISTANCE_M = 0.12
 """At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
 
 
-def arrange(
-    model: ManipulationModel, robot: Robot, own: UserScene | None = None, *, judged: bool = True
-) -> TableLayout:
+def arrange(model: ManipulationModel, robot: Robot, own: UserScene | None = None) -> TableLayout:
     """Return the stations and slots of a model, of a user's own scene if there is one, where a robot can work at them.
 
-    If not `judged`, a layout in which it cannot is returned too, as far as it has a slot for everything. A location
-    that is out of reach is no fault: a plan may do without it.
+    A location that is out of reach is no fault: a plan may do without it.
 
     Raises:
         SimulationError: locations of an unknown kind, without a definite position, or obstructing others, and objects
@@ -67,20 +64,17 @@ def arrange(
             shapes[obj.name] = shape_of(obj, robot.gripper, model.folder, own)
             _check_mass(obj, shapes[obj.name], robot)
     sizes = {place.name: _bounds(model, place, shapes) for place in model.locations}
-    arm = Arm(robot)
-    stations = _stations(model, arm, sizes, faults)
+    stations = _stations(model, Arm(robot), sizes, faults)
     slots = {name: station.slots for name, station in stations.items()}
     for place in model.locations:
         with collecting(faults):
             _stack(place, model, slots, shapes, sizes)
-    if faults and not judged:
-        raise SimulationError(*faults)
     fixed = list(stations.values())
     faults += collisions(fixed)
     for station in fixed:
         with collecting(faults):
             check_surroundings(station, model)
-    if faults and judged:
+    if faults:
         raise SimulationError(*faults)
     slots = {place.name: slots[place.name] for place in model.locations}
     return TableLayout(tuple(fixed), slots, shapes)

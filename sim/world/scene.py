@@ -115,7 +115,6 @@ def build_scene(
     *,
     robot: Robot | str | None = None,
     spares: int = 0,
-    judged: bool = True,
 ) -> Scene:
     """Build the scene of a manipulation model.
 
@@ -123,7 +122,6 @@ def build_scene(
         model: of the locations and objects.
         robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
         spares: number of grey cubes in store below the table, for faults that add objects.
-        judged: whether a layout in which the robot cannot work is an error.
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
@@ -136,7 +134,7 @@ def build_scene(
     own = read_scene(model)
     if own is not None:
         model = resolved(model, own)
-    layout = arrange(model, robot, own, judged=judged)
+    layout = arrange(model, robot, own)
     shapes = layout.shapes
     spec = robot.spec()
     spec.modelname = "prefplan"
