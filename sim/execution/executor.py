@@ -166,12 +166,13 @@ class Execution:
         hand = self.steps[-1].predicted.hand if self.steps else self._states(self.state).hand
         poses, _ = settled_poses(cell, at_rest=True)
         lost = partial(ungraspable_because, cell)
-        found = reground(self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, lost_because=lost)
-        self.scene, self.lost = found.scene, found.lost
-        cell.scene = found.scene
+        self.scene, self.lost = reground(
+            self._built, cell.data, poses, hand=hand, held=cell.held(), marks=marks, lost_because=lost
+        )
+        cell.scene, state = self.scene, self.scene.model.initial_state
         if self.steps:
-            self.steps[-1] = replace(self.steps[-1], observed=found.state, end=float(cell.data.time))
-        return found.state
+            self.steps[-1] = replace(self.steps[-1], observed=state, end=float(cell.data.time))
+        return state
 
     def go_on(self, system: System) -> None:
         """Continue in another transition system, which starts in the current state."""

@@ -6,42 +6,20 @@ object below it cannot be grasped first.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import Location, ManipulationState, Object
 from sim.geometry.rectangle import Rectangle, overlap
-from sim.perception.grounding import (
-    NOWHERE,
-    carriers,
-    hand_location,
-    present_marks,
-    resting,
-)
+from sim.perception.grounding import NOWHERE, carriers, hand_location, present_marks, resting
 from sim.perception.sensors import ObjectPose, Poses, on_table
 from sim.world.places import Slot, extent, unused_names
 from sim.world.scene import Scene
 
 STRAY_GAP_M = 0.006
 """Least gap between an object that is put down and one beside its slot."""
-
-
-@dataclass(frozen=True)
-class Regrounded:
-    """The world as it is observed.
-
-    Attributes:
-        scene: with a model that starts in `state`. It may have additional locations and objects, and lacks the objects
-            that fell from the table.
-        state: observed.
-        lost: why the arm cannot grasp an object, by the object's name.
-    """
-
-    scene: Scene
-    state: ManipulationState
-    lost: Mapping[str, str] = field(default_factory=dict)
 
 
 def reground(
@@ -53,8 +31,10 @@ def reground(
     held: str | None,
     marks: frozenset[tuple[str, str]],
     lost_because: Callable[[str], str | None],
-) -> Regrounded:
-    """Return a scene and a state that agree with observed poses, also of objects that the model does not have.
+) -> tuple[Scene, dict[str, str]]:
+    """Return a scene whose model starts in the observed state, and why the arm cannot grasp an object, by its name.
+
+    The model may have additional locations and objects, and lacks the objects that fell from the table.
 
     The scene is as it was built from the scenario; `lost_because` returns why the hand cannot grasp an object, or None.
     The other arguments are those of `observe`.
@@ -95,8 +75,7 @@ def reground(
         objects=tuple(replace(obj, fixed=obj.fixed or obj.name in lost) for obj in objects),
         begin=state,
     )
-    scene = replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots))
-    return Regrounded(scene, state, lost)
+    return replace(scene, model=model, slots=scene.slots | slots, temporary=frozenset(slots)), lost
 
 
 def spots_in(actions: Sequence[str], scene: Scene, state: ManipulationState) -> dict[str, dict[str, object]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,8 +15,20 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.model import Location, ManipulationState
 from sim.perception.grounding import NOWHERE, observe
 from sim.perception.sensors import ObjectPose, true_poses
-from sim.perception.world_model import Regrounded, reground, spots_in
+from sim.perception.world_model import reground, spots_in
 from sim.world.scene import Scene, build_scene, initial_state
+
+
+class Regrounded(NamedTuple):
+    """What `reground` returned."""
+
+    scene: Scene
+    lost: dict[str, str]
+
+    @property
+    def state(self) -> ManipulationState:
+        return self.scene.model.initial_state
+
 
 See = Callable[..., Regrounded]
 
@@ -39,7 +52,7 @@ def see(scene: Scene) -> See:
         def lost_because(obj: str) -> str | None:
             return None if np.hypot(*poses[obj].position[:2]) < reach else "is out of reach"
 
-        return reground(scene, data, poses, hand=hand, held=held, marks=marks, lost_because=lost_because)
+        return Regrounded(*reground(scene, data, poses, hand=hand, held=held, marks=marks, lost_because=lost_because))
 
     return regrounded
 
@@ -58,7 +71,9 @@ def test_what_is_fixed_stays_fixed(scene: Scene) -> None:
     objects = tuple(replace(obj, fixed=obj.name == "green") for obj in scene.model.objects)
     fixed, data = replace(scene, model=replace(scene.model, objects=objects)), initial_state(scene)
     poses = true_poses(scene, data)
-    found = reground(fixed, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    found = Regrounded(
+        *reground(fixed, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    )
     assert [obj.name for obj in found.scene.model.objects if obj.fixed] == ["green"]
 
 
@@ -83,8 +98,8 @@ def test_where_costs_are_measured_the_slots_are_seen_that_objects_lie_in(scene: 
     second = scene.slots["bin1"][1].position + [0.0, 0.0, 0.0225]
     poses["pink"] = replace(poses["pink"], position=second)
     see = partial(reground, data=data, poses=poses, hand="home", held=None, marks=frozenset())
-    assert see(measured, lost_because=lambda obj: None).state.slots == (("pink", 1),)
-    assert see(scene, lost_because=lambda obj: None).state.slots == ()
+    for model, slots in ((measured, (("pink", 1),)), (scene, ())):
+        assert Regrounded(*see(model, lost_because=lambda obj: None)).state.slots == slots
 
 
 def test_what_it_lies_on_cannot_be_taken_before_it_is_gone(see: See) -> None:
@@ -123,7 +138,9 @@ def test_what_fell_before_is_not_observed_any_more(scene: Scene) -> None:
     data = initial_state(scene)
     poses = true_poses(scene, data)
     del poses["pink"]
-    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    found = Regrounded(
+        *reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    )
     assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     system = found.scene.model.transition_system()
@@ -155,7 +172,9 @@ def test_what_leant_beside_a_slot_is_at_it_as_soon_as_it_stands(scene: Scene) ->
     data = initial_state(scene)
     poses = true_poses(scene, data)
     poses["pink"] = replace(poses["pink"], position=np.array([0.62, 0.235, 0.0285]), rotation=tilted(21))
-    found = reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    found = Regrounded(
+        *reground(scene, data, poses, hand="home", held=None, marks=frozenset(), lost_because=lambda obj: None)
+    )
     assert found.state.place["pink"] == "spot1"
     poses["pink"] = replace(poses["pink"], rotation=tilted(19))
     assert observe(found.scene, data, poses, hand="home", held=None).place["pink"] == "table"
@@ -180,7 +199,9 @@ def test_unknown_objects_join_the_model_also_in_the_hand(scene: Scene) -> None:
     poses = true_poses(stocked, data)
     poses["foreign1"] = ObjectPose(stocked.shapes["foreign1"], np.array([0.45, 0.30, 0.0265]), np.eye(3))
     for held, place in ((None, {"foreign1": "san"}), ("foreign1", {})):
-        found = reground(stocked, data, poses, hand="home", held=held, marks=frozenset(), lost_because=lambda obj: None)
+        found = Regrounded(
+            *reground(stocked, data, poses, hand="home", held=held, marks=frozenset(), lost_because=lambda obj: None)
+        )
         assert found.state == ManipulationState("home", held, (*scene.model.initial_state.places, *place.items()))
         system = found.scene.model.transition_system()
         assert {"transport foreign1 bin1", "release foreign1 bin2"} <= set(system.action_names)
