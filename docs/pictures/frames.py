@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ VIDEO_SIZE = (640, 360)
 """Size of each of the two videos, (width, height) in pixels."""
 
 FPS, SPEED = 4, 4
-"""Rendered frames per second, and how many times faster they are shown."""
+"""Frames per second of simulated time, and how many times faster they are shown."""
 
 
 def main() -> None:
@@ -51,7 +52,7 @@ def main() -> None:
             texts = captions(outcome)
             taken(scenario, scene, outcome).save(OUT / f"{name}.jpg", quality=QUALITY, optimize=True)
             video = Path(folder, f"{name}.mp4")
-            videos.append(render_video(scene, outcome.run, texts, video, fps=FPS, size=VIDEO_SIZE, quality=DRAFT))
+            videos.append(render_video(scene, outcome.run, texts, video, quality=replace(DRAFT, size=VIDEO_SIZE)))
             headings.append(f"{name}: cost {plan.cost}")
         compose(videos, OUT / "trade_off.webp", headings=headings, height=VIDEO_SIZE[1], fps=FPS * SPEED, speed=SPEED)
 

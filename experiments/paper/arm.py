@@ -72,6 +72,7 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
         RenderingError: no OpenGL.
         PrefplanError: the file cannot be written.
     """
+    from sim.rendering.quality import DRAFT
     from sim.rendering.video import render_frame
 
     shown = {
@@ -87,7 +88,7 @@ def draw_releases(scene: Scene, outcomes: dict[str, Outcome], path: Path) -> Non
                 axes.set_axis_off()
             for axes, step in zip(row, steps, strict=False):
                 moment = min(int(np.searchsorted(rollout.times, step.start)), len(rollout.times) - 1)
-                axes.imshow(render_frame(scene, rollout.qpos[moment], size=PANEL_PX))
+                axes.imshow(render_frame(scene, rollout.qpos[moment], quality=replace(DRAFT, size=PANEL_PX)))
                 axes.set_title(f"{step.start:.0f} s: {step.action}", fontsize=9)
             row[0].text(-0.03, 0.5, name, transform=row[0].transAxes, rotation=90, va="center", ha="right", fontsize=10)
         write_figure(figure, path)

@@ -131,7 +131,7 @@ def _filmed(outcome: Outcome, video: Path, *, captioned: bool, tell: Tell, **loo
         tell("rendering", done, total, "")
 
     try:
-        render_video(outcome.scene, outcome.run, told, video, size=look["quality"].size, progress=progress, **look)
+        render_video(outcome.scene, outcome.run, told, video, progress=progress, **look)
     except RenderingError as error:
         return replace(outcome, no_video=str(error))
     except KeyboardInterrupt:

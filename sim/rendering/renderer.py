@@ -36,15 +36,12 @@ class Painter:
         self,
         scene: Scene,
         *,
-        size: tuple[int, int],
         quality: Quality,
         camera: str,
         opening: float = 0.0,
     ) -> None:
-        """Create the OpenGL context for pictures of a size, (width, height) in pixels; that of the quality is ignored.
-
-        Camera and opening are as for `sim.rendering.cameras.Camera`.
-        """
+        """Create the OpenGL context; camera and opening are as for `sim.rendering.cameras.Camera`."""
+        size = quality.size
         self._scene, self._quality, self._camera = scene, quality, Camera(scene, camera, size, opening=opening)
         if self._camera.mounted:  # no names are written over its pictures
             self._model = scene.with_names()

@@ -4,7 +4,7 @@ import os
 import signal
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -49,8 +49,6 @@ def render_video(
     captions: Sequence[Caption],
     path: Path | str,
     *,
-    fps: int = 30,
-    size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
     progress: Callable[[int, int], None] | None = None,
@@ -62,9 +60,7 @@ def render_video(
         run: the recorded execution.
         captions: shown below the picture, in order of `start`; without any, the picture fills the frame.
         path: the file to write; it appears only when it is complete.
-        fps: frames a second.
-        size: (width, height) in pixels, both even; None for the quality's.
-        quality: rendering and encoding settings.
+        quality: size, rendering and encoding settings.
         camera: as for `Painter`.
         progress: called with the number of frames done and of all frames, at the start and after each part.
 
@@ -76,19 +72,10 @@ def render_video(
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    frames = _frames(scene, run, fps)
+    frames = _frames(scene, run)
     scene = with_strays(scene, run.qpos[:: round(REST_S * FRAME_RATE_HZ)])
-    opening = OPENING_S * fps / len(frames)
-    render = partial(
-        _render_part,
-        scene,
-        captions,
-        fps=fps,
-        size=size or quality.size,
-        quality=quality,
-        camera=camera,
-        opening=opening,
-    )
+    opening = OPENING_S * FRAME_RATE_HZ / len(frames)
+    render = partial(_render_part, scene, captions, quality=quality, camera=camera, opening=opening)
     # At least two: joblib would run a single worker in this process, which a faulty driver must not crash.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
@@ -111,7 +98,6 @@ def render_frame(
     *,
     caption: Caption | None = None,
     glow: Sequence[str] = (),
-    size: tuple[int, int] | None = None,
     quality: Quality = DRAFT,
     camera: str = "fixed",
 ) -> np.ndarray:
@@ -122,18 +108,23 @@ def render_frame(
     Raises:
         RenderingError: there is no OpenGL.
     """
-    width, height = size or quality.size
-    above = height - strip_height(height) if caption else height
-    with Painter(scene, size=(width, above), quality=quality, camera=camera) as painter:
+    above = _above_strip(quality) if caption else quality
+    with Painter(scene, quality=above, camera=camera) as painter:
         picture = painter.frame(qpos, glow=glow)
-    return with_strip(picture, caption, height) if caption else picture
+    return with_strip(picture, caption, quality.size[1]) if caption else picture
 
 
-def _frames(scene: Scene, run: Run, fps: int) -> list[_Frame]:
-    """Return every frame, with the nearest recorded state; the last state is held at the end."""
-    duration = run.times[-1] - run.times[0]
-    times = run.times[0] + np.arange(round((duration + LAST_FRAME_S) * fps) + 1) / fps
-    rows = np.searchsorted(run.times, times - 0.5 / FRAME_RATE_HZ).clip(max=len(run.times) - 1)
+def _above_strip(quality: Quality) -> Quality:
+    """Return the settings of a picture that fills a frame but for the strip with the caption."""
+    width, height = quality.size
+    return replace(quality, size=(width, height - strip_height(height)))
+
+
+def _frames(scene: Scene, run: Run) -> list[_Frame]:
+    """Return every frame: the recorded states, the last of which is held."""
+    held = round(LAST_FRAME_S * FRAME_RATE_HZ)
+    times = np.append(run.times, run.times[-1] + np.arange(1, held + 1) / FRAME_RATE_HZ)
+    rows = np.arange(len(times)).clip(max=len(run.times) - 1)
     names = [place.name for place in scene.model.locations]
     return [
         _Frame(time, share, run.qpos[row], (names[int(run.glow[row])],) if run.glow[row] >= 0 else ())
@@ -165,8 +156,6 @@ def _render_part(
     path: Path,
     frames: Sequence[_Frame],
     *,
-    fps: int,
-    size: tuple[int, int],
     quality: Quality,
     camera: str,
     opening: float,
@@ -178,11 +167,10 @@ def _render_part(
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
     encoding = f"-preset {quality.preset} -threads 1"
-    width, height = size
-    above = height - strip_height(height) if captions else height
+    above, (width, height) = _above_strip(quality) if captions else quality, quality.size
     with (
-        Painter(scene, size=(width, above), quality=quality, camera=camera, opening=opening) as painter,
-        mediapy.VideoWriter(path, size[::-1], fps=fps, crf=quality.rate, ffmpeg_args=encoding) as video,
+        Painter(scene, quality=above, camera=camera, opening=opening) as painter,
+        mediapy.VideoWriter(path, (height, width), fps=FRAME_RATE_HZ, crf=quality.rate, ffmpeg_args=encoding) as video,
     ):
         for frame in frames:
             bare = painter.frame(frame.qpos, glow=frame.glow, share=frame.share)

@@ -39,10 +39,10 @@ def test_pictures_are_those_of_a_renderer_that_keeps_nothing(scene: Scene, gl: N
     quality, shown = replace(DRAFT, samples=samples), states(scene, 8, seed=samples)
     glows = [(), (), ("san",), ("san",), (), (), (), ()]
     pictures = []
-    with Painter(scene, size=SIZE, quality=quality, camera=camera) as keeping:
+    with Painter(scene, quality=replace(quality, size=SIZE), camera=camera) as keeping:
         pictures = [keeping.frame(qpos, glow=glow) for qpos, glow in zip(shown, glows, strict=True)]
     for qpos, glow, picture in zip(shown, glows, pictures, strict=True):
-        with Painter(scene, size=SIZE, quality=quality, camera=camera) as fresh:
+        with Painter(scene, quality=replace(quality, size=SIZE), camera=camera) as fresh:
             whole = fresh.frame(qpos, glow=glow)
         # The rasterizer may round a corner to another side of a pixel's middle.
         assert (np.abs(whole.astype(int) - picture).max(axis=2) > 12).mean() < 2e-4
@@ -51,8 +51,8 @@ def test_pictures_are_those_of_a_renderer_that_keeps_nothing(scene: Scene, gl: N
 def test_shadows_fall_on_a_base_that_stands_beside_the_table(scene: Scene, gl: None) -> None:
     fetch, camera = build_scene(scene.model, robot="fetch"), "40,-20,2"
     with (
-        Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as keeping,
-        Painter(fetch, size=SIZE, quality=DRAFT, camera=camera) as forgetting,
+        Painter(fetch, quality=replace(DRAFT, size=SIZE), camera=camera) as keeping,
+        Painter(fetch, quality=replace(DRAFT, size=SIZE), camera=camera) as forgetting,
     ):
         forgetting._dirty = None
         for qpos in states(fetch, 20, seed=0):

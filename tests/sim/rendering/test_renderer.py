@@ -23,17 +23,18 @@ from sim.rendering.video import render_frame, render_video
 from sim.world.scene import Scene, build_scene, initial_state
 
 SIZE = (160, 90)
+SMALL = replace(DRAFT, size=SIZE)
 PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"
 
 
 @pytest.fixture(scope="session")
 def picture(scene: Scene, gl: None) -> np.ndarray:
     """The start of Case Study 3."""
-    return render_frame(scene, initial_state(scene).qpos, size=SIZE).astype(int)
+    return render_frame(scene, initial_state(scene).qpos, quality=SMALL).astype(int)
 
 
 def test_cameras_see_different_pictures(scene: Scene, picture: np.ndarray) -> None:
-    wrist = render_frame(scene, initial_state(scene).qpos, size=SIZE, camera="wrist")
+    wrist = render_frame(scene, initial_state(scene).qpos, quality=SMALL, camera="wrist")
     assert picture.shape == wrist.shape == (90, 160, 3) and picture.std() > 20
     assert (abs(picture - wrist) > 30).mean() > 0.3
 
@@ -43,7 +44,7 @@ def test_a_wide_lamp_sheds_softer_shadows_than_a_point(scene: Scene, gl: None) -
     pictures = []
     for radius in (0.0, 2 * DRAFT.lamp_radius_rad):
         quality = replace(DRAFT, samples=5, lamp_radius_rad=radius)
-        pictures.append(render_frame(scene, qpos, size=(480, 270), quality=quality).astype(float))
+        pictures.append(render_frame(scene, qpos, quality=replace(quality, size=(480, 270))).astype(float))
     hard, soft = (sum(float((np.diff(shown, axis=axis) ** 2).sum()) for axis in (0, 1)) for shown in pictures)
     assert soft < 0.985 * hard
     assert abs(pictures[0].mean() - pictures[1].mean()) < 1
@@ -55,7 +56,7 @@ def test_the_lit_table_has_no_specks_of_shadow(scene: Scene, gl: None) -> None:
     unshadowed = replace(bare, mujoco=copy.copy(bare.mujoco))
     unshadowed.mujoco.light_castshadow[:] = False
     lit, plain = (
-        render_frame(one, initial_state(scene).qpos, size=(960, 540), quality=replace(DRAFT, samples=5)).astype(float)
+        render_frame(one, initial_state(scene).qpos, quality=replace(DRAFT, size=(960, 540), samples=5)).astype(float)
         for one in (bare, unshadowed)
     )
     light = lit.sum(axis=2) / plain.sum(axis=2)
@@ -108,7 +109,7 @@ def test_smoothing_fills_in_dark_specks() -> None:
 
 
 def test_a_frame_shows_the_lamp_at_work(scene: Scene, picture: np.ndarray) -> None:
-    difference = render_frame(scene, initial_state(scene).qpos, glow=("san",), size=SIZE) - picture
+    difference = render_frame(scene, initial_state(scene).qpos, glow=("san",), quality=SMALL) - picture
     assert difference[..., 2].max() > 60
     assert (difference == 0).mean() > 0.5
 
@@ -117,7 +118,7 @@ def test_a_stove_glows_red_while_it_works(gl: None) -> None:
     costs = dict.fromkeys(("transit", "grasp", "transport", "release"), 1)
     stove = Location("stove", at=(0.5, 0.0), kind="stove", marks="cooked")
     scene = build_scene(ManipulationModel("home", costs, (stove,), ()))
-    dark, lit = (render_frame(scene, initial_state(scene).qpos, glow=glow, size=SIZE) for glow in ((), ("stove",)))
+    dark, lit = (render_frame(scene, initial_state(scene).qpos, glow=glow, quality=SMALL) for glow in ((), ("stove",)))
     red, _, blue = np.moveaxis(lit.astype(int) - dark, -1, 0)
     assert red.max() > 60 and red.max() > 2 * blue.max()
 
