@@ -26,12 +26,11 @@ def captions(outcome: Outcome) -> tuple[Caption, ...]:
     shown = []
     for since, step in zip(before, run.steps, strict=False):
         news = [NEWS[event.kind] for event in run.events if event.kind in NEWS and since < event.time <= step.start]
-        shown.append((step.start, step.end, "".join(news[-1:]) + display.action(step.action)))
-    shown.append((run.sim_seconds, run.sim_seconds, "done" if run.completed else "stopped"))
+        shown.append((step.start, "".join(news[-1:]) + display.action(step.action)))
+    shown.append((run.sim_seconds, "done" if run.completed else "stopped"))
     told = tuple(
         Caption(
             start,
-            end,
             action,
             float(entry.cost),
             float(plan.cost),
@@ -43,8 +42,8 @@ def captions(outcome: Outcome) -> tuple[Caption, ...]:
             float(entry.preference),
             float(plan.preference),
         )
-        for (start, end, action), entry in zip(shown, outcome.ledger.entries, strict=True)
+        for (start, action), entry in zip(shown, outcome.ledger.entries, strict=True)
     )
     if told[0].start > 0:
-        return replace(told[0], start=0.0, end=told[0].start, action=TO_START), *told
+        return replace(told[0], start=0.0, action=TO_START), *told
     return told

@@ -53,7 +53,6 @@ class Caption:
 
     Attributes:
         start: simulated time from which it is shown, until the next caption starts, s.
-        end: simulated time at which its action ends, s.
         action: the running action.
         cost: spent so far.
         total: cost of the whole plan.
@@ -63,7 +62,6 @@ class Caption:
     """
 
     start: float
-    end: float
     action: str
     cost: float
     total: float

@@ -23,7 +23,7 @@ from sim.world.scene import build_scene, initial_state
 
 SIZE = (160, 90)
 TASKS = (TaskStatus("phi1", "F blue_bin1", "open"), TaskStatus("phi2", "F pink_bin1", "satisfied"))
-CAPTIONS = (Caption(0.0, 1.0, "transit top", 3, 34, TASKS), Caption(1.0, 2.0, "grasp pink", 4, 34, TASKS))
+CAPTIONS = (Caption(0.0, "transit top", 3, 34, TASKS), Caption(1.0, "grasp pink", 4, 34, TASKS))
 
 
 def captioned(caption: Caption | None, size: tuple[int, int] = (640, 360)) -> np.ndarray:
@@ -55,7 +55,7 @@ def test_states_of_tasks_and_spent_cost_can_be_told_apart() -> None:
 
 
 def test_the_preference_stands_below_the_cost() -> None:
-    bare = Caption(0, 1, "grasp pink", 3, 34, ())
+    bare = Caption(0, "grasp pink", 3, 34, ())
     changed = captioned(bare) != captioned(replace(bare, preference=2, preference_total=7))
     columns = np.flatnonzero(changed.any(axis=(0, 2)))
     assert len(columns) and columns.min() >= 16 and columns.max() < 260
@@ -64,7 +64,7 @@ def test_the_preference_stands_below_the_cost() -> None:
 @pytest.mark.parametrize("count", [1, 3, 4, 6, 9])
 def test_tasks_are_all_shown_and_end_at_the_margin(count: int) -> None:
     tasks = tuple(TaskStatus(f"phi{i}", "on plate " * 40, "open") for i in range(count))
-    bare = Caption(0, 1, "release blue bin1", 0, 0, ())
+    bare = Caption(0, "release blue bin1", 0, 0, ())
     none, whole = (captioned(replace(bare, tasks=shown), (1280, 720)) for shown in ((), tasks))
     assert (none[:, -24:] == whole[:, -24:]).all()
     for i, task in enumerate(tasks):
@@ -83,10 +83,10 @@ def test_six_tasks_can_be_read_to_their_ends() -> None:
     tasks = tuple(
         TaskStatus(name, text, "open") for name, text in zip(("ada", "ben", "cleo") * 2, texts * 2, strict=True)
     )
-    whole = captioned(Caption(0, 1, "grasp pink", 3, 34, tasks), (1280, 720))
+    whole = captioned(Caption(0, "grasp pink", 3, 34, tasks), (1280, 720))
     for i, task in enumerate(tasks):
         for other in (replace(task, text=f"{task.text[:-1]}x"), replace(task, state="satisfied")):
-            shown = Caption(0, 1, "grasp pink", 3, 34, (*tasks[:i], other, *tasks[i + 1 :]))
+            shown = Caption(0, "grasp pink", 3, 34, (*tasks[:i], other, *tasks[i + 1 :]))
             rows = np.flatnonzero((whole != captioned(shown, (1280, 720))).any(axis=(1, 2)))
             assert np.ptp(rows) >= 8
 
