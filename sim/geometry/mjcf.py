@@ -90,13 +90,6 @@ def first_met(
     return int(geom[0]), float(distance)
 
 
-def add_solid(spec: mujoco.MjSpec, name: str, solid: trimesh.Trimesh) -> None:
-    """Add a visual mesh with the solid's own normals."""
-    mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
-    mesh.usernormal, mesh.userfacenormal = solid.vertex_normals.ravel(), solid.faces.ravel()
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-
-
 def draw_solid(
     spec: mujoco.MjSpec,
     body: mujoco.MjsBody,
@@ -107,11 +100,13 @@ def draw_solid(
     pos: ArrayLike = (0.0, 0.0, 0.0),
     quat: ArrayLike = (1.0, 0.0, 0.0, 0.0),
 ) -> None:
-    """Add a visual geom to a body, in a pose in its frame, m; it has neither collisions nor mass.
+    """Add a visual geom with the solid's own normals to a body, in a pose in its frame, m.
 
-    The geom and its mesh bear the name.
+    It has neither collisions nor mass. The geom and its mesh bear the name.
     """
-    add_solid(spec, name, solid)
+    mesh = spec.add_mesh(name=name, uservert=solid.vertices.ravel(), userface=solid.faces.ravel())
+    mesh.usernormal, mesh.userfacenormal = solid.vertex_normals.ravel(), solid.faces.ravel()
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=material)
     geom.pos, geom.quat = pos, quat
     geom.contype = geom.conaffinity = geom.mass = 0

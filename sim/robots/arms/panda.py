@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import trimesh
 
-from sim.geometry.mjcf import HIDDEN, VISIBLE, add_solid
+from sim.geometry.mjcf import draw_solid
 from sim.robots.arms.panda_meshes import FOLDER, surfaces
 from sim.robots.assets import asset_folder, unavailable_because
 from sim.robots.gripper import Gripper
@@ -30,22 +30,12 @@ def _spec() -> mujoco.MjSpec:
     for link in sorted(bodies.keys() - {"finger"}):
         hull = trimesh.load_mesh(folder / "collision" / f"{link}.stl")
         spec.add_mesh(name=f"{link}_hull", uservert=hull.vertices.ravel(), userface=hull.faces.ravel())
-        _add_geom(spec, bodies[link][0], f"{link}_hull", group=HIDDEN)
+        geom = bodies[link][0].add_geom(spec.find_default("panda"))
+        geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, f"{link}_hull"
     for (link, finish), solid in surfaces(folder).items():
-        name = f"{link}_{finish}"
-        add_solid(spec, name, solid)
         for body in bodies[link]:
-            geom = _add_geom(spec, body, name, group=VISIBLE)
-            geom.material = f"panda_{finish}"
-            geom.contype = geom.conaffinity = 0
-            geom.rgba = [0.5, 0.5, 0.5, 1]
+            draw_solid(spec, body, f"{body.name}_{finish}", solid, f"panda_{finish}")
     return spec
-
-
-def _add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, mesh: str, *, group: int) -> mujoco.MjsGeom:
-    geom = body.add_geom(spec.find_default("panda"))
-    geom.type, geom.meshname, geom.group = mujoco.mjtGeom.mjGEOM_MESH, mesh, group
-    return geom
 
 
 PANDA = Robot(
