@@ -57,6 +57,8 @@ def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
     spec = arm.mjcf()
     actuator = arm.gripper.actuator
     check_parts(spec, joint=arm.joints, site=(arm.tool,), actuator=(actuator,))
+    if (driven := spec.actuator(actuator).target) in arm.joints:
+        raise RobotError(f"the actuator {actuator!r} of the gripper drives {driven!r}, a joint of the arm")
     _check_row(spec, arm.joints)
     for element in (*spec.keys, *spec.lights, *spec.pairs, *spec.sensors):
         spec.delete(element)

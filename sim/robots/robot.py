@@ -7,6 +7,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
+from prefplan.errors import choices
 from sim.errors import RobotError
 from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
@@ -17,7 +18,8 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
     for kind, names in parts.items():
         for name in names:
             if getattr(spec, kind)(name) is None:
-                raise RobotError(f"no {kind} {name!r} in its MJCF")
+                known = spec.bodies if kind == "body" else getattr(spec, f"{kind}s")
+                raise RobotError(f"no {kind} {name!r} in its MJCF {choices(name, [part.name for part in known])}")
 
 
 def always_available() -> None:

@@ -3,12 +3,11 @@
 import math
 import os
 from functools import cache, partial
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from prefplan.errors import check_known, choices, prefixed
+from prefplan.errors import check_known, prefixed
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup, check_point, with_height
 from sim.errors import RobotError, SimulationError
 from sim.geometry.mjcf import as_utf8
@@ -41,12 +40,12 @@ def user_robot(setup: RobotSetup) -> Robot:
 def _robot(setup: RobotSetup, changed: int) -> Robot:
     """Return the robot; `changed`, when the MJCF was last written, lets the cache notice a changed file."""
     path = setup.folder / str(setup.mjcf)
-    _check_names(setup, path)
+    check_file(path, "robot.mjcf")
     assert setup.gripper is not None and setup.tool is not None
     arm = ImportedArm(
         setup.name if setup.name != RobotSetup().name else path.stem,
         title=f"of {setup.mjcf}",
-        mjcf=partial(mujoco.MjSpec.from_file, str(path)),
+        mjcf=partial(mujoco.MjSpec.from_file, as_utf8(path)),
         joints=setup.joints,
         velocity_limits=np.array(setup.velocity),
         torque_limits=np.array(setup.torque),
@@ -57,35 +56,10 @@ def _robot(setup: RobotSetup, changed: int) -> Robot:
     )
     try:
         robot = arm.robot()
-    except (RobotError, ValueError) as error:
+    except (RobotError, ValueError, OSError) as error:
         raise SimulationError(f"robot: {path}: {' '.join(_plain(str(error)).split())}") from None
     _check_home(robot)
     return robot
-
-
-def _check_names(setup: RobotSetup, path: Path) -> None:
-    """Raise SimulationError unless the MJCF can be read and has all parts that the table names."""
-    check_file(path, "robot.mjcf")
-    try:
-        spec = mujoco.MjSpec.from_file(as_utf8(path))
-        spec.compile()
-    except (ValueError, OSError) as error:
-        raise SimulationError(f"robot.mjcf: {path}: {' '.join(str(error).split())}") from None
-    assert setup.gripper is not None
-    for key, kind, names in (
-        ("joints", "joint", setup.joints),
-        ("tool", "site", (str(setup.tool),)),
-        ("gripper.actuator", "actuator", (setup.gripper.actuator,)),
-    ):
-        known = [part.name for part in getattr(spec, f"{kind}s") if part.name]
-        for name in names:
-            if name not in known:
-                raise SimulationError(f"robot.{key}: no {kind} {name!r} in the MJCF {choices(name, known)}")
-    driven = spec.actuator(setup.gripper.actuator).target
-    if driven in setup.joints:
-        raise SimulationError(
-            f"robot.gripper.actuator: {setup.gripper.actuator!r} drives {driven!r}, a joint of the arm"
-        )
 
 
 def _check_home(robot: Robot) -> None:

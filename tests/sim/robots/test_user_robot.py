@@ -116,13 +116,13 @@ def test_the_motor_has_the_force_that_the_table_says(setup: RobotSetup) -> None:
     [
         ({"mjcf": "none.xml"}, "robot.mjcf: .*none.xml: no such file"),
         ({"mjcf": "x" * 300}, "robot.mjcf: .*xxx: no such file"),
-        ({"joints": ("turn", "lfit")}, r"robot.joints: no joint 'lfit' in the MJCF \(did you mean 'lift'\?\)"),
+        ({"joints": ("turn", "lfit")}, r"robot: .*crane.xml: no joint 'lfit' in its MJCF \(did you mean 'lift'\?\)"),
         ({"joints": ("lift", "turn")}, "the joint 'turn' is not behind 'lift'"),
-        ({"tool": "top"}, r"robot.tool: no site 'top' in the MJCF \(did you mean 'tip'\?\)"),
+        ({"tool": "top"}, r"robot: .*crane.xml: no site 'top' in its MJCF \(did you mean 'tip'\?\)"),
         ({"home": (0.0, 0.7)}, "robot.home: 0.7 is not from 0 to 0.6, the range of 'lift'"),
         ({"open": 0.2}, "the fingers should open from 0 to 0.2 m, but their range is -?0.000 to 0.076 m"),
         ({"kind": "suction"}, "the actuator 'fingers' is no adhesion actuator"),
-        ({"actuator": "motor"}, "robot.gripper.actuator: 'motor' drives 'turn', a joint of the arm"),
+        ({"actuator": "motor"}, "the actuator 'motor' of the gripper drives 'turn', a joint of the arm"),
         (
             {
                 "joints": ("turn", "lift", "left"),
