@@ -15,14 +15,12 @@ from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
 from prefplan.plan import OnDemand, Plan
-from prefplan.product.product_automaton import Product
-from prefplan.product.reduction import GeneratedProduct, Reduction
+from prefplan.product.reduction import Reduction
 from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.incumbent import run_search
 from prefplan.search.infeasibility import infeasible
-from prefplan.search.paths import Result, ended_by
-from prefplan.search.reference import ReferenceSearch
+from prefplan.search.paths import ended_by
 
 
 def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[FrontLimits]) -> Front:
@@ -83,6 +81,8 @@ class Planner:
         stats: work and time of the last search.
         geometry: what searches have left out since the arm cannot do it; None for an abstract problem.
     """
+
+    _search = staticmethod(run_search)
 
     def __init__(self, problem: ProblemLike, *, options: Options | None = None) -> None:
         """Take the problem; its product is built at the first search, within the limits of that search."""
@@ -174,7 +174,7 @@ class Planner:
             return Front((), reason=reason)
         product = self._reduction.product
         built = time.perf_counter()
-        result = self._search(product, limits, bounds, objective)
+        result = self._search(product, self._options, limits, bounds, objective)
         result.check()
         self.stats += replace(result.work, build_seconds=built - began, seconds=time.perf_counter() - began)
         goals, below = result.goals or result.incumbents, result.complete_below
@@ -185,25 +185,9 @@ class Planner:
             OnDemand(len(goals), lambda k: goals[k].plan) if goals else (),
             reason=None if goals or result.ended else self._why_not(limits, bounds),
             ended=result.ended,
-            complete_below=None if below == math.inf else to_number(Fraction(below) * self.problem.units.cost),
+            complete_below=None if below == math.inf else to_number(Fraction(below) * self.problem.cost_units[0]),
             known_points=[goal.point for goal in goals],
         )
-
-    def _search(
-        self, product: Product, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
-    ) -> Result:
-        """Search in compiled code, or in Python's integers where a number might not fit 64 bits."""
-        with suppress(OverflowError):
-            return run_search(product, self._options, limits, bounds, objective)
-        return self._search_in_python(product, limits, bounds, objective)
-
-    def _search_in_python(
-        self, product: Product, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
-    ) -> Result:
-        if isinstance(product, GeneratedProduct):
-            product = self._reduction.product_of(self._reduction.problem, listed=True)
-        single = self.problem.is_bi_objective and objective == self.problem.objective_names[0]
-        return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""

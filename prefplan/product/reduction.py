@@ -37,11 +37,11 @@ class Reduction:
         """The product of the smaller system and the problem's tasks."""
         return self.product_of(self.problem)
 
-    def product_of(self, problem: Problem, *, listed: bool = False) -> Product:
-        """Return the product for another problem over the same system; its states are listed if need be, or at will."""
+    def product_of(self, problem: Problem) -> Product:
+        """Return the product for another problem over the same system."""
         if not isinstance(problem.system, ManipulationSystem):
             return Product(problem)
-        if not listed and GeneratedProduct.suits(problem, self._smaller):
+        if GeneratedProduct.suits(problem, self._smaller):
             return GeneratedProduct(problem, self._smaller)
         return ReducedProduct(problem, self._smaller)
 

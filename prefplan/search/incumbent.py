@@ -1,4 +1,4 @@
-"""The compiled search that suits a problem, with weighted A* beside it for some plan when it may be stopped.
+"""The search that suits a problem, with weighted A* beside it for some plan when it may be stopped.
 
 The exact search and weighted A* take turns until the exact search has a plan; each turn may expand twice as many labels
 as the one before. A search that finds its first goal early, as most do, never looks for another plan.
@@ -13,8 +13,10 @@ from prefplan.front import Stats
 from prefplan.heuristics.prepare import Options, Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import GeneratedProduct, ReducedProduct
 from prefplan.search.driver import LabelSearch
 from prefplan.search.paths import Goal, Result, ended_by
+from prefplan.search.reference import ReferenceSearch
 
 FIRST_EXPANDED = 100_000
 """Labels expanded in the first turn, about 0.5 s; most plans of 14 tasks are found with fewer."""
@@ -27,11 +29,12 @@ finds better plans, since tasks share paths."""
 def run_search(
     product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
 ) -> Result:
-    """Search a product in compiled code, within limits and inclusive bounds; for the front without an `objective`.
+    """Search a product, within limits and inclusive bounds; for the front without an `objective`.
+
+    It is searched in compiled code, or in Python's integers where a number might not fit 64 bits.
 
     Raises:
-        LimitError: a limit was reached.
-        OverflowError: a number might not fit 64 bits.
+        LimitError: a limit was reached before the search began.
     """
     problem = product.problem
     cost = problem.cost_names[0]
@@ -39,9 +42,14 @@ def run_search(
     first = None if problem.is_bi_objective and objective != cost else objective
     # Some plan is looked for where any will do until there is a better one.
     is_free = problem.is_bi_objective and problem.measure.bi_objective and not bounds.keys() - {cost}
-    prepared = Prepared(product, options, single=is_free and first == cost, max_bytes=limits.bytes)
-    search = LabelSearch(prepared, bounds=bounds, first=first)
-    return _run_with_incumbent(search, limits) if is_free else search.run(limits)
+    try:
+        prepared = Prepared(product, options, single=is_free and first == cost, max_bytes=limits.bytes)
+        search = LabelSearch(prepared, bounds=bounds, first=first)
+        return _run_with_incumbent(search, limits) if is_free else search.run(limits)
+    except OverflowError:
+        if isinstance(product, GeneratedProduct):
+            product = ReducedProduct(problem, product.model)
+        return ReferenceSearch(product, bounds=bounds, single=problem.is_bi_objective and first == cost).run(limits)
 
 
 def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:

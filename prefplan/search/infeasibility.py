@@ -7,14 +7,13 @@ from typing import TypeVar
 
 from prefplan.errors import LimitError
 from prefplan.front import Reason
-from prefplan.heuristics.prepare import Options, Prepared
+from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 from prefplan.product.reduction import Reduction
-from prefplan.search.driver import LabelSearch
-from prefplan.search.reference import ReferenceSearch
+from prefplan.search.incumbent import run_search
 
 T = TypeVar("T")
 
@@ -62,13 +61,7 @@ def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...
         for task in tasks
     )
     problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
-    search: LabelSearch | ReferenceSearch
-    try:
-        prepared = Prepared(reduction.product_of(problem), Options(heuristic=1))
-        search = LabelSearch(prepared, bounds={}, first=problem.cost_names[0], hasty=True)
-    except OverflowError:  # 64 bits may not be enough
-        search = ReferenceSearch(reduction.product_of(problem, listed=True), bounds={}, single=True)
-    result = search.run(limits)
+    result = run_search(reduction.product_of(problem), Options(heuristic=1), limits, {}, problem.cost_names[0])
     if result.ended is not None:
         raise LimitError(result.ended)
     return bool(result.goals or result.incumbents)

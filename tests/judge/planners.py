@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import partial
 from typing import TypeAlias
 
-from prefplan import Options, Planner, Problem
+from prefplan import Front, Options, Planner, Problem
+from prefplan.limits import Limits
+from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import GeneratedProduct, ReducedProduct
+from prefplan.search.paths import Result
+from prefplan.search.reference import ReferenceSearch
 
 PlannerOf: TypeAlias = Callable[[Problem], Planner]
 
@@ -14,17 +20,24 @@ PlannerOf: TypeAlias = Callable[[Problem], Planner]
 class ReferencePlanner(Planner):
     """Searches in plain Python, with unbounded integers."""
 
-    _search = Planner._search_in_python
+    @staticmethod
+    def _search(
+        product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
+    ) -> Result:
+        if isinstance(product, GeneratedProduct):
+            product = ReducedProduct(product.problem, product.model)
+        single = product.problem.is_bi_objective and objective == product.problem.cost_names[0]
+        return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
 
 
 class ListedPlanner(Planner):
     """Lists the states of models however large they are."""
 
-    def __init__(self, problem: Problem) -> None:
-        """Take the problem."""
-        super().__init__(problem)
-        listed = partial(self._reduction.product_of, listed=True)
-        self._reduction.product_of = listed  # type: ignore[method-assign]
+    def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
+        product = self._reduction.product
+        if isinstance(product, GeneratedProduct):
+            self._reduction.product = ReducedProduct(product.problem, product.model)
+        return super()._solve(objective, limits, bounds)
 
 
 PLANNERS: tuple[PlannerOf, ...] = (
