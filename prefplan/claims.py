@@ -16,7 +16,6 @@ from prefplan.logic.good_prefix import Label, satisfied_at
 from prefplan.logic.tasks import Rule, Task
 from prefplan.plan import Purchase
 from prefplan.preferences.kinds import Preference
-from prefplan.preferences.objective import Measure
 
 
 @dataclass(frozen=True)
@@ -100,8 +99,10 @@ def judge(
     priced = [*ends, *(rule.name for rule in rules if rule.skip is not None)]
     violations = [sum((exact(b.cost) for b in claims.relaxations if b.task == name), Fraction(0)) for name in priced]
     breakable = priced[len(ends) :]
-    measure = Measure.of(preference.terms(list(ends), *([breakable] if breakable else [])), len(ends), len(breakable))
-    mu = to_number(measure.value([*task_costs, *[Fraction(0)] * len(breakable)], violations))
+    amounts = [*task_costs, *[Fraction(0)] * len(breakable)], violations
+    terms = preference.terms(list(ends), *([breakable] if breakable else []))
+    values = (term if isinstance(term, Fraction) else term.value(*amounts) for term in terms)
+    mu = to_number(sum(values, Fraction(0)))
     derived = dict(zip(ends, map(to_number, task_costs), strict=True))
     missing = [name for name, end in ends.items() if end is None and name not in skipped]
 

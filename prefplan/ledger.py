@@ -158,7 +158,7 @@ class Ledger:
     def exact_objectives(self) -> tuple[Any, ...]:
         """Return every total cost and every mu of all the actions; a mu is a float where a function is used."""
         last = len(self.costs)
-        values = [o.measure.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
+        values = [o.value(*self._costs(last, o.cost)) for o in self.problem.objectives]
         return (*(total[last] for total in self._totals), *values)
 
     def advances(self, task: str) -> tuple[int, ...]:

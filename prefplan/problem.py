@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from prefplan.errors import PrefplanError, prefixed
-from prefplan.exact_costs import Units, common_unit, exact, to_number
+from prefplan.exact_costs import common_unit, exact, to_number
 from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
@@ -20,7 +20,6 @@ from prefplan.preferences.objective import (
     TASK_LIMIT,
     Measure,
     NamedPreference,
-    PreferenceObjective,
     check_objective_names,
     preferences_of,
 )
@@ -58,9 +57,9 @@ class Problem:
         cost_names: the names of the costs.
         objective_names: the names of what is minimised: every cost, then every preference.
         cost_units: for each cost, the unit in which it is whole, in the user's units.
-        objectives: the preferences, each with the cost in which it measures the tasks' costs.
-        measure: terms of the first preference for these tasks.
-        units: units in which all costs and values of the search for one cost and one preference are whole.
+        objectives: the preferences for these tasks.
+        measure: the first of these; one that is always 0 if there is none.
+        units: units of the first preference.
         is_bi_objective: whether there is one cost and one preference.
         is_general: whether some preference has a general contract: a detour may then be worth its cost.
         weighted_automata: the automata of the tasks, with relaxations.
@@ -132,19 +131,17 @@ class Problem:
         price, units = common_unit(prices), [table.shared_unit for table in self.system.costs]
         if self.past.costs:
             units[0] = common_unit([units[0], *map(exact, self.past.costs)])
-        count, rules = len(self.tasks), self.priced[len(self.tasks) :]
-        objectives = []
+        rules, objectives = self.priced[len(self.tasks) :], list[Measure]()
+        counts = len(self.tasks), len(rules)
         for named in self.preferences:
             with prefixed(f"{named.key}."):
                 terms = named.preference.terms(self.names, *([rules] if rules else []))
-                measure = Measure.of(terms, count, len(rules))
             cost = 0 if named.of is None else self.cost_names.index(named.of)
-            own = Units(units[cost], price, measure.unit(units[cost], price))
-            objectives.append(PreferenceObjective(named.name, cost, measure, own))
+            objectives.append(Measure(terms, *counts, units[cost], price, name=named.name, cost=cost))
         self.cost_units, self.objectives = tuple(units), tuple(objectives)
-        self.measure = objectives[0].measure if objectives else Measure.of((), count, len(rules))
-        self.units = Units(units[0], price, self.measure.unit(units[0], price))
-        self.is_general = any(objective.measure.contract == "general" for objective in objectives)
+        self.measure = objectives[0] if objectives else Measure((), *counts, units[0], price)
+        self.units = self.measure.units
+        self.is_general = any(objective.contract == "general" for objective in objectives)
 
     def _weigh_automata(self) -> None:
         """Set the automata of the tasks with relaxations, and of the rules, first of those that may be broken."""
@@ -163,7 +160,7 @@ class Problem:
 
     def _check_weighed(self) -> None:
         """Check that some preference depends on violation costs, if there may be any."""
-        if any(objective.measure.weighs_violation for objective in self.objectives):
+        if any(objective.weighs_violation for objective in self.objectives):
             return
         for i, task in enumerate(self.tasks):
             if task.relax or task.skip is not None:
@@ -176,7 +173,7 @@ class Problem:
         """Test contracts that the user declared on costs of the sizes that occur."""
         costs = self.system.costs
         for named, objective in zip(self.preferences, self.objectives, strict=True):
-            for formula in objective.measure.formulas:
+            for formula in objective.formulas:
                 if formula.claimed:
                     # A plan that meets no state twice costs no more than this.
                     largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.units.cost
@@ -224,8 +221,8 @@ class Problem:
         if self.resolution is not None:
             notes.append(f"Costs are rounded to multiples of {number(self.resolution)}; the front is exact for those.")
         for objective in self.objectives:
-            if objective.measure.claimed:
+            if objective.claimed:
                 called = "the preference" if self.is_bi_objective else objective.name
-                claim = f"That {called} is {objective.measure.contract} is a claim of the scenario"
+                claim = f"That {called} is {objective.contract} is a claim of the scenario"
                 notes.append(f"{claim}, tested on random costs only.")
         return tuple(notes)

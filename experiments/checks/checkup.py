@@ -84,7 +84,7 @@ def check(
         "contract": contract,
         "meaning": SEARCHES[contract],
         "preferences": [
-            {"name": one.name, "contract": one.measure.contract, "of": names[one.cost]} for one in problem.objectives
+            {"name": one.name, "contract": one.contract, "of": names[one.cost]} for one in problem.objectives
         ],
         "costs": list(names),
         "scene": None if arm is None or arm.faults is None else not arm.faults,

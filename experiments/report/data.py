@@ -19,7 +19,7 @@ from prefplan.claims import Check, Claims, judge
 from prefplan.exact_costs import to_number
 from prefplan.logic.formula import TRUE, Until
 from prefplan.plan import objectives_text
-from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.objective import Measure
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
     columns = [ledger.costs, *ledger.more_costs.values()]
     bound = list(zip(problem.objectives, problem.preferences, strict=True))
     for d, name in enumerate(problem.cost_names):
-        unweighed: list[tuple[PreferenceObjective | None, Preference]] = [(None, WeightedSum({}))]
+        unweighed: list[tuple[Measure | None, Preference]] = [(None, WeightedSum({}))]
         own = [(objective, named.preference) for objective, named in bound if objective.cost == d] or unweighed
         for k, (objective, preference) in enumerate(own):
             mu = plan.preferences[objective.name] if objective else 0

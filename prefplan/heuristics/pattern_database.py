@@ -22,7 +22,7 @@ from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.projection import ProjectionArrays, arrays_of, place_of
 from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, inner_kernel
-from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate, WeightedRate
 
 SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
@@ -122,17 +122,15 @@ def cost_tables(
                 yield TableOf(d, tasks, backward.cost_to_go(tasks))
 
 
-def growth_tables(
-    objective: int, preference: PreferenceObjective, backward: Backward | ProjectedBackward
-) -> Iterator[TableOf]:
+def growth_tables(objective: int, preference: Measure, backward: Backward | ProjectedBackward) -> Iterator[TableOf]:
     """Yield tables of how a preference, the objective of that number, grows, for sets of tasks that are neighbours.
 
     They are filled by `backward`, over the cost in which it measures tasks.
     """
-    rates = [rate for rate in preference.measure.rate_terms if not isinstance(rate, OrderRate)]
+    rates = [rate for rate in preference.rate_terms if not isinstance(rate, OrderRate)]
     for tasks in _neighbours(backward) if rates else ():
         due = [rate for rate in rates if isinstance(rate, WeightedRate) or rate.members.issubset(tasks)]
-        factors = preference.measure.rates(due, preference.units.factor, tasks)
+        factors = preference.rates(due, preference.units.factor, tasks)
         if factors.any():
             yield TableOf(objective, tasks, backward.growth(tasks, factors))
 

@@ -163,7 +163,7 @@ class Prepared:
         """Return tables of the costs for some sets of tasks, and of how preferences grow."""
         tables: list[TableOf] = list(cost_tables(backwards, sets))
         for e, o in enumerate(self.product.problem.objectives, len(backwards)):
-            if self.options.preference_bound and o.measure.is_whole:
+            if self.options.preference_bound and o.is_whole:
                 tables += growth_tables(e, o, backwards[o.cost])
         return joined_tables(backwards, tables)
 
@@ -211,9 +211,9 @@ def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray])
     growths = [Fraction(max(steps))]
     for o in product.problem.objectives:
         if o.cost < len(steps):
-            growth = o.measure.largest_rate() * o.units.factor * steps[o.cost]
-            growth += sum(o.measure.violation_weights) * o.units.price / o.units.mu * price
-            growth += sum((max(term.weights) * o.units.factor for term in o.measure.maxima), Fraction(0))
+            growth = o.largest_rate() * o.units.factor * steps[o.cost]
+            growth += sum(o.violation_weights) * o.units.price / o.units.mu * price
+            growth += sum((max(term.weights) * o.units.factor for term in o.maxima), Fraction(0))
             growths.append(growth)
     if max(growths) >= INFINITE:
         raise OverflowError

@@ -79,7 +79,7 @@ class Projection:
         moves, poses = moves_of(self.space, self.symmetry), len(self.space.hands)
         numbers = np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses)
         start = self.space.encode(self.space.model.initial_state, where="start")
-        prices = CostTable("price", numbers, self._problem.units.cost)
+        prices = CostTable("price", numbers, self._problem.cost_units[0])
         return listed(self.space, moves, [prices], int(canonical(moves, start)), self.names)
 
     @property

@@ -1,12 +1,11 @@
 """Preference functions over task costs (Definition 5), and the contracts that a search relies on.
 
-From a table of a scenario file to a label key, a preference has three forms:
+From a table of a scenario file to a label key, a preference has two forms:
 
 | form                                        | made by            | what it adds                                    |
 | ------------------------------------------- | ------------------ | ----------------------------------------------- |
 | a class of `kinds`, such as `Order`         | the user           | mu, in names of tasks and the user's numbers    |
-| `terms` whose sum is mu, in a `Measure`     | `Preference.terms` | tasks by number; the contract follows from them |
-| `objective.PreferenceObjective`             | `problem.Problem`  | the cost that it is about, and units            |
+| `objective.Measure`, a sum of `terms`       | `problem.Problem`  | tasks by number, so a contract; a cost, units   |
 
 An `Expression` is parsed to a tree (`expression`) and taken apart into terms for which the search has entries
 (`analysis`); of what is left as a single term, the contract is shown, or declared and tested (`contracts`).

@@ -48,6 +48,8 @@ TASK_LIMIT = 20
 DEFAULT_PREFERENCE = "preference"
 """Name of a preference that is given without one."""
 
+ONE = Fraction(1)
+
 EXAMPLES = 'such as Order(), WeightedSum({"TASK": 1}) or Function(f)'
 """Preferences in Python, for messages."""
 
@@ -112,11 +114,14 @@ def check_objective_names(preferences: Sequence[NamedPreference], costs: Sequenc
         taken.append(named.name)
 
 
-@dataclass(frozen=True)
 class Measure:
-    """mu as a sum of terms over N tasks and the violation costs of P tasks and rules.
+    """A preference as one of a problem's objectives: a sum of terms over N tasks and P violation costs.
+
+    Violation costs are those of the tasks, then of the rules that may be broken.
 
     Attributes:
+        name: its name.
+        cost: index of the cost in which the tasks' costs are measured.
         tasks: N, the number of tasks.
         constant: the constant summand.
         rate_terms: the additive terms over cost.
@@ -126,34 +131,41 @@ class Measure:
         maxima: the weighted maxima.
         formulas: expressions and Python functions that are none of these.
         weighs_violation: whether any term depends on violation costs.
+        units: units in which costs, violation costs and all terms without functions or divisions are whole.
     """
 
-    tasks: int
-    constant: Fraction
-    rate_terms: tuple[Rate, ...]
-    violation_weights: tuple[Fraction, ...]
-    tardiness: tuple[Tardiness, ...]
-    one_entry: tuple[Rate | Violation | Tardiness, ...]
-    maxima: tuple[Maximum, ...]
-    formulas: tuple[OpaqueTerm, ...]
-    weighs_violation: bool
+    def __init__(
+        self,
+        parts: Sequence[Term | Fraction],
+        tasks: int,
+        rules: int = 0,
+        unit: Fraction = ONE,
+        price: Fraction = ONE,
+        *,
+        name: str = DEFAULT_PREFERENCE,
+        cost: int = 0,
+    ) -> None:
+        """Take terms and constants, numbers of tasks and breakable rules, and units of the cost and of prices."""
+        self.name, self.cost, self.tasks = name, cost, tasks
+        self.constant = sum(_of_kind(parts, Fraction), Fraction(0))
+        self.rate_terms: tuple[Rate, ...] = _of_kind(parts, Rate)
+        self.tardiness: tuple[Tardiness, ...] = _of_kind(parts, Tardiness)
+        self.one_entry: tuple[Rate | Violation | Tardiness, ...] = _of_kind(parts, Rate | Violation | Tardiness)
+        self.maxima: tuple[Maximum, ...] = _of_kind(parts, Maximum)
+        self.formulas: tuple[OpaqueTerm, ...] = _of_kind(parts, OpaqueTerm)
+        violations: tuple[Violation, ...] = _of_kind(parts, Violation)
+        self.violation_weights = [sum((v.weights[i] for v in violations), Fraction(0)) for i in range(tasks + rules)]
+        self.weighs_violation = bool(violations) or any(formula.violations for formula in self.formulas)
+        amounts = [w * unit for term in (*self.rate_terms, *self.maxima, *self.tardiness) for w in weights_of(term)]
+        amounts += [late.weight * late.by for late in self.tardiness]
+        amounts += [weight * price for weight in self.violation_weights]
+        amounts += [formula.weight * scaled(formula.tree, unit, price)[1] for formula in self.formulas]
+        self.units = Units(unit, price, common_unit(amounts))
 
-    @classmethod
-    def of(cls, parts: Sequence[Term | Fraction], tasks: int, rules: int = 0) -> Measure:
-        """Return the measure of a preference's terms and constants, for some numbers of tasks and breakable rules."""
-        formulas, violations = _of_kind(parts, OpaqueTerm), _of_kind(parts, Violation)
-        weights = [sum((term.weights[i] for term in violations), Fraction(0)) for i in range(tasks + rules)]
-        return cls(
-            tasks,
-            constant=sum(_of_kind(parts, Fraction), Fraction(0)),
-            rate_terms=_of_kind(parts, Rate),
-            violation_weights=tuple(weights),
-            tardiness=_of_kind(parts, Tardiness),
-            one_entry=_of_kind(parts, Rate | Violation | Tardiness),
-            maxima=_of_kind(parts, Maximum),
-            formulas=formulas,
-            weighs_violation=bool(violations) or any(formula.violations for formula in formulas),
-        )
+    def amounts(self, costs: Sequence[int], violations: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
+        """Return costs and violation costs, (P,) each, in the user's units, given those of tasks and (P,) in units."""
+        rules = [Fraction(0)] * (len(violations) - len(costs))
+        return [*(count * self.units.cost for count in costs), *rules], [v * self.units.price for v in violations]
 
     def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
@@ -182,17 +194,8 @@ class Measure:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all values are whole multiples of `unit`: no term is a Python function or has a division."""
+        """Whether all values are whole multiples of `units.mu`: no term is a Python function or has a division."""
         return not any(is_rounded(formula.tree) for formula in self.formulas)
-
-    def unit(self, cost: Fraction, price: Fraction) -> Fraction:
-        """Return a unit of mu, given those of costs, in which all terms without functions or divisions are whole."""
-        over_cost = (*self.rate_terms, *self.maxima, *self.tardiness)
-        amounts = [weight * cost for term in over_cost for weight in weights_of(term)]
-        amounts += [late.weight * late.by for late in self.tardiness]
-        amounts += [weight * price for weight in self.violation_weights]
-        amounts += [formula.weight * scaled(formula.tree, cost, price)[1] for formula in self.formulas]
-        return common_unit(amounts)
 
     @property
     def claimed(self) -> bool:
@@ -223,29 +226,3 @@ class Measure:
 
 def _of_kind(terms: Sequence[Term | Fraction], kind: Any) -> tuple[Any, ...]:
     return tuple(term for term in terms if isinstance(term, kind))
-
-
-@dataclass(frozen=True)
-class PreferenceObjective:
-    """A preference as one of a problem's objectives.
-
-    Attributes:
-        name: its name.
-        cost: index of the cost in which the tasks' costs are measured.
-        measure: its terms.
-        units: units in which that cost, violation costs and mu are whole.
-    """
-
-    name: str
-    cost: int
-    measure: Measure
-    units: Units
-
-    def amounts(self, costs: Sequence[int], violations: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
-        """Return costs and violation costs, (P,) each, in the user's units, given those of tasks and (P,) in units."""
-        rules = [Fraction(0)] * (len(violations) - len(costs))
-        return [*(count * self.units.cost for count in costs), *rules], [v * self.units.price for v in violations]
-
-    def value(self, costs: Sequence[int], violations: Sequence[int]) -> Any:
-        """Return mu in the user's units; arguments as for `amounts`."""
-        return self.measure.value(*self.amounts(costs, violations))

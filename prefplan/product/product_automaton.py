@@ -254,7 +254,7 @@ def starts_of(problem: Problem) -> tuple[Start, ...]:
             f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
             f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
         )
-    unit = problem.units.cost
+    unit = problem.cost_units[0]
     spent = list(accumulate((int(exact(cost) / unit) for cost in problem.past.costs), initial=0))
     states, tolls = [q for q, _ in rules], [price for _, price in rules]
     return tuple(

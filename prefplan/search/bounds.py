@@ -83,7 +83,7 @@ def require_bounds(problem: Problem, bounds: Collection[str]) -> None:
     """Raise PreferenceError if a preference's contract is `general` and the cost that it depends on has no bound."""
     for o in problem.objectives:
         of = problem.cost_names[o.cost]
-        if o.measure.contract != "general" or of in bounds:
+        if o.contract != "general" or of in bounds:
             continue
         if problem.is_bi_objective:
             raise PreferenceError(

@@ -87,7 +87,7 @@ class LabelSearch:
     @property
     def _keeps_order(self) -> bool:
         """Whether of two labels of one product state the lexicographically lesser has the lesser continuations."""
-        measures = [o.measure for o in self.problem.objectives]
+        measures = self.problem.objectives
         if all(measure.bi_objective and measure.contract == "additive" for measure in measures):
             return True
         return self.problem.is_bi_objective and measures[0].bi_objective and self._first == 0
@@ -129,8 +129,8 @@ class LabelSearch:
             most = math.floor(bound / self.problem.cost_units[o])
             return self._up_to(most) if o == 0 else min(most, UNBOUNDED)
         objective = self.problem.objectives[o - len(self.problem.cost_names)]
-        rest = bound - objective.measure.constant
-        if objective.measure.is_whole:
+        rest = bound - objective.constant
+        if objective.is_whole:
             return max(-1, min(math.floor(rest / objective.units.mu), UNBOUNDED))
         return ordered_number(float(rest)) + FALL if rest >= 0 else -1
 
@@ -239,7 +239,7 @@ class LabelSearch:
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
         """Return the points of the front among goals: one may dominate others of its first cost, or any if rounded."""
-        whole, points, begin = all(o.measure.is_whole for o in self.problem.objectives), list[Goal](), 0
+        whole, points, begin = all(o.is_whole for o in self.problem.objectives), list[Goal](), 0
         for goal in sorted(goals, key=attrgetter("objectives")):
             if whole and points and points[-1].objectives[0] < goal.objectives[0]:
                 begin = len(points)

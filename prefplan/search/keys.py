@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OpaqueTerm
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import Product, Start
@@ -56,7 +56,7 @@ class KeyEntry:
     how: int
     cost: int = 0
     number: int = 0
-    objective: PreferenceObjective | None = None
+    objective: Measure | None = None
     formulas: tuple[OpaqueTerm, ...] = ()
     parts: tuple[int, ...] = ()
 
@@ -81,19 +81,19 @@ class KeyMap:
         problem, costs = product.problem, len(product.problem.cost_names)
         entries = [KeyEntry(COST, d) for d in range(costs)]
         # Those of preferences come next, and are replaced where other entries are needed.
-        entries += [_entries(o)[0] if o.measure.bi_objective else KeyEntry(VALUE) for o in problem.objectives]
+        entries += [_entries(o)[0] if o.bi_objective else KeyEntry(VALUE) for o in problem.objectives]
         compared = list(range(costs))
         for place, o in enumerate(problem.objectives, costs):
-            if o.measure.bi_objective:
+            if o.bi_objective:
                 compared.append(place)
                 continue
             parts = range(len(entries), len(entries) + len(_entries(o)))
             entries += _entries(o)
             compared += parts
-            entries[place] = KeyEntry(VALUE, o.cost, 0, o, o.measure.formulas, tuple(parts))
-            for formula in o.measure.formulas:
+            entries[place] = KeyEntry(VALUE, o.cost, 0, o, o.formulas, tuple(parts))
+            for formula in o.formulas:
                 if formula.contract in ("additive", "convex"):
-                    is_whole_value = not parts and len(o.measure.formulas) == 1
+                    is_whole_value = not parts and len(o.formulas) == 1
                     compared.append(place if is_whole_value else len(entries))
                     entries += [] if is_whole_value else [KeyEntry(VALUE, o.cost, 0, o, (formula,))]
         mentioned, same, payers = _mentioned(problem, ("additive", "convex", "componentwise", "general"))
@@ -128,12 +128,12 @@ class KeyMap:
             return start.violations[each.number]
         if each.how == VALUE or each.objective is None:
             return 0
-        measure = each.objective.measure
+        measure = each.objective
         amounts = each.objective.amounts(start.task_costs(each.cost), start.violations)
         value = measure.summed(*amounts) if each.how == SUM else measure.maxima[each.number].value(*amounts)
         return int(value / each.objective.units.mu)
 
-    def amounts(self, objective: PreferenceObjective, key: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
+    def amounts(self, objective: Measure, key: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
         """Return the costs and violation costs that a preference mentions, (P,) each, in the user's units.
 
         The `key` is a label's, with the first cost in units.
@@ -150,8 +150,8 @@ class KeyMap:
         """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""
         objectives: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
         for place, o in enumerate(self.problem.objectives, len(self.problem.cost_names)):
-            mu = o.measure.constant
-            if o.measure.is_whole:
+            mu = o.constant
+            if o.is_whole:
                 mu += key[place] * o.units.mu
             else:
                 value = self.entries[place]
@@ -180,7 +180,7 @@ class KeyMap:
             entries[e] = each.how, each.cost, each.number if each.how == TASK else len(rates)
             if each.objective is None or each.how == VALUE:
                 continue
-            measure, units = each.objective.measure, each.objective.units
+            measure, units = each.objective, each.objective.units
             if each.how == SUM:
                 rates.append(measure.rates(measure.rate_terms, units.factor))
                 late += [
@@ -215,15 +215,15 @@ class KeyMap:
                 rates[e, each.number] = 1
             elif each.how == SUM and each.objective is not None:
                 units = each.objective.units
-                rates[e] = [int(w * units.price / units.mu) for w in each.objective.measure.violation_weights]
+                rates[e] = [int(w * units.price / units.mu) for w in each.objective.violation_weights]
         return rates
 
 
-def _entries(o: PreferenceObjective) -> list[KeyEntry]:
+def _entries(o: Measure) -> list[KeyEntry]:
     """Return the sum and the maxima of a preference, a sum of nothing if it has neither and no formulas."""
-    maxima = [KeyEntry(MAXIMUM, o.cost, k, o) for k in range(len(o.measure.maxima))]
-    empty = o.measure.bi_objective and not maxima
-    return [*([KeyEntry(SUM, o.cost, 0, o)] if o.measure.one_entry or empty else []), *maxima]
+    maxima = [KeyEntry(MAXIMUM, o.cost, k, o) for k in range(len(o.maxima))]
+    empty = o.bi_objective and not maxima
+    return [*([KeyEntry(SUM, o.cost, 0, o)] if o.one_entry or empty else []), *maxima]
 
 
 def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[int, int]], set[int], set[int]]:
@@ -235,11 +235,11 @@ def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[in
     """
     costs, same, violations = set[tuple[int, int]](), set[int](), set[int]()
     for o in problem.objectives:
-        for formula in (formula for formula in o.measure.formulas if formula.contract in contracts):
+        for formula in (formula for formula in o.formulas if formula.contract in contracts):
             costs |= {(o.cost, i) for i in formula.costs}
             violations |= set(formula.violations)
-        if o.measure.contract == "general":
+        if o.contract == "general":
             same.add(o.cost)
-            costs |= {(o.cost, i) for i in range(o.measure.tasks)}
-            violations |= set(range(len(o.measure.violation_weights)))
+            costs |= {(o.cost, i) for i in range(o.tasks)}
+            violations |= set(range(len(o.violation_weights)))
     return costs, same, violations

@@ -142,7 +142,8 @@ class Paths:
         found = []
         for total, each in zip(totals[self.ends].tolist(), task_costs[self.ends].tolist(), strict=True):
             spent = (unit * count for unit, count in zip(problem.cost_units, total, strict=False))
-            found.append((*spent, *(o.value(each[o.cost], total[costs:]) for o in problem.objectives)))
+            values = (o.value(*o.amounts(each[o.cost], total[costs:])) for o in problem.objectives)
+            found.append((*spent, *values))
         return found
 
     def _added(self) -> np.ndarray:

@@ -34,7 +34,7 @@ from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
-from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
 from prefplan.search.paths import Goal, Paths, Result, ended_by
@@ -183,7 +183,7 @@ class ReferenceSearch:
         h = [max_min(distances, state) for distances in self._distances]
         if math.inf in h:
             return (math.inf,)
-        values = (o.value([c[o.cost] for c in pcs], violations) for o in self._problem.objectives)
+        values = (o.value(*o.amounts([c[o.cost] for c in pcs], violations)) for o in self._problem.objectives)
         return (*_plus(g, map(int, h)), *values)
 
     def _admits(self, f: Vector) -> bool:
@@ -224,18 +224,17 @@ class ReferenceSearch:
         entries = [self._entries(x, objective) for objective in self._problem.objectives]
         return (*x.g, *chain.from_iterable(entries))
 
-    def _entries(self, x: Label, o: PreferenceObjective) -> Vector:
+    def _entries(self, x: Label, o: Measure) -> Vector:
         """Return the entries of the label key for one preference."""
-        measure = o.measure
-        if measure.contract == "general":
+        if o.contract == "general":
             return x.violations
         costs, violations = o.amounts([c[o.cost] for c in x.pcs], x.violations)
-        if measure.bi_objective:
-            return (measure.value(costs, violations),)
-        single: list[Term] = [*measure.maxima, *(f for f in measure.formulas if f.contract != "componentwise")]
-        mixed = [f for f in measure.formulas if f.contract == "componentwise"]
+        if o.bi_objective:
+            return (o.value(costs, violations),)
+        single: list[Term] = [*o.maxima, *(f for f in o.formulas if f.contract != "componentwise")]
+        mixed = [f for f in o.formulas if f.contract == "componentwise"]
         return (
-            measure.summed(costs, violations),
+            o.summed(costs, violations),
             *(term.value(costs, violations) for term in single),
             *(x.pcs[j][o.cost] for j in sorted({j for f in mixed for j in f.costs})),
             *(x.violations[j] for j in sorted({j for f in mixed for j in f.violations})),
@@ -243,7 +242,7 @@ class ReferenceSearch:
 
     def _place(self, x: Label) -> Vector:
         """Return what is equal in labels that are compared: the product state, and all costs if mu may be anything."""
-        general = sorted({o.cost for o in self._problem.objectives if o.measure.contract == "general"})
+        general = sorted({o.cost for o in self._problem.objectives if o.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 
     def _goals(self, labels: Sequence[Label]) -> tuple[Goal, ...]:

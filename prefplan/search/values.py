@@ -17,7 +17,7 @@ from prefplan.errors import PreferenceError
 from prefplan.models.kernels import INFINITE
 from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
 from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
-from prefplan.preferences.objective import PreferenceObjective
+from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OpaqueTerm
 from prefplan.search.keys import FALL, KeyEntry, KeyMap, ordered_number
 from prefplan.search.labels import END, TASK, VALUE, VIOLATION
@@ -40,7 +40,7 @@ class Values(types.WrapperAddressProtocol):
         self.key: list[int] = []
         self.error: BaseException | None = None
         self._each = [
-            (e, entry.objective.measure.is_whole, self._value(entry, entry.objective))
+            (e, entry.objective.is_whole, self._value(entry, entry.objective))
             for e, entry in enumerate(layout.entries)
             if entry.how == VALUE and entry.objective is not None
         ]
@@ -82,15 +82,15 @@ class Values(types.WrapperAddressProtocol):
                 key[e] = exact[e] = entry
         return END.ENTERED
 
-    def _value(self, entry: KeyEntry, o: PreferenceObjective) -> ValueOf:
+    def _value(self, entry: KeyEntry, o: Measure) -> ValueOf:
         """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
-        unit, functions = "1" if o.measure.is_whole else repr(float(o.units.mu)), dict[str, Callable[..., float]]()
+        unit, functions = "1" if o.is_whole else repr(float(o.units.mu)), dict[str, Callable[..., float]]()
         terms = [f"k[{part}] * {unit}" for part in entry.parts]
         terms += [self._text(o, formula, functions) for formula in entry.formulas]
         value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", functions)
         return value
 
-    def _text(self, o: PreferenceObjective, formula: OpaqueTerm, functions: dict[str, Callable[..., float]]) -> str:
+    def _text(self, o: Measure, formula: OpaqueTerm, functions: dict[str, Callable[..., float]]) -> str:
         """Return an expression as Python over a key, and name the `functions` that it calls."""
         tree, rest = scaled(formula.tree, o.units.cost, o.units.price)
 
@@ -110,10 +110,10 @@ class Values(types.WrapperAddressProtocol):
                 return f"{name}({', '.join(parts)})" if len(parts) > 1 or name == "abs" else parts[0]
             return f"({parts[0]} {name} {parts[1]})"
 
-        factor = Fraction(formula.weight * rest / (o.units.mu if o.measure.is_whole else 1))
+        factor = Fraction(formula.weight * rest / (o.units.mu if o.is_whole else 1))
         return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
 
-    def _checked(self, o: PreferenceObjective, formula: OpaqueTerm) -> Any:
+    def _checked(self, o: Measure, formula: OpaqueTerm) -> Any:
         """Return the exact value of a formula for the latest label.
 
         Raises:
@@ -121,7 +121,7 @@ class Values(types.WrapperAddressProtocol):
         """
         return value_at(self._layout.amounts(o, self.key), formula, self._layout.problem.priced, self._name(o))
 
-    def _name(self, o: PreferenceObjective) -> str:
+    def _name(self, o: Measure) -> str:
         return next(named.key for named in self._layout.problem.preferences if named.name == o.name)
 
     def require_values(self) -> None:
@@ -141,6 +141,6 @@ class Values(types.WrapperAddressProtocol):
         """
         after = self._layout.objectives(self.key)
         for place, o in enumerate(self._layout.problem.objectives, len(self._layout.problem.cost_names)):
-            if after[place] < before[place] * (1 if o.measure.is_whole else 1 - TOLERANCE):
+            if after[place] < before[place] * (1 if o.is_whole else 1 - TOLERANCE):
                 at = text_of_costs(self._layout.amounts(o, self.key), self._layout.problem.priced)
                 raise PreferenceError(f"{self._name(o)}: mu falls along a trajectory, on the last action to {at}")

@@ -34,7 +34,7 @@ def list(as_json: bool) -> int:
     for one in found:
         scenario = pp.load(one["name"], measured=False)
         names = [task.name for task in scenario.tasks]
-        one["contract"] = Measure.of(scenario.preference.terms(names), len(names)).contract
+        one["contract"] = Measure(scenario.preference.terms(names), len(names)).contract
     output.print_json({"scenarios": found})
     return DONE
 

@@ -73,4 +73,4 @@ def test_listed_expressions_never_fall_along_a_trajectory(expression: str, rng: 
 
 def test_a_sum_over_violation_costs_is_about_them_whatever_its_weights() -> None:
     terms = WeightedSum({}, over="violation").terms(["a", "b"], ["kept"])
-    assert Measure.of(terms, tasks=2, rules=1).weighs_violation
+    assert Measure(terms, tasks=2, rules=1).weighs_violation
