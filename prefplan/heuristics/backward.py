@@ -13,9 +13,9 @@ import numpy as np
 from prefplan.heuristics.sweep import stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
-from prefplan.product.contraction import Graph
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
+from prefplan.product.space import Graph
 
 WATCHED_ENTRIES = 100_000
 """Limits and Ctrl-C can stop the filling of tables of at least this many entries; others take less than 0.1 s."""
@@ -128,7 +128,7 @@ class Readings(NamedTuple):
 
 def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
     """Return the steps of some tasks' automata together."""
-    classes = product.delta.shape[2]
+    classes = product.tables.delta.shape[2]
     label, before, after = np.arange(classes), np.zeros(classes, dtype=np.int64), np.zeros(classes, dtype=np.int64)
     satisfied, finished = np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool)
     for j, i in enumerate(tasks):
@@ -141,7 +141,7 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
         label, stride = label[joined], len(finished)
         step = (np.cumsum(counts) - counts)[label] + number
         before, after = before[joined] + stride * q[step], after[joined] + stride * onto[step]
-        states, ends = np.arange(product.sizes[i]), product.ends[i]
+        states, ends = np.arange(product.sizes[i]), product.tables.ends[i]
         satisfied = (((states == ends[0]) << j)[:, None] | satisfied).ravel()
         finished = (np.isin(states, ends)[:, None] & finished).ravel()
     cell = after * classes + label
@@ -152,12 +152,12 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
 
 def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the steps of an automaton by label class, relaxed ones too: (X,) class, the states before and after."""
-    classes, size = product.delta.shape[2], int(product.sizes[i])
-    first = product.extra_first[i, :size]
+    tables, classes, size = product.tables, product.tables.delta.shape[2], int(product.sizes[i])
+    first = tables.first_relaxed[i, :size]
     q, label = np.divmod(np.arange(size * classes), classes)
     relaxed = np.repeat(np.arange(size * classes), np.diff(first, axis=1).ravel())
     read, before = np.concatenate([label, label[relaxed]]), np.concatenate([q, q[relaxed]])
-    after = np.concatenate([product.delta[i, :size].ravel(), product.extra_state[first[0, 0] : first[-1, -1]]])
+    after = np.concatenate([tables.delta[i, :size].ravel(), tables.relaxed[first[0, 0] : first[-1, -1], 0]])
     order = np.argsort(read, kind="stable")
     return read[order], before[order], after[order].astype(np.int64)
 

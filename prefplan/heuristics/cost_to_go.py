@@ -53,7 +53,7 @@ def task_distances(product: Product, costs: Sequence[int]) -> list[Distances]:
 
 def _distances(product: Product, task: int, into: Mapping[int, list[tuple[int, int]]]) -> Distances:
     """Return d_j of one task, given the predecessors of every state of T with the cost from each."""
-    dfa, classes = product.automata[task], product.classes.tolist()
+    dfa, classes = product.automata[task], product.graph.classes.tolist()
     before: Mapping[tuple[int, int], list[int]] = defaultdict(list)
     for q in range(dfa.size):
         for number, label in enumerate(product.class_sets):

@@ -24,7 +24,7 @@ import numpy as np
 from prefplan.heuristics.sweep import ABSENT, MOST, Layout, Stages, sweep
 from prefplan.limits import check_limits, run_within_limits
 from prefplan.models.kernels import INFINITE, Integer, inner_kernel
-from prefplan.product.contraction import active_nodes
+from prefplan.product.space import changes
 
 LARGEST = MOST[np.dtype(np.uint16)]
 """Stands for no path in a table; sums are less, in its units."""
@@ -68,7 +68,7 @@ def sparse_layout(stages: Stages) -> Layout:
     A search reaches a node by reading its label. Where that can change one automaton only, it goes there only to change
     that one.
     """
-    after, active = stages.after, active_nodes(stages.product, stages.graph)
+    after, active = stages.after, np.logical_or.reduce(changes(stages.product.tables), axis=1)[:, stages.graph.classes]
     tasks, most, nodes = after.shape
     reached = np.zeros((nodes, tasks, most), dtype=bool)
     alone = active & (active.sum(axis=0) == 1)

@@ -18,8 +18,8 @@ import numpy as np
 from prefplan.heuristics.backward import steps_of
 from prefplan.limits import check_limits
 from prefplan.models.kernels import INFINITE, Integer, inner_kernel
-from prefplan.product.contraction import Graph
 from prefplan.product.product_automaton import Product
+from prefplan.product.space import Graph
 
 MOST_LANDMARKS = 62
 """Landmarks are bits of one machine word."""
@@ -130,7 +130,7 @@ def _spanning_tree(costs: np.ndarray) -> tuple[int, np.ndarray]:
 
 def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return (N, Q) the landmarks of each automaton's states as bits, and the nodes of each landmark."""
-    tasks, (_, most, labels) = len(product.sizes), product.delta.shape
+    tasks, (_, most, labels) = len(product.sizes), product.tables.delta.shape
     met = np.isin(np.arange(labels), graph.classes)
     numbers: dict[frozenset[int], int] = {}
     remaining = np.zeros((tasks, most), dtype=np.int64)
@@ -138,7 +138,7 @@ def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]
         if size > LARGEST_AUTOMATON:
             continue
         leads = _leads(product, i) & met
-        ends = np.isin(np.arange(size), product.ends[i][product.ends[i] >= 0])
+        ends = np.isin(np.arange(size), product.tables.ends[i])
         live = ~_without(leads, ends, frozenset())
         # A run from a state to an end reads one of the labels that lead from there to another live state.
         onward = leads & (live & ~np.eye(size, dtype=bool))[:, :, None]
@@ -158,7 +158,7 @@ def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]
 def _leads(product: Product, i: int) -> np.ndarray:
     """Return (Q, Q, C) whether reading a label class may lead an automaton from one state to another."""
     size, (read, before, after) = int(product.sizes[i]), steps_of(product, i)
-    leads = np.zeros((size, size, product.delta.shape[2]), dtype=bool)
+    leads = np.zeros((size, size, product.tables.delta.shape[2]), dtype=bool)
     leads[before, after, read] = True
     return leads
 

@@ -28,10 +28,10 @@ from prefplan.heuristics.pattern_database import (
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.sweep import Stages
 from prefplan.models.kernels import INFINITE
-from prefplan.product.contraction import Graph, contract, whole_graph
+from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
-from prefplan.product.space import space_of
+from prefplan.product.space import Graph, space_of
 
 COMBINATIONS_EACH = 500
 """A Lagrangian table is filled once a search has expanded a label for so many combinations of automaton states, which
@@ -109,18 +109,18 @@ class Prepared:
             OverflowError: if 64 bits may not be enough.
         """
         self.product, self.options, problem = product, options, product.problem
-        entries = len(product.classes) * product.sizes
-        needed = 48 * len(product.targets) + 4 * entries.sum() + 120 * entries.max()
+        entries = product.graph.size * product.sizes
+        needed = 48 * len(product.graph.targets) + 4 * entries.sum() + 120 * entries.max()
         if len(problem.cost_names) * needed > max_bytes:
             raise LimitError("memory")
-        numbers = (product.costs, *product.more_costs, product.extra_price, product.tolls)
+        numbers = (product.graph.costs, *product.more_costs, product.tables.relaxed, product.tables.tolls)
         if any(each.dtype == object for each in numbers):
             raise OverflowError
         listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
         # Contraction leaves out detours, which may be worth their cost if a contract is general.
         contraction = options.contraction and listed and not several and not problem.is_general
-        self.graph = (contract(product) if contraction else None) or whole_graph(product)
-        self.space = space_of(product, self.graph)
+        self.graph = (contract(product) if contraction else None) or product.graph
+        self.space = space_of(product.tables, self.graph, product.generated)
         self.costs = [self.graph.costs, *product.more_costs]
         require_64_bits(product, self.graph, self.costs)
         self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
@@ -207,7 +207,7 @@ def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray])
     nodes = graph.size if graph.contracted else 1
     steps = [max(1, int(each.max(initial=0)) * nodes) for each in costs]
     skips = (dfa.skip or 0 for dfa in product.automata)
-    price = max([1, *product.extra_price.tolist(), *skips, int(product.tolls.max(initial=0))])
+    price = max([1, *product.tables.relaxed[:, 1].tolist(), *skips, int(product.tables.tolls.max(initial=0))])
     growths = [Fraction(max(steps))]
     for o in product.problem.objectives:
         if o.cost < len(steps):

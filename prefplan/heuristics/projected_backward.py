@@ -21,8 +21,8 @@ from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.projection import KINDS, Projection
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT
-from prefplan.product.contraction import Graph, whole_graph
 from prefplan.product.reduction import GeneratedProduct
+from prefplan.product.space import Graph
 
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
@@ -42,7 +42,8 @@ class ProjectedBackward:
 
     def __init__(self, product: GeneratedProduct) -> None:
         """Take the product."""
-        self.costs, self.sizes, self.space, self._product = product.costs, product.sizes, product.model.space, product
+        self.costs, self.sizes, self._product = product.graph.costs, product.sizes, product
+        self.space = product.model.space
         self._made: dict[tuple[int, ...], Projection] = {}
 
     def with_costs(self, costs: np.ndarray) -> ProjectedBackward:
@@ -110,7 +111,7 @@ class ProjectedBackward:
         least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
         # Where no action exists, any cost will do.
         least[least == NOWHERE] = 0
-        return least[:, small[:, None], small[None, :]].ravel()[projection.product.costs]
+        return least[:, small[:, None], small[None, :]].ravel()[projection.product.graph.costs]
 
 
 def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
@@ -131,7 +132,7 @@ def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
 def _backward(projection: Projection, costs: np.ndarray) -> Backward:
     """Return what fills tables of a projection with some costs."""
     product = projection.product
-    graph = replace(whole_graph(product), costs=costs)
+    graph = replace(product.graph, costs=costs)
     invariant = all(dfa.automaton.stutter_invariant for dfa in product.automata)
     return Backward(product, graph if invariant else _with_idling(graph))
 

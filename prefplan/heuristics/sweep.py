@@ -23,8 +23,9 @@ import numpy as np
 
 from prefplan.limits import check_limits
 from prefplan.models.kernels import NO_EDGE, UNREACHABLE, Integer, inner_kernel, kernel
-from prefplan.product.contraction import NODE_LIMIT, Graph, bits_of
+from prefplan.product.contraction import NODE_LIMIT
 from prefplan.product.product_automaton import Product
+from prefplan.product.space import Graph, bits_of
 
 MOST = {np.dtype(np.uint16): 20_000, np.dtype(np.int32): UNREACHABLE}
 """Stands for no path in tables of these types; larger sums are cut off at one less. Three times as much still fits."""
@@ -51,22 +52,22 @@ class Stages(NamedTuple):
     @property
     def after(self) -> np.ndarray:
         """(N, Q, S) int64, state after reading a node's label."""
-        return self.product.delta[: len(self.order), :, self.graph.classes].astype(np.int64)
+        return self.product.tables.delta[: len(self.order), :, self.graph.classes].astype(np.int64)
 
 
 def stages_of(product: Product, graph: Graph) -> Stages | None:
     """Return a product as stages, or None if an automaton has a cycle, a task is relaxed or nothing is contracted."""
-    if not graph.contracted or product.relaxed:
+    if not graph.contracted or len(product.tables.relaxed):
         return None
-    order, is_safe = np.zeros((len(product.sizes), product.delta.shape[1]), dtype=np.int64), True
+    order, is_safe = np.zeros((len(product.sizes), product.tables.delta.shape[1]), dtype=np.int64), True
     for i, size in enumerate(product.sizes.tolist()):
         check_limits()
-        successors = {q: {*after} - {q} for q, after in enumerate(product.delta[i, :size].tolist())}
+        successors = {q: {*after} - {q} for q, after in enumerate(product.tables.delta[i, :size].tolist())}
         try:
             states = list(TopologicalSorter(successors).static_order())
         except CycleError:
             return None
-        order[i, :size], live = states, set(product.ends[i].tolist())
+        order[i, :size], live = states, set(product.tables.ends[i].tolist())
         for q in states:
             if q in live or not live.isdisjoint(successors[q]):
                 live.add(q)
@@ -150,7 +151,7 @@ def sweep(
     given = SweepInput(
         order=stages.order[members],
         sizes=stages.product.sizes[members],
-        ends=stages.product.ends[members],
+        ends=stages.product.tables.ends[members],
         active=bits_of(after != np.arange(after.shape[1])[None, :, None]),
         here=place,
         onward=np.ascontiguousarray(np.take_along_axis(place, after, axis=1)),

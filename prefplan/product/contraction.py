@@ -7,104 +7,34 @@ inert states between each two; so costs are kept, and sequences of labels that a
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
-from prefplan.models.kernels import INFINITE, NO_EDGE, Integer, kernel
+from prefplan.models.kernels import INFINITE, Integer, kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
+from prefplan.product.space import Graph, changes
 
 NODE_LIMIT = 64
 """Most nodes of a contracted graph: sets of them fit one machine word; on larger graphs contraction does not pay."""
 
 
-@dataclass(frozen=True)
-class Graph:
-    """The nodes and edges that are searched, and the states that they stand for.
-
-    Attributes:
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64 internal units.
-        classes: (S,) int32, label class of each node.
-        states: (S,) state of the transition system that each node stands for.
-        start: node of s0.
-        contracted: whether edges stand for paths through inert states.
-        shift: number of low bits of costs, which count actions.
-    """
-
-    offsets: np.ndarray
-    targets: np.ndarray
-    costs: np.ndarray
-    classes: np.ndarray
-    states: np.ndarray
-    start: int
-    contracted: bool
-    shift: int
-
-    @property
-    def size(self) -> int:
-        """Number of nodes."""
-        return len(self.classes)
-
-    @cached_property
-    def near(self) -> np.ndarray:
-        """(S, S) int64, the costs of edges as a matrix, NO_EDGE for none."""
-        near = np.full((self.size, self.size), NO_EDGE, dtype=np.int64)
-        near[np.repeat(np.arange(self.size), np.diff(self.offsets)), self.targets] = self.costs
-        return near
-
-    @cached_property
-    def least(self) -> np.ndarray:
-        """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none (Floyd-Warshall)."""
-        least: np.ndarray = self.near
-        for via in range(self.size):
-            least = np.minimum(least, least[:, via, None] + least[via])
-        return least
-
-
-def bits_of(sets: np.ndarray) -> np.ndarray:
-    """Return sets of at most NODE_LIMIT nodes, given as (..., S) bool, as (...,) uint64."""
-    bits = np.uint64(1) << np.arange(sets.shape[-1], dtype=np.uint64)
-    return np.where(sets, bits, np.uint64(0)).sum(axis=-1, dtype=np.uint64)
-
-
-def whole_graph(product: Product) -> Graph:
-    """Return the transition system itself; without nodes and edges where states are generated."""
-    states = np.arange(len(product.classes))
-    start, shift = product.start_node, product.shift
-    return Graph(product.offsets, product.targets, product.costs, product.classes, states, start, False, shift)
-
-
-def changes(product: Product) -> np.ndarray:
-    """Return (N + R, Q, C) whether reading a label class can change an automaton's state."""
-    states = np.arange(product.delta.shape[1])[:, None]
-    is_state = states < product.follower_sizes[:, None, None]
-    moves: np.ndarray = is_state & ((product.delta != states) | (np.diff(product.extra_first, axis=2) > 0))
-    return moves
-
-
-def active_nodes(product: Product, graph: Graph) -> np.ndarray:
-    """Return (N + R, S) whether reading a node's label can change an automaton in some state."""
-    return np.logical_or.reduce(changes(product), axis=1)[:, graph.classes]
-
-
 def contract(product: Product) -> Graph | None:
     """Return the contracted graph, or None if it had more than NODE_LIMIT nodes or costs might not fit 64 bits."""
-    system = product.problem.system.listed
-    if system.size * int(product.costs.max(initial=0)) >= INT64_LIMIT:
+    whole = product.graph
+    if whole.size * int(whole.costs.max(initial=0)) >= INT64_LIMIT:
         return None
-    matters = np.logical_or.reduce(changes(product), axis=(0, 1))[product.classes]
+    matters = np.logical_or.reduce(changes(product.tables), axis=(0, 1))[whole.classes]
     keep = matters.copy()
-    keep[system.start] = True
+    keep[whole.start] = True
     states = np.flatnonzero(keep)
     if len(states) > NODE_LIMIT:
         return None
     node = np.full(len(keep), -1, dtype=np.int64)
     node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
-    _cheapest_paths(product.offsets, product.targets, product.costs, matters, states, node, near)
+    _cheapest_paths(whole.offsets, whole.targets, whole.costs, matters, states, node, near)
     if len(states) * int(near.max(initial=0)) >= INFINITE:
         return None
     source, target = np.nonzero(near >= 0)
@@ -112,11 +42,11 @@ def contract(product: Product) -> Graph | None:
         np.searchsorted(source, np.arange(len(states) + 1)).astype(np.int64),
         target.astype(np.int32),
         near[source, target],
-        product.classes[states],
+        whole.classes[states],
         states,
-        int(node[system.start]),
+        int(node[whole.start]),
         True,
-        product.shift,
+        whole.shift,
     )
 
 
@@ -163,8 +93,8 @@ def edges_between(
     There are none if there is no such path. Ties go to fewer actions, then to the model's order of actions. The
     `automata` are the states before, and the cost is as in `Product.costs`.
     """
-    rests = (product.delta[np.arange(len(automata)), automata] == np.array(automata)[:, None]).all(axis=0)
-    arrays = product.offsets, product.targets, product.costs, product.classes
+    rests = (product.tables.delta[np.arange(len(automata)), automata] == np.array(automata)[:, None]).all(axis=0)
+    arrays = product.graph.offsets, product.graph.targets, product.graph.costs, product.graph.classes
     ends = int(graph.states[before]), int(graph.states[after])
     edges: list[int] = _cheapest_path(*arrays, rests, *ends, cost).tolist()
     return edges

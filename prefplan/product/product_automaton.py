@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import accumulate, product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,14 +21,9 @@ from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import System
 from prefplan.problem import Problem
-
-if TYPE_CHECKING:
-    from prefplan.product.space import Generated
+from prefplan.product.space import BARRED, Automata, Generated, Graph, strides_of
 
 CODE_LIMIT = 2**62
-
-BARRED = -1
-"""Stands for the state of a rule's automaton after a label on which no plan may break it."""
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
@@ -82,23 +76,14 @@ class Product:
         automata: (N,) the weighted automata of the tasks.
         followers: (N + R,) these, then the automata of the rules, first of the P - N rules that may be broken.
         shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,): the transition system; a cost is units times
-            2**shift, plus 1 if actions are counted; int64, or Python's integers where one does not fit.
+        graph: the transition system; a cost is units times 2**shift, plus 1 if actions are counted; int64, or Python's
+            integers where one does not fit.
         more_costs: the further costs, (E,) each, in units.
-        classes: (S,) int32, label class of each state.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
         nodes: number of states of the transition system.
-        start_node: the number of the state s0.
         generated: the model for the kernels, where its states are generated; else None.
-        ends: (N, 2) int32, the accepting and the skipped state of each automaton, -1 for none.
-        follower_sizes: (N + R,) int64, states of all followers.
-        delta: (N + R, Q, C) int32, state after the free reading of a label class, or BARRED.
-        pays: whether a step may have a violation cost.
-        tolls: (P, Q, C) units, int64 or Python's integers, the price of the free reading: of breaking a rule; empty if
-            no step has a price.
-        extra_first: (N + R, Q, C + 1) int32: `extra_first[i, q, c] : extra_first[i, q, c + 1]` are the relaxed ones.
-        extra_state: (X,) int32 and extra_price: (X,) units, int64 or Python's integers, of the relaxed readings.
+        tables: the automata of all followers.
     """
 
     system: System
@@ -116,16 +101,13 @@ class Product:
         """
         self.problem, self.system = problem, problem.system
         system = problem.system.listed
-        self._follow(problem)
-        self._tabulate()
-        self.start_node = system.start
-        self.offsets = system.offsets
-        self.targets = system.targets
+        self.automata, self.followers = problem.weighted_automata, problem.followers
+        self.nodes = len(system.labels)
+        classes = self._tabulate()
         # A projection has one cost only.
         tables = zip(system.costs, problem.cost_units, strict=False)
         costs, *self.more_costs = (table.counts(unit) for table, unit in tables)
-        sizes = self.follower_sizes.tolist()
-        self.nodes = len(system.labels)
+        sizes = self.tables.sizes.tolist()
         states = self.nodes * math.prod(sizes)
         if states >= CODE_LIMIT:
             raise ModelError(
@@ -133,7 +115,7 @@ class Product:
                 "make more product states than can be numbered"
             )
         # For each automaton and label class, in how many ways the class can be read in any state.
-        each = np.diff(self.extra_first, axis=2).max(axis=1).astype(object) + 1
+        each = np.diff(self.tables.first_relaxed, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
         if readings > READINGS_LIMIT:
             raise ModelError(
@@ -143,20 +125,13 @@ class Product:
         # Where a detour may be worth its cost, paths have any number of actions.
         live = self.nodes * math.prod(dfa.live for dfa in self.followers)
         self.shift = _tie_bits(costs, live) if counts_actions and not problem.is_general else 0
-        self.costs = (costs << self.shift) + (self.shift > 0)
+        edges = system.offsets, system.targets, (costs << self.shift) + (self.shift > 0)
+        self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, self.shift)
         if states > INTERPRETED_STATES:
             compile_kernels()
 
-    def _follow(self, problem: Problem) -> None:
-        """Set the automata, their sizes, and their accepting and skipped states."""
-        self.automata, self.followers = problem.weighted_automata, problem.followers
-        self.follower_sizes = np.array([dfa.size for dfa in self.followers], dtype=np.int64)
-        self.sizes = self.follower_sizes[: len(self.automata)]
-        ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
-        self.ends = np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32)
-
-    def _tabulate(self) -> None:
-        """Fill the tables, and set the classes of labels."""
+    def _tabulate(self) -> np.ndarray:
+        """Fill the tables, set one label of each class, and return the class of each state."""
         system = self.problem.system.listed
         relevant = [dfa.propositions for dfa in self.followers]
 
@@ -178,39 +153,43 @@ class Product:
                 class_sets.append(label)
             class_of.append(columns.setdefault(column, len(columns)))
         self.class_sets = tuple(class_sets)
-        self.classes = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
         self._enter(list(zip(*columns, strict=True)))
+        classes: np.ndarray = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
+        return classes
 
     def _enter(self, readings: Sequence[Sequence[tuple[tuple[Reading, ...], ...]]]) -> None:
         """Fill the tables, given each automaton's readings by label class and state."""
-        most, labels = int(self.follower_sizes.max()), max(map(len, readings))
-        self.delta = np.zeros((len(readings), most, labels), dtype=np.int32)
-        self.extra_first = np.zeros((len(readings), most, labels + 1), dtype=np.int32)
+        sizes = np.array([dfa.size for dfa in self.followers], dtype=np.int64)
+        self.sizes, most, labels = sizes[: len(self.automata)], int(sizes.max()), max(map(len, readings))
+        delta = np.zeros((len(readings), most, labels), dtype=np.int32)
+        first_relaxed = np.zeros((len(readings), most, labels + 1), dtype=np.int32)
         extra, tolls = list[Reading](), dict[tuple[int, int, int], int]()
         for i, column in enumerate(readings):
             for q in range(most):
                 check_limits()
-                self.extra_first[i, q, 0] = len(extra)
+                first_relaxed[i, q, 0] = len(extra)
                 for c in range(labels):
                     if c < len(column) and q < len(column[c]):
                         free, *relaxed = column[c][q] or [Reading(BARRED)]
-                        self.delta[i, q, c] = free.state
+                        delta[i, q, c] = free.state
                         extra += relaxed
                         if free.price:
                             tolls[i, q, c] = free.price
-                    self.extra_first[i, q, c + 1] = len(extra)
-        self.pays = bool(extra or tolls)
-        prices = np.zeros((len(self.problem.priced) if self.pays else 0, most, labels), dtype=object)
+                    first_relaxed[i, q, c + 1] = len(extra)
+        prices = np.zeros((len(self.problem.priced) if extra or tolls else 0, most, labels), dtype=object)
         for place, price in tolls.items():
             prices[place] = price
-        self.tolls = whole_numbers(prices.ravel().tolist()).reshape(prices.shape)
-        self.extra_state = np.array([reading.state for reading in extra], dtype=np.int32)
-        self.extra_price = whole_numbers([reading.price for reading in extra])
-
-    @property
-    def relaxed(self) -> bool:
-        """Whether some label may be read in more than one way."""
-        return len(self.extra_state) > 0
+        read = whole_numbers([number for reading in extra for number in (reading.state, reading.price)])
+        ends = [(dfa.automaton.accepting, dfa.skipped) for dfa in self.automata]
+        self.tables = Automata(
+            sizes,
+            strides_of(self.nodes, sizes),
+            np.array([[-1 if q is None else q for q in pair] for pair in ends], dtype=np.int32),
+            delta,
+            whole_numbers(prices.ravel().tolist()).reshape(prices.shape),
+            read.reshape(-1, 2),
+            first_relaxed,
+        )
 
     @cached_property
     def rates(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.problem import Problem
 from prefplan.product.product_automaton import CODE_LIMIT, Product
-from prefplan.product.space import Generated
+from prefplan.product.space import Generated, Graph
 
 LETTERS_LIMIT = 2**14
 """Most pairs of a state and a letter of one automaton that are tabulated."""
@@ -70,7 +70,7 @@ class ReducedProduct(Product):
 class GeneratedProduct(Product):
     """T x A_1 x ... x A_N, of a model T whose states are never listed.
 
-    `offsets`, `targets` and `classes` of `Product` are empty; `costs` is (4 H H,), by price, as in
+    The `graph` has no nodes and edges; its costs are (4 H H,), by price, as in
     `prefplan.models.manipulation.successors.Steps`.
 
     Attributes:
@@ -81,14 +81,12 @@ class GeneratedProduct(Product):
         """Tabulate every automaton over its letters; call `suits` before."""
         self.problem, self.system, self.model = problem, problem.system, model
         self.shift = 0
-        self._follow(problem)
-        self.nodes = model.space.bound
-        self.start_node = model.first
-        self.costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
+        self.automata, self.followers, self.nodes = problem.weighted_automata, problem.followers, model.space.bound
+        costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
         letters, unmeasured = self._tabulate_letters(), np.full(1, -1)
-        self.generated = Generated(model.moves, self.costs, letters, steps_of(model.moves), unmeasured)
-        self.offsets = np.zeros(1, dtype=np.int64)
-        self.targets = self.classes = np.zeros(0, dtype=np.int32)
+        self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
+        none = np.zeros(0, dtype=np.int32)
+        self.graph = Graph(np.zeros(1, dtype=np.int64), none, costs, none, none, model.first, False, 0)
 
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
@@ -105,7 +103,7 @@ class GeneratedProduct(Product):
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return actions that lead through (K,) states of the model after the start."""
-        return self.model.actions_through([self.start_node, *steps.tolist()])
+        return self.model.actions_through([self.graph.start, *steps.tolist()])
 
     def _tabulate_letters(self) -> np.ndarray:
         """Fill the automata's tables, and return (N + R, D, r) what each value of a digit adds to a letter."""

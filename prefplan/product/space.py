@@ -3,14 +3,17 @@
 Costs and preference values are whole multiples of `Problem.units`.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.models.kernels import Integer, inner_kernel
+from prefplan.models.kernels import NO_EDGE, Integer, inner_kernel
 from prefplan.models.manipulation.successors import Moves, Steps
-from prefplan.product.contraction import Graph, bits_of, changes
-from prefplan.product.product_automaton import Product
+
+BARRED = -1
+"""Stands for the state of a rule's automaton after a label on which no plan may break it."""
 
 
 class Automata(NamedTuple):
@@ -25,10 +28,10 @@ class Automata(NamedTuple):
         strides: (N + R,) int64: the code of a product state is its node + sum_i strides[i] q_i, and strides[0] the
             number of nodes, or of integers that stand for states.
         ends: (N, 2) int32, the accepting and the skipped state of each, or -1.
-        jump: (N + R, Q, C) int64, what the state after the free reading of a label adds to the code; negative if the
-            label is barred.
-        tolls: (P, Q, C) int64, the price of the free reading of a label; empty if no step has a violation cost.
-        relaxed: (X, 2) int64, of each relaxed reading, what the state after it adds to the code, and its price.
+        delta: (N + R, Q, C) int32, state after the free reading of a label, or `BARRED`.
+        tolls: (P, Q, C) units, the price of the free reading of a label: of breaking a rule; empty if no step has a
+            violation cost. Prices are int64, or Python's integers where one does not fit.
+        relaxed: (X, 2), of each relaxed reading, the state after it, and its price in units.
         first_relaxed: (N + R, Q, C + 1) int32: `relaxed[first_relaxed[i, q, c] : first_relaxed[i, q, c + 1]]` are
             those of a label.
     """
@@ -36,10 +39,67 @@ class Automata(NamedTuple):
     sizes: np.ndarray
     strides: np.ndarray
     ends: np.ndarray
-    jump: np.ndarray
+    delta: np.ndarray
     tolls: np.ndarray
     relaxed: np.ndarray
     first_relaxed: np.ndarray
+
+
+def changes(automata: Automata) -> np.ndarray:
+    """Return (N + R, Q, C) whether reading a label can change an automaton's state."""
+    states = np.arange(automata.delta.shape[1])[:, None]
+    is_state = states < automata.sizes[:, None, None]
+    moves: np.ndarray = is_state & ((automata.delta != states) | (np.diff(automata.first_relaxed, axis=2) > 0))
+    return moves
+
+
+@dataclass(frozen=True)
+class Graph:
+    """The nodes and edges that are searched, and the states that they stand for.
+
+    Attributes:
+        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64 internal units.
+        classes: (S,) int32, label class of each node.
+        states: (S,) state of the transition system that each node stands for.
+        start: node of s0.
+        contracted: whether edges stand for paths through inert states.
+        shift: number of low bits of costs, which count actions.
+    """
+
+    offsets: np.ndarray
+    targets: np.ndarray
+    costs: np.ndarray
+    classes: np.ndarray
+    states: np.ndarray
+    start: int
+    contracted: bool
+    shift: int
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return len(self.classes)
+
+    @cached_property
+    def near(self) -> np.ndarray:
+        """(S, S) int64, the costs of edges as a matrix, NO_EDGE for none."""
+        near = np.full((self.size, self.size), NO_EDGE, dtype=np.int64)
+        near[np.repeat(np.arange(self.size), np.diff(self.offsets)), self.targets] = self.costs
+        return near
+
+    @cached_property
+    def least(self) -> np.ndarray:
+        """(S, S) int64, least costs from node to node, through any others, NO_EDGE for none (Floyd-Warshall)."""
+        least: np.ndarray = self.near
+        for via in range(self.size):
+            least = np.minimum(least, least[:, via, None] + least[via])
+        return least
+
+
+def bits_of(sets: np.ndarray) -> np.ndarray:
+    """Return sets of at most NODE_LIMIT nodes, given as (..., S) bool, as (...,) uint64."""
+    bits = np.uint64(1) << np.arange(sets.shape[-1], dtype=np.uint64)
+    return np.where(sets, bits, np.uint64(0)).sum(axis=-1, dtype=np.uint64)
 
 
 class Edges(NamedTuple):
@@ -106,29 +166,19 @@ class Space(NamedTuple):
     generated: Generated | None
 
 
-def space_of(product: Product, graph: Graph) -> Space:
-    """Return a product over a graph as arrays."""
-    edges = shortcuts = None
+def space_of(automata: Automata, graph: Graph, generated: Generated | None) -> Space:
+    """Return a product over a graph, or over generated states, as arrays."""
     if graph.contracted:
-        active = bits_of(changes(product)[:, :, graph.classes])
+        active = bits_of(changes(automata)[:, :, graph.classes])
         shortcuts = Shortcuts(graph.near, graph.classes, active, np.empty(graph.size, np.int64))
-    elif product.generated is None:
-        edges = Edges(graph.offsets, graph.targets, graph.classes)
-    nodes = graph.size if graph.contracted else product.nodes
-    sizes = product.follower_sizes
-    strides = np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
-    counts = np.diff(product.extra_first, axis=2).sum(axis=(1, 2))
-    owner = np.repeat(np.arange(len(counts)), counts)
-    automata = Automata(
-        sizes=sizes,
-        strides=strides,
-        ends=product.ends,
-        jump=product.delta * strides[:, None, None],
-        tolls=product.tolls,
-        relaxed=np.stack([product.extra_state * strides[owner], product.extra_price], axis=1),
-        first_relaxed=product.extra_first,
-    )
-    return Space(automata, edges, shortcuts, product.generated)
+        return Space(automata._replace(strides=strides_of(graph.size, automata.sizes)), None, shortcuts, None)
+    edges = Edges(graph.offsets, graph.targets, graph.classes) if generated is None else None
+    return Space(automata, edges, None, generated)
+
+
+def strides_of(nodes: int, sizes: np.ndarray) -> np.ndarray:
+    """Return the strides of automata of some sizes over a number of nodes; see `Automata`."""
+    return np.cumprod([nodes, *sizes])[:-1].astype(np.int64)
 
 
 @inner_kernel

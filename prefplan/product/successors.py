@@ -142,18 +142,18 @@ def _read(
             label = np.int64(0)
             for d in range(digits.shape[0]):
                 label += letters[i, d, digits[d]]
-        jump = automata.jump[i, q, label]
-        if jump < 0:
+        after, stride = automata.delta[i, q, label], automata.strides[i]
+        if after < 0:
             return first
         for reading in range(automata.first_relaxed[i, q, label], automata.first_relaxed[i, q, label + 1]):
             for k in range(first, free):
-                buffer.code[end], buffer.step[end] = buffer.code[k] + automata.relaxed[reading, 0], step
+                buffer.code[end], buffer.step[end] = buffer.code[k] + stride * automata.relaxed[reading, 0], step
                 for j in range(i):
                     buffer.violation[end, j] = buffer.violation[k, j]
                 buffer.violation[end, i] = automata.relaxed[reading, 1]
                 end += 1
         for k in range(first, free):
-            buffer.code[k] += jump
+            buffer.code[k] += stride * after
             if i < automata.tolls.shape[0]:
                 buffer.violation[k, i] = automata.tolls[i, q, label]
     return end

@@ -98,7 +98,7 @@ class KeyMap:
                     entries += [] if is_whole_value else [KeyEntry(VALUE, o.cost, 0, o, (formula,))]
         mentioned, same, payers = _mentioned(problem, ("additive", "convex", "componentwise", "general"))
         ordered, _, weighed = _mentioned(problem, ("componentwise", "general"))
-        paying = product.pays or any(any(start.violations) for start in product.starts)
+        paying = len(product.tables.tolls) or any(any(start.violations) for start in product.starts)
         opposed = [~d for d in sorted(same)]
         for d, i in sorted(mentioned):
             compared += [len(entries)] if (d, i) in ordered else []

@@ -16,8 +16,9 @@ from prefplan.ledger import Ledger
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.plan import Plan, Purchase
-from prefplan.product.contraction import Graph, edges_between
+from prefplan.product.contraction import edges_between
 from prefplan.product.product_automaton import Product, Start
+from prefplan.product.space import Graph
 
 NO_STEP = "the search made a step that the model does not have"
 OTHER_VALUES = "a plan has other values in the model"
@@ -126,7 +127,7 @@ class Paths:
         Raises:
             AssertionError: a step is one that the model or an automaton does not have, or a task is not satisfied.
         """
-        problem, ends = self.product.problem, self.product.ends
+        problem, ends = self.product.problem, self.product.tables.ends
         tasks, costs = self.automata[:, : len(ends)], len(problem.cost_names)
         done = tasks == ends[:, 0]
         assert (done | (tasks == ends[:, 1]))[self.ends].all(), "a task is not satisfied"

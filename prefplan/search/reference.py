@@ -126,7 +126,7 @@ class ReferenceSearch:
         """Add x_0 to O. Of a past, only the first cost counts."""
         costs = len(self._problem.cost_units)
         pcs = tuple(zip(*(start.task_costs(d) for d in range(costs)), strict=True))
-        state = (self.product.start_node, *start.automata)
+        state = (self.product.graph.start, *start.automata)
         self._add(state, (start.spent, *[0] * (costs - 1)), pcs, start.violations, start, -1)
 
     def _constrained_a_star(self, limits: Limits) -> Label | None:
@@ -209,8 +209,8 @@ class ReferenceSearch:
         """Yield the edge, the product state and the (P,) prices of each step (Definition 7)."""
         s, *automata = state
         for edge in self._system.edges(s):
-            target = int(self.product.targets[edge])
-            label = int(self.product.classes[target])
+            target = int(self.product.graph.targets[edge])
+            label = int(self.product.graph.classes[target])
             for readings in product(*(self._readings(k, q, label) for k, q in enumerate(automata))):
                 prices = tuple(reading.price for reading in readings[: len(self._problem.priced)])
                 yield edge, (target, *(reading.state for reading in readings)), prices

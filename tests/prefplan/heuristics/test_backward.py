@@ -33,8 +33,8 @@ def never_loses(whole: Product) -> bool:
     worse than from the other (the greatest simulation).
     """
     for i, size in enumerate(whole.sizes.tolist()):
-        after = whole.delta[i, :size]
-        ends = np.isin(np.arange(size), whole.ends[i])
+        after = whole.tables.delta[i, :size]
+        ends = np.isin(np.arange(size), whole.tables.ends[i])
         no_worse, before = ends[:, None] >= ends[None, :], None
         while before is None or (no_worse < before).any():
             before = no_worse.copy()
@@ -49,19 +49,19 @@ def shortest(
     whole: Product, graph: Graph, tasks: tuple[int, ...], factors: np.ndarray, *, shift: int = 0
 ) -> np.ndarray:
     """Return the table that `cost_to_go` should give, by Dijkstra over all states of T x A_K."""
-    done = [{*whole.ends[i].tolist()} - {-1} for i in tasks]
+    done = [{*whole.tables.ends[i].tolist()} - {-1} for i in tasks]
     steps = networkx.DiGraph()
     steps.add_node("goal")
     for automata in product(*(range(whole.sizes[i]) for i in tasks)):
-        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.ends[i, 0])
-        for state in range(len(whole.classes)):
+        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.tables.ends[i, 0])
+        for state in range(len(whole.graph.classes)):
             if all(q in ends for q, ends in zip(automata, done, strict=True)):
                 steps.add_edge("goal", (state, automata), weight=0)
-            for edge in range(whole.offsets[state], whole.offsets[state + 1]):
-                label = whole.classes[whole.targets[edge]]
-                after = tuple(int(whole.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
-                cost = int(factors[satisfied]) * (int(whole.costs[edge]) >> shift)
-                there, here = (int(whole.targets[edge]), after), (state, automata)
+            for edge in range(whole.graph.offsets[state], whole.graph.offsets[state + 1]):
+                label = whole.graph.classes[whole.graph.targets[edge]]
+                after = tuple(int(whole.tables.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
+                cost = int(factors[satisfied]) * (int(whole.graph.costs[edge]) >> shift)
+                there, here = (int(whole.graph.targets[edge]), after), (state, automata)
                 least = min(cost, steps.get_edge_data(there, here, {"weight": cost})["weight"])
                 steps.add_edge(there, here, weight=least)
     lengths = networkx.single_source_dijkstra_path_length(steps, "goal")
@@ -111,12 +111,12 @@ def is_consistent(whole: Product, graph: Graph, tasks: tuple[int, ...], factors:
     sizes = [int(whole.sizes[i]) for i in tasks]
     known = table.reshape(*reversed(sizes), graph.size)
     for automata in product(*map(range, sizes)):
-        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.ends[i, 0])
+        satisfied = sum(1 << j for j, i in enumerate(tasks) if automata[j] == whole.tables.ends[i, 0])
         for node, target in product(range(graph.size), repeat=2):
             if graph.near[node, target] == NO_EDGE:
                 continue
             label = graph.classes[target]
-            after = tuple(int(whole.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
+            after = tuple(int(whole.tables.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
             cost = int(factors[satisfied]) * (int(graph.near[node, target]) >> whole.shift)
             if known[(*automata[::-1], node)] > cost + known[(*after[::-1], target)]:
                 return False

@@ -52,7 +52,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
             automata = np.array(states[::-1])
             for node in range(graph.size):
-                after = np.array([whole.delta[i, q, graph.classes[node]] for i, q in enumerate(automata)])
+                after = np.array([whole.tables.delta[i, q, graph.classes[node]] for i, q in enumerate(automata)])
                 if (after != automata).any():
                     # A search may come here, so that there is an entry.
                     assert (tables.layout.place[node, tasks, after] >= 0).all()

@@ -16,7 +16,6 @@ from prefplan.heuristics import pattern_database, projection
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.prepare import Prepared
 from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
-from prefplan.product.contraction import whole_graph
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
 
@@ -42,7 +41,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     system = replace(searched.model.listed, propositions=problem.system.propositions)
     listed = Product(problem.over(system), counts_actions=False)
     tasks = np.arange(len(problem.tasks))
-    table = Backward(listed, whole_graph(listed)).cost_to_go(tasks.tolist())
+    table = Backward(listed, listed.graph).cost_to_go(tasks.tolist())
     exact = np.where(table < UNREACHABLE, table.astype(np.int64), INFINITE)
     space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
@@ -58,8 +57,8 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
             found[s + k * system.size] = bound
             for edge in system.edges(s):
                 target = int(system.targets[edge])
-                after = listed.delta[tasks, states, listed.classes[target]].astype(np.int64)
+                after = listed.tables.delta[tasks, states, listed.graph.classes[target]].astype(np.int64)
                 step = cost_bound(codes[target], after)
-                assert bound <= min(listed.costs[edge] + step, INFINITE)
+                assert bound <= min(listed.graph.costs[edge] + step, INFINITE)
     assert (found <= exact).all()
     assert found[exact < INFINITE].any() or not exact[exact < INFINITE].any()
