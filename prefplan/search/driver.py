@@ -199,12 +199,8 @@ class LabelSearch:
             self._lowest = math.inf
             return
         self._lowest = self._in_units(int(self.memory.counters[AT.LOWEST]))
-        if end in (END.FALLS, END.TOO_LARGE):
-            if self._values is not None and end == END.FALLS:
-                self._values.require_rise(self._objectives(int(self.memory.counters[AT.PARENT])))
-            elif self._values is not None:
-                self._values.require_values()
-            raise OverflowError
+        if end == END.TOO_LARGE:
+            raise (self._values and self._values.error) or OverflowError
         if end in (END.MORE_ROWS, END.MORE_LABELS):
             free = limits.bytes - max(self.work.bytes, limits.bytes_taken)
             self.memory = enlarged(self.memory, end, free)

@@ -121,9 +121,9 @@ SATISFIED, HEAD, CODE, LOOKED, BOUND = range(5)
 
 GOAL_BIT = -(2**31)
 
-# Why a run of a kernel ended; ENTERED: it did not; FALLS: mu falls along a trajectory.
-Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOALS PAUSED MORE_ROWS MORE_LABELS TOO_LARGE FALLS")
-END = Ends(*range(8))
+# Why a run of a kernel ended; ENTERED: it did not.
+Ends = namedtuple("Ends", "ENTERED EXHAUSTED GOALS PAUSED MORE_ROWS MORE_LABELS TOO_LARGE")
+END = Ends(*range(7))
 
 
 class States(NamedTuple):

@@ -5,6 +5,7 @@ divisions, and those of Python functions, are rounded; their entries are integer
 """
 
 import ctypes
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -15,7 +16,7 @@ from numba import types
 
 from prefplan.errors import PreferenceError
 from prefplan.models.kernels import INFINITE
-from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
+from prefplan.preferences.contracts import LARGEST, text_of_costs, value_at
 from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OpaqueTerm
@@ -30,17 +31,15 @@ class Values(types.WrapperAddressProtocol):
     """The values in label keys, behind a C pointer.
 
     Attributes:
-        key: the latest label's, with the first cost in units.
         error: the exception that a call ended with, if any did; it cannot pass through compiled code.
     """
 
     def __init__(self, layout: KeyMap, shift: int, key_of: Callable[[int], np.ndarray]) -> None:
         """Take the layout, the number of low bits of the first cost, and what returns the key of a label."""
         self._layout, self._shift, self._key_of = layout, shift, key_of
-        self.key: list[int] = []
         self.error: BaseException | None = None
         self._each = [
-            (e, entry.objective.is_whole, self._value(entry, entry.objective))
+            (e, entry.objective, self._value(entry, entry.objective))
             for e, entry in enumerate(layout.entries)
             if entry.how == VALUE and entry.objective is not None
         ]
@@ -55,32 +54,43 @@ class Values(types.WrapperAddressProtocol):
         return types.int64(types.int64)
 
     def __call__(self, label: int) -> int:
-        """Enter the values into the key of a label; return ENTERED, or why that is not possible (`END`).
+        """Enter the values into the key of a label; return ENTERED, or TOO_LARGE if there is an `error`.
 
         Before, they are those of the parent; one that falls by rounding remains so.
         """
         try:
-            return int(self._enter(self._key_of(label)))
+            self._enter(self._key_of(label))
+            return int(END.ENTERED)
         except BaseException as error:
             self.error = error
             return int(END.TOO_LARGE)
 
-    def _enter(self, key: np.ndarray) -> int:
-        self.key = exact = key.tolist()
+    def _enter(self, key: np.ndarray) -> None:
+        """Enter the values into a key.
+
+        Raises:
+            PreferenceError: a formula has no value or a negative one, or a preference is less than before.
+            OverflowError: a value is too large.
+        """
+        exact = key.tolist()
         exact[0] >>= self._shift
-        for e, is_whole, value_of in self._each:
+        for e, o, value_of in self._each:
             try:
                 value = value_of(exact)
-            except Exception:  # `require_values` says why
-                return END.TOO_LARGE
-            if not 0 <= value <= (INFINITE if is_whole else LARGEST):
-                return END.TOO_LARGE
-            entry, slack = (value, 0) if is_whole else (ordered_number(value), FALL)
+            except Exception:  # `value_at` says why
+                value = math.nan
+            if not 0 <= value <= (INFINITE if o.is_whole else LARGEST):
+                for formula in self._layout.entries[e].formulas:
+                    value_at(self._layout.amounts(o, exact), formula, self._layout.problem.priced, self._name(o))
+                raise OverflowError
+            entry, slack = (value, 0) if o.is_whole else (ordered_number(value), FALL)
             if entry + slack < exact[e]:
-                return END.FALLS
+                if e >= len(self._layout.problem.objective_names):
+                    raise OverflowError
+                at = text_of_costs(self._layout.amounts(o, exact), self._layout.problem.priced)
+                raise PreferenceError(f"{self._name(o)}: mu falls along a trajectory, on the last action to {at}")
             if entry > exact[e]:
                 key[e] = exact[e] = entry
-        return END.ENTERED
 
     def _value(self, entry: KeyEntry, o: Measure) -> ValueOf:
         """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
@@ -113,34 +123,5 @@ class Values(types.WrapperAddressProtocol):
         factor = Fraction(formula.weight * rest / (o.units.mu if o.is_whole else 1))
         return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
 
-    def _checked(self, o: Measure, formula: OpaqueTerm) -> Any:
-        """Return the exact value of a formula for the latest label.
-
-        Raises:
-            PreferenceError: it has none, or a negative one.
-        """
-        return value_at(self._layout.amounts(o, self.key), formula, self._layout.problem.priced, self._name(o))
-
     def _name(self, o: Measure) -> str:
         return next(named.key for named in self._layout.problem.preferences if named.name == o.name)
-
-    def require_values(self) -> None:
-        """Raise the exception of a function, or PreferenceError if some formula has no value for the latest label."""
-        if self.error is not None:
-            raise self.error
-        for entry in self._layout.entries if self.key else ():
-            for formula in entry.formulas:
-                assert entry.objective is not None
-                self._checked(entry.objective, formula)
-
-    def require_rise(self, before: tuple[Any, ...]) -> None:
-        """Raise PreferenceError if some preference is less for the latest label than it was before its last action.
-
-        Args:
-            before: the objectives.
-        """
-        after = self._layout.objectives(self.key)
-        for place, o in enumerate(self._layout.problem.objectives, len(self._layout.problem.cost_names)):
-            if after[place] < before[place] * (1 if o.is_whole else 1 - TOLERANCE):
-                at = text_of_costs(self._layout.amounts(o, self.key), self._layout.problem.priced)
-                raise PreferenceError(f"{self._name(o)}: mu falls along a trajectory, on the last action to {at}")
