@@ -140,20 +140,14 @@ class ManipulationSystem(System):
         Raises:
             ModelError: an operator yields an action of another kind.
         """
+        label = state.label
+        barred = {action for conditions, action in self.symmetry.barred if conditions <= label}
         for operator in self.space.model.operators:
             for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-                if not any(conditions <= state.label for conditions in self._conditions.get(str(action), ())):
+                if str(action) not in barred:
                     yield action, after
-
-    @cached_property
-    def _conditions(self) -> dict[str, list[frozenset[str]]]:
-        """By action, the sets of propositions of which any that hold together exclude it."""
-        found: dict[str, list[frozenset[str]]] = {}
-        for conditions, action in self.symmetry.barred:
-            found.setdefault(action, []).append(conditions)
-        return found
 
     def _costs(self, action: Action, before: ManipulationState, after: ManipulationState) -> tuple[Fraction, ...]:
         """Return every cost of an action, in the user's units."""
