@@ -110,18 +110,6 @@ def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
     return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
-def cost_tables(
-    backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]
-) -> Iterator[TableOf]:
-    """Yield the tables of all costs for some sets of tasks; where states are generated, entries are to be added."""
-    for d, backward in enumerate(backwards):
-        for tasks in sets:
-            if isinstance(backward, ProjectedBackward):
-                yield TableOf(d, tasks, backward.shared(tasks, sets))
-            else:
-                yield TableOf(d, tasks, backward.cost_to_go(tasks))
-
-
 def growth_tables(objective: int, preference: Measure, backward: Backward | ProjectedBackward) -> Iterator[TableOf]:
     """Yield tables of how a preference, the objective of that number, grows, for sets of tasks that are neighbours.
 

@@ -19,7 +19,6 @@ from prefplan.heuristics.landmarks import NO_LANDMARKS, Landmarks, landmarks
 from prefplan.heuristics.pattern_database import (
     TableOf,
     Tables,
-    cost_tables,
     growth_tables,
     joined_tables,
     scaled,
@@ -129,7 +128,7 @@ class Prepared:
         self._improved: Callable[[int], Bounds]
         if isinstance(product, GeneratedProduct):
             projected = ProjectedBackward(product)
-            sets = projected.groups() if options.heuristic != 0 else []
+            sets = projected.groups if options.heuristic != 0 else []
             self.bounds = Bounds(self._tables([projected.with_costs(costs) for costs in self.costs], sets))
         else:
             self._look_back(single)
@@ -161,7 +160,8 @@ class Prepared:
 
     def _tables(self, backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Tables:
         """Return tables of the costs for some sets of tasks, and of how preferences grow."""
-        tables: list[TableOf] = list(cost_tables(backwards, sets))
+        costs = enumerate(backwards)
+        tables = [TableOf(d, tasks, backward.cost_to_go(tasks)) for d, backward in costs for tasks in sets]
         for e, o in enumerate(self.product.problem.objectives, len(backwards)):
             if self.options.preference_bound and o.is_whole:
                 tables += growth_tables(e, o, backwards[o.cost])

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -38,13 +39,13 @@ class ProjectedBackward:
         costs: (4 H H,) int64, one of the costs of actions, as in `Moves`.
         sizes: (N,) int64, states of each automaton.
         space: how the model's states are encoded.
+        projection: (tasks) -> the projection for some tasks.
     """
 
     def __init__(self, product: GeneratedProduct) -> None:
         """Take the product."""
-        self.costs, self.sizes, self._product = product.graph.costs, product.sizes, product
-        self.space = product.model.space
-        self._made: dict[tuple[int, ...], Projection] = {}
+        self.costs, self.sizes, self.space = product.graph.costs, product.sizes, product.model.space
+        self.projection = cache(partial(Projection, product))
 
     def with_costs(self, costs: np.ndarray) -> ProjectedBackward:
         """Return the same for another of the costs; projections made for either serve both."""
@@ -52,35 +53,29 @@ class ProjectedBackward:
         other.costs = costs
         return other
 
-    def projection(self, tasks: Sequence[int]) -> Projection:
-        """Return the projection for some tasks."""
-        tasks = tuple(tasks)
-        if tasks not in self._made:
-            self._made[tasks] = Projection(self._product, tasks)
-        return self._made[tasks]
-
-    def entries_of(self, tasks: Sequence[int]) -> int:
+    def entries_of(self, tasks: tuple[int, ...]) -> int:
         """Return an upper bound of the number of entries of a table of some tasks, not counting marks."""
         return self.projection(tasks).entries
 
-    def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
+    def growth(self, tasks: tuple[int, ...], factors: np.ndarray) -> np.ndarray:
         """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.growth`."""
         projection = self.projection(tasks)
         return _backward(projection, self._least_costs(projection)).growth(range(len(tasks)), factors)
 
-    def shared(self, tasks: Sequence[int], groups: Sequence[tuple[int, ...]]) -> np.ndarray:
-        """Return least costs until some tasks are satisfied or dropped, of actions that count in this table, as int32.
+    def cost_to_go(self, tasks: tuple[int, ...]) -> np.ndarray:
+        """Return least costs until one of the `groups` of tasks is satisfied or dropped, as int32.
 
-        The tasks are one of the `groups` whose bounds are added.
+        Only actions that count in this table have costs, so that those of all groups may be added.
         """
-        projection, before = self.projection(tasks), groups[: groups.index(tuple(tasks))]
+        projection, before = self.projection(tasks), self.groups[: self.groups.index(tasks)]
         claimed = {obj for group in before for obj in self.projection(group).kept}
         own = [obj for obj in projection.kept if obj not in claimed]
         costs = np.where(_concern(projection, own), self._least_costs(projection), 0)
         return _backward(projection, costs).cost_to_go(range(len(tasks)))
 
+    @cached_property
     def groups(self) -> list[tuple[int, ...]]:
-        """Return a partition of the tasks: those that see the same objects are together, where tables stay small."""
+        """A partition of the tasks: those that see the same objects are together, where tables stay small."""
         groups: list[tuple[int, ...]] = []
         for i in range(len(self.sizes)):
             joined: tuple[int, ...] = (i,)
