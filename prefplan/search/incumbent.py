@@ -5,7 +5,7 @@ as the one before. A search that finds its first goal early, as most do, never l
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from prefplan.errors import LimitError
@@ -54,53 +54,28 @@ def run_search(
 
 def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
     """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
-    expanded, weights, drafts = FIRST_EXPANDED, list(WEIGHTS), Drafts(search, search.bounds)
+    expanded, weights, cost = FIRST_EXPANDED, list(WEIGHTS), search.problem.cost_names[0]
+    prepared: Prepared | None = None
+    drafts, bounds, work = tuple[Goal, ...](), search.bounds, Stats()
     result = search.run(limits, most_expanded=expanded)
     try:
         while weights and not (result.goals or result.ended or search.is_done):
-            while weights and drafts.improve(weights[0], expanded, limits):
+            options = replace(search.prepared.options, heuristic=1, preference_bound=False)
+            prepared = prepared or Prepared(search.product, options, max_bytes=limits.bytes)
+            guided = LabelSearch(prepared.guided(weights[0]), bounds=bounds, first=cost, hasty=True)
+            draft = guided.run(limits, most_expanded=expanded)
+            work += draft.work
+            if draft.ended is not None:
+                raise LimitError(draft.ended)
+            if found := (*draft.goals, *draft.incumbents)[-1:]:
+                drafts, bounds = found, {cost: found[0].objectives[0] - search.problem.cost_units[0]}
+            if found or guided.is_done:
                 weights.pop(0)
-            expanded *= 2
-            result = search.run(limits, most_expanded=expanded)
+            else:
+                expanded *= 2
+                result = search.run(limits, most_expanded=expanded)
         if result.ended is None and not search.is_done:
             result = search.run(limits)
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))
-    return replace(result, incumbents=result.incumbents or drafts.best, work=drafts.work + result.work)
-
-
-@dataclass
-class Drafts:
-    """Weighted A* for plans that need not be best.
-
-    Attributes:
-        search: the exact search, whose bound of the cost holds for these plans, too.
-        bounds: the bound of their cost, if there is one.
-        best: the goal of the cheapest plan so far, if there is one.
-        work: the work so far.
-        prepared: the product with bounds for these searches; made when it is needed.
-    """
-
-    search: LabelSearch
-    bounds: Mapping[str, Fraction]
-    best: tuple[Goal, ...] = ()
-    work: Stats = Stats()
-    prepared: Prepared | None = None
-
-    def improve(self, weight: float, most_expanded: int, limits: Limits) -> bool:
-        """Look for a cheaper plan; return False if that takes more expansions; or LimitError."""
-        problem = self.search.problem
-        if self.prepared is None:
-            options = replace(self.search.prepared.options, heuristic=1, preference_bound=False)
-            self.prepared = Prepared(self.search.product, options, max_bytes=limits.bytes)
-        cost = problem.cost_names[0]
-        guided = LabelSearch(self.prepared.guided(weight), bounds=self.bounds, first=cost, hasty=True)
-        result = guided.run(limits, most_expanded=most_expanded)
-        self.work += result.work
-        if result.ended is not None:
-            raise LimitError(result.ended)
-        goals = (*result.goals, *result.incumbents)
-        if goals:
-            self.best = goals[-1:]
-            self.bounds = {cost: goals[-1].objectives[0] - problem.cost_units[0]}
-        return bool(goals) or guided.is_done
+    return replace(result, incumbents=result.incumbents or drafts, work=work + result.work)

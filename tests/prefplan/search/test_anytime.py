@@ -10,6 +10,7 @@ from judge.verdict import misjudged
 from small_models import COSTS, spot
 
 from prefplan import ManipulationModel, Options, Order, Planner, Problem, UnfinishedError, pareto_front
+from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.manipulation.model import Object
 from prefplan.scenario.decode import from_dict
@@ -63,19 +64,17 @@ def test_weighted_search_of_generated_states_has_the_bounds_of_their_projections
     objects = tuple(Object(f"o{k}", f"s{k}") for k in range(3))
     model = ManipulationModel("home", COSTS, places, objects, listed_states=0)
     problem = Problem(model.transition_system(), {"a": "F o0_bin", "b": "F (o1_bin & F o2_s0)"}, Order())
-    looked: list[int] = []
-    improve = incumbent.Drafts.improve
+    looked: list[float] = []
+    guided = Prepared.guided
 
-    def counted(drafts: incumbent.Drafts, *arguments: Any) -> bool:
-        found = improve(drafts, *arguments)
-        prepared = drafts.prepared
-        assert prepared is not None
+    def counted(prepared: Prepared, weight: float) -> Prepared:
+        made = guided(prepared, weight)
         # Without them, a state itself is looked up in the tables, beyond their end.
-        assert prepared.guided(0.5).bounds.tables.projections is prepared.bounds.tables.projections is not None
-        looked.append(1)
-        return found
+        assert made.bounds.tables.projections is prepared.bounds.tables.projections is not None
+        looked.append(weight)
+        return made
 
-    monkeypatch.setattr(incumbent.Drafts, "improve", counted)
+    monkeypatch.setattr(Prepared, "guided", counted)
     planner = Planner(problem)
     found = [planner.cheapest()] if single else planner.front()
     monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 100_000)
