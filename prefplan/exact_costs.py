@@ -14,7 +14,6 @@ would not fit 64 bits (`in_units`); the front is exact for the rounded costs.
 import math
 import numbers
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 
@@ -149,23 +148,3 @@ def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | 
     multiples, unit = in_common_unit(values.values())
     counts = dict(zip(values, multiples.tolist(), strict=True))
     return np.array([counts[cost] for cost in costs], dtype=multiples.dtype), unit, resolution
-
-
-@dataclass(frozen=True)
-class Units:
-    """The units of a search, in the user's units.
-
-    Attributes:
-        cost: unit of total cost and task costs.
-        price: unit of violation costs.
-        mu: unit of preference values.
-    """
-
-    cost: Fraction
-    price: Fraction
-    mu: Fraction
-
-    @property
-    def factor(self) -> Fraction:
-        """The unit of cost, in units of mu."""
-        return self.cost / self.mu

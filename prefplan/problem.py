@@ -59,7 +59,6 @@ class Problem:
         cost_units: for each cost, the unit in which it is whole, in the user's units.
         objectives: the preferences for these tasks.
         measure: the first of these; one that is always 0 if there is none.
-        units: units of the first preference.
         is_bi_objective: whether there is one cost and one preference.
         is_general: whether some preference has a general contract: a detour may then be worth its cost.
         weighted_automata: the automata of the tasks, with relaxations.
@@ -140,12 +139,11 @@ class Problem:
             objectives.append(Measure(terms, *counts, units[cost], price, name=named.name, cost=cost))
         self.cost_units, self.objectives = tuple(units), tuple(objectives)
         self.measure = objectives[0] if objectives else Measure((), *counts, units[0], price)
-        self.units = self.measure.units
         self.is_general = any(objective.contract == "general" for objective in objectives)
 
     def _weigh_automata(self) -> None:
         """Set the automata of the tasks with relaxations, and of the rules, first of those that may be broken."""
-        price, automata, priced, kept = self.units.price, [], [], []
+        price, automata, priced, kept = self.measure.price_unit, [], [], []
         for task, dfa in zip(self.tasks, self.automata, strict=True):
             relaxations = tuple((r.assume, r.condition, int(exact(r.cost) / price)) for r in task.relax)
             skip = None if task.skip is None else int(exact(task.skip) / price)
@@ -176,7 +174,7 @@ class Problem:
             for formula in objective.formulas:
                 if formula.claimed:
                     # A plan that meets no state twice costs no more than this.
-                    largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.units.cost
+                    largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.cost_unit
                     span = unit, min(largest * len(self.tasks), unit * LARGEST_TRIED)
                     check_never_falls(formula, self.priced, named.key, span)
                     check_contract(formula, self.priced, named.key, span)

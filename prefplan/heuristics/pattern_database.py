@@ -118,7 +118,7 @@ def growth_tables(objective: int, preference: Measure, backward: Backward | Proj
     rates = [rate for rate in preference.rate_terms if not isinstance(rate, OrderRate)]
     for tasks in _neighbours(backward) if rates else ():
         due = [rate for rate in rates if isinstance(rate, WeightedRate) or rate.members.issubset(tasks)]
-        factors = preference.rates(due, preference.units.factor, tasks)
+        factors = preference.rates(due, tasks)
         if factors.any():
             yield TableOf(objective, tasks, backward.growth(tasks, factors))
 

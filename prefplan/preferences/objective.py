@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, describe
-from prefplan.exact_costs import Units, common_unit
+from prefplan.exact_costs import common_unit
 from prefplan.preferences.expression import is_rounded, scaled
 from prefplan.preferences.kinds import Preference
 from prefplan.preferences.terms import (
@@ -131,7 +131,10 @@ class Measure:
         maxima: the weighted maxima.
         formulas: expressions and Python functions that are none of these.
         weighs_violation: whether any term depends on violation costs.
-        units: units in which costs, violation costs and all terms without functions or divisions are whole.
+        cost_unit: unit of costs, in the user's units.
+        price_unit: unit of violation costs.
+        unit: unit of mu, in which all terms without functions or divisions are whole.
+        factor: the unit of cost, in units of mu.
     """
 
     def __init__(
@@ -139,14 +142,15 @@ class Measure:
         parts: Sequence[Term | Fraction],
         tasks: int,
         rules: int = 0,
-        unit: Fraction = ONE,
-        price: Fraction = ONE,
+        cost_unit: Fraction = ONE,
+        price_unit: Fraction = ONE,
         *,
         name: str = DEFAULT_PREFERENCE,
         cost: int = 0,
     ) -> None:
         """Take terms and constants, numbers of tasks and breakable rules, and units of the cost and of prices."""
         self.name, self.cost, self.tasks = name, cost, tasks
+        self.cost_unit, self.price_unit = cost_unit, price_unit
         self.constant = sum(_of_kind(parts, Fraction), Fraction(0))
         self.rate_terms: tuple[Rate, ...] = _of_kind(parts, Rate)
         self.tardiness: tuple[Tardiness, ...] = _of_kind(parts, Tardiness)
@@ -156,16 +160,18 @@ class Measure:
         violations: tuple[Violation, ...] = _of_kind(parts, Violation)
         self.violation_weights = [sum((v.weights[i] for v in violations), Fraction(0)) for i in range(tasks + rules)]
         self.weighs_violation = bool(violations) or any(formula.violations for formula in self.formulas)
-        amounts = [w * unit for term in (*self.rate_terms, *self.maxima, *self.tardiness) for w in weights_of(term)]
+        over_cost = (*self.rate_terms, *self.maxima, *self.tardiness)
+        amounts = [weight * cost_unit for term in over_cost for weight in weights_of(term)]
         amounts += [late.weight * late.by for late in self.tardiness]
-        amounts += [weight * price for weight in self.violation_weights]
-        amounts += [formula.weight * scaled(formula.tree, unit, price)[1] for formula in self.formulas]
-        self.units = Units(unit, price, common_unit(amounts))
+        amounts += [weight * price_unit for weight in self.violation_weights]
+        amounts += [formula.weight * scaled(formula.tree, cost_unit, price_unit)[1] for formula in self.formulas]
+        self.unit = common_unit(amounts)
+        self.factor = cost_unit / self.unit
 
     def amounts(self, costs: Sequence[int], violations: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
         """Return costs and violation costs, (P,) each, in the user's units, given those of tasks and (P,) in units."""
         rules = [Fraction(0)] * (len(violations) - len(costs))
-        return [*(count * self.units.cost for count in costs), *rules], [v * self.units.price for v in violations]
+        return [*(count * self.cost_unit for count in costs), *rules], [v * self.price_unit for v in violations]
 
     def value(self, costs: Sequence[Fraction], violations: Sequence[Fraction]) -> Any:
         """Return mu of a preference cost set in the user's units: a fraction, or a float where functions are used."""
@@ -194,7 +200,7 @@ class Measure:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all values are whole multiples of `units.mu`: no term is a Python function or has a division."""
+        """Whether all values are whole multiples of `unit`: no term is a Python function or has a division."""
         return not any(is_rounded(formula.tree) for formula in self.formulas)
 
     @property
@@ -207,20 +213,17 @@ class Measure:
         weights = (weight for term in (*self.rate_terms, *self.tardiness) for weight in weights_of(term))
         return self.tasks * sum(weights, Fraction(0))
 
-    def rates(
-        self, terms: Sequence[Rate | Maximum], factor: Fraction, tasks: Sequence[int] | None = None
-    ) -> np.ndarray:
-        """Return the (2^k,) int64 sum of some terms for each satisfied set of k tasks, times a factor.
+    def rates(self, terms: Sequence[Rate | Maximum], tasks: Sequence[int] | None = None) -> np.ndarray:
+        """Return the (2^k,) int64 sum of some terms, in units, for each satisfied set of k tasks.
 
-        Each of the tasks, all if none are given, costs one unit until it is satisfied, and others cost nothing. The
-        factor makes the values whole: it is a unit of cost in units of mu.
+        Each of the tasks, all if none are given, costs one unit until it is satisfied, and others cost nothing.
         """
         tasks = range(self.tasks) if tasks is None else tasks
         sets = np.arange(2 ** len(tasks))
         costs = np.zeros((len(self.violation_weights), len(sets)), dtype=np.int8)
         for j, i in enumerate(tasks):
             costs[i] = 1 - (sets >> j & 1)
-        whole = [with_weights(term, lambda weight: np.int64(weight * factor)) for term in terms]
+        whole = [with_weights(term, lambda weight: np.int64(weight * self.factor)) for term in terms]
         return sum((term.value(costs, ()) for term in whole), start=0 * sets)
 
 

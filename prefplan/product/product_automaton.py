@@ -194,7 +194,7 @@ class Product:
     @cached_property
     def rates(self) -> np.ndarray:
         """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
-        return self.problem.measure.rates(self.problem.measure.rate_terms, self.problem.units.factor)
+        return self.problem.measure.rates(self.problem.measure.rate_terms)
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:

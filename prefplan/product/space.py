@@ -1,6 +1,6 @@
 """A product as arrays for compiled kernels: the automata's tables, and the graph in one of three forms.
 
-Costs and preference values are whole multiples of `Problem.units`.
+Costs and preference values are whole multiples of units.
 """
 
 from dataclasses import dataclass

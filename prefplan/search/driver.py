@@ -131,7 +131,7 @@ class LabelSearch:
         objective = self.problem.objectives[o - len(self.problem.cost_names)]
         rest = bound - objective.constant
         if objective.is_whole:
-            return max(-1, min(math.floor(rest / objective.units.mu), UNBOUNDED))
+            return max(-1, min(math.floor(rest / objective.unit), UNBOUNDED))
         return ordered_number(float(rest)) + FALL if rest >= 0 else -1
 
     def _up_to(self, cost: int) -> int:

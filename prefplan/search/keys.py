@@ -131,7 +131,7 @@ class KeyMap:
         measure = each.objective
         amounts = each.objective.amounts(start.task_costs(each.cost), start.violations)
         value = measure.summed(*amounts) if each.how == SUM else measure.maxima[each.number].value(*amounts)
-        return int(value / each.objective.units.mu)
+        return int(value / each.objective.unit)
 
     def amounts(self, objective: Measure, key: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
         """Return the costs and violation costs that a preference mentions, (P,) each, in the user's units.
@@ -152,10 +152,10 @@ class KeyMap:
         for place, o in enumerate(self.problem.objectives, len(self.problem.cost_names)):
             mu = o.constant
             if o.is_whole:
-                mu += key[place] * o.units.mu
+                mu += key[place] * o.unit
             else:
                 value = self.entries[place]
-                mu += sum(key[part] for part in value.parts) * o.units.mu
+                mu += sum(key[part] for part in value.parts) * o.unit
                 mu = sum((formula.value(*self.amounts(o, key)) for formula in value.formulas), mu)
             objectives.append(mu)
         return tuple(objectives)
@@ -180,15 +180,15 @@ class KeyMap:
             entries[e] = each.how, each.cost, each.number if each.how == TASK else len(rates)
             if each.objective is None or each.how == VALUE:
                 continue
-            measure, units = each.objective, each.objective.units
+            measure = each.objective
             if each.how == SUM:
-                rates.append(measure.rates(measure.rate_terms, units.factor))
+                rates.append(measure.rates(measure.rate_terms))
                 late += [
-                    (e, t.task, int(t.weight * units.factor), min(int(t.weight * t.by / units.mu), PRODUCT_LIMIT))
+                    (e, t.task, int(t.weight * measure.factor), min(int(t.weight * t.by / measure.unit), PRODUCT_LIMIT))
                     for t in measure.tardiness
                 ]
             else:
-                rates.append(measure.rates([measure.maxima[each.number]], units.factor))
+                rates.append(measure.rates([measure.maxima[each.number]]))
                 largest = max(largest, int(rates[-1].max()))
         return Keys(
             entries=entries,
@@ -214,8 +214,8 @@ class KeyMap:
             if each.how == VIOLATION:
                 rates[e, each.number] = 1
             elif each.how == SUM and each.objective is not None:
-                units = each.objective.units
-                rates[e] = [int(w * units.price / units.mu) for w in each.objective.violation_weights]
+                measure = each.objective
+                rates[e] = [int(w * measure.price_unit / measure.unit) for w in measure.violation_weights]
         return rates
 
 

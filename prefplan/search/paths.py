@@ -101,7 +101,7 @@ class Paths:
     def _purchases(self, steps: Sequence[int], labels: Sequence[frozenset[str]]) -> list[Purchase]:
         """Return the relaxations used along some steps and the rules broken, in order; labels are the past's, too."""
         product, problem, start = self.product, self.product.problem, self.starts[steps[0]]
-        first, price, purchases = len(labels) - len(steps), problem.units.price, list[Purchase]()
+        first, price, purchases = len(labels) - len(steps), problem.measure.price_unit, list[Purchase]()
         for i, (name, dfa) in enumerate(zip(problem.names, product.automata, strict=True)):
             if start.relaxed[i] is None:
                 purchases.append(Purchase(name, 0, None, (dfa.skip or 0) * price))

@@ -94,7 +94,7 @@ class Values(types.WrapperAddressProtocol):
 
     def _value(self, entry: KeyEntry, o: Measure) -> ValueOf:
         """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
-        unit, functions = "1" if o.is_whole else repr(float(o.units.mu)), dict[str, Callable[..., float]]()
+        unit, functions = "1" if o.is_whole else repr(float(o.unit)), dict[str, Callable[..., float]]()
         terms = [f"k[{part}] * {unit}" for part in entry.parts]
         terms += [self._text(o, formula, functions) for formula in entry.formulas]
         value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", functions)
@@ -102,7 +102,7 @@ class Values(types.WrapperAddressProtocol):
 
     def _text(self, o: Measure, formula: OpaqueTerm, functions: dict[str, Callable[..., float]]) -> str:
         """Return an expression as Python over a key, and name the `functions` that it calls."""
-        tree, rest = scaled(formula.tree, o.units.cost, o.units.price)
+        tree, rest = scaled(formula.tree, o.cost_unit, o.price_unit)
 
         def constant(value: Fraction) -> str:
             return str(int(value)) if value.denominator == 1 else repr(float(value))
@@ -120,7 +120,7 @@ class Values(types.WrapperAddressProtocol):
                 return f"{name}({', '.join(parts)})" if len(parts) > 1 or name == "abs" else parts[0]
             return f"({parts[0]} {name} {parts[1]})"
 
-        factor = Fraction(formula.weight * rest / (o.units.mu if o.is_whole else 1))
+        factor = Fraction(formula.weight * rest / (o.unit if o.is_whole else 1))
         return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
 
     def _name(self, o: Measure) -> str:

@@ -78,7 +78,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     marks = landmarks(whole, graph)
     automata = whole.starts[0].automata
     bound = int(_bound_of(marks, graph.start, np.array(automata))) >> whole.shift
-    assert bound * whole.problem.units.cost == Planner(problem).cheapest().cost == 24
+    assert bound * whole.problem.cost_units[0] == Planner(problem).cheapest().cost == 24
 
 
 def test_a_task_may_name_nothing() -> None:
