@@ -59,8 +59,7 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 
     Empty if the trace breaks a rule that may not be broken.
     """
-    rules_broken = problem.broken(labels)
-    if any(rule.skip is None and rule.name in rules_broken for rule in problem.rules):
+    if not all(histories(dfa, labels) for dfa in problem.followers[len(problem.tasks) :]):
         return ()
     automata = zip(problem.names, problem.weighted_automata, strict=True)
     return tuple(name for name, dfa in automata if {h.state for h in histories(dfa, labels)} == {dfa.automaton.dead})

@@ -59,7 +59,7 @@ class Start:
 
 @dataclass(frozen=True)
 class History:
-    """One way in which a task's automaton may have read the past and L(s0); `finished` counts labels."""
+    """One way in which an automaton may have read the past and L(s0); `finished` counts labels."""
 
     state: int = 0
     finished: int | None = None
@@ -198,8 +198,32 @@ class Product:
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:
-        """The starts of the search; see `starts_of`."""
-        return starts_of(self.problem)
+        """The starts: one for each choice of skipped tasks and each way to read the past and L(s0).
+
+        Raises:
+            ModelError: there are too many.
+        """
+        problem = self.problem
+        labels = [*problem.past.labels, problem.system.label(problem.system.start)]
+        read = [histories(dfa, labels, any_price=problem.is_general) for dfa in self.followers]
+        count = math.prod(map(len, read))
+        if count > READINGS_LIMIT:
+            raise ModelError(
+                f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
+                f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
+            )
+        unit, tasks = problem.cost_units[0], len(self.automata)
+        spent = list(accumulate((int(exact(cost) / unit) for cost in problem.past.costs), initial=0))
+        return tuple(
+            Start(
+                tuple(history.state for history in each),
+                spent[-1],
+                tuple(None if history.finished is None else spent[history.finished] for history in each[:tasks]),
+                tuple(history.price for history in each[: len(problem.priced)]),
+                tuple(history.relaxed for history in each[:tasks]),
+            )
+            for each in product(*read)
+        )
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return the actions in `system` of a path of (K,) edges from the start on."""
@@ -215,42 +239,14 @@ def _tie_bits(costs: np.ndarray, states: int) -> int:
     return 0 if uniform or bits > TIE_BITS or wide else bits
 
 
-def starts_of(problem: Problem) -> tuple[Start, ...]:
-    """Return the starts: one for each choice of skipped tasks and each way to read the past and L(s0).
-
-    Raises:
-        ModelError: if there are too many.
-    """
-    labels = [*problem.past.labels, problem.system.label(problem.system.start)]
-    automata = problem.followers[len(problem.tasks) :]
-    rules = [after for dfa in automata if (after := _rule_after(dfa, labels)) is not None]
-    if len(rules) < len(automata):
-        return ()
-    read = [histories(dfa, labels, any_price=problem.is_general) for dfa in problem.weighted_automata]
-    count = math.prod(map(len, read))
-    if count > READINGS_LIMIT:
-        raise ModelError(
-            f"the start can be read in {count:,} ways, each task skipped, relaxed or neither; "
-            f"at most {READINGS_LIMIT:,} can be searched: let fewer tasks have skip or relax"
-        )
-    unit = problem.cost_units[0]
-    spent = list(accumulate((int(exact(cost) / unit) for cost in problem.past.costs), initial=0))
-    states, tolls = [q for q, _ in rules], [price for _, price in rules]
-    return tuple(
-        Start(
-            (*(history.state for history in each), *states),
-            spent[-1],
-            tuple(None if history.finished is None else spent[history.finished] for history in each),
-            (*(history.price for history in each), *tolls[: len(problem.priced) - len(problem.tasks)]),
-            tuple(history.relaxed for history in each),
-        )
-        for each in product(*read)
-    )
-
-
 def histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool = False) -> list[History]:
-    """Return how a task may have read some labels: of ways that lead to the same, the cheapest, or of any price."""
-    found = [History()]
+    """Return how an automaton may have read some labels: of ways that lead to the same, the cheapest, or of any price.
+
+    There is none if no plan may break a rule like this.
+    """
+    # Some rules are broken by whatever is read first: then no step leads to the accepting state.
+    price = dfa.price if dfa.automaton.accepting == 0 else 0
+    found = [] if price is None else [History(price=price)]
     for k, label in enumerate(labels):
         best: dict[tuple[int, int | None, int], History] = {}
         for before in found:
@@ -265,11 +261,3 @@ def histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_p
     if dfa.skip is not None and dfa.skipped is not None:
         found.append(History(dfa.skipped, None, dfa.skip, None))
     return found
-
-
-def _rule_after(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]]) -> tuple[int, int] | None:
-    """Return the state of a rule's automaton after some labels, and its price; None if no plan may break it so."""
-    # Some rules are broken by whatever is read first: then this is no step to the accepting state.
-    state = dfa.automaton.run(labels)[-1]
-    price = dfa.price if state == dfa.automaton.accepting else 0
-    return None if price is None else (state, price)
