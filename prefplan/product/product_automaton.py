@@ -15,15 +15,13 @@ from itertools import accumulate, product
 import numpy as np
 
 from prefplan.errors import ModelError
-from prefplan.exact_costs import exact, whole_numbers
+from prefplan.exact_costs import INT64_LIMIT, exact, whole_numbers
 from prefplan.limits import check_limits
 from prefplan.logic.weighted_dfa import Reading, WeightedAutomaton
 from prefplan.models.kernels import INTERPRETED_STATES, compile_kernels
 from prefplan.models.system import System
 from prefplan.problem import Problem
 from prefplan.product.space import BARRED, Automata, Generated, Graph, strides_of
-
-CODE_LIMIT = 2**62
 
 TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
@@ -109,7 +107,7 @@ class Product:
         costs, *self.more_costs = (table.counts(unit) for table, unit in tables)
         sizes = self.tables.sizes.tolist()
         states = self.nodes * math.prod(sizes)
-        if states >= CODE_LIMIT:
+        if states >= INT64_LIMIT:
             raise ModelError(
                 f"{self.nodes} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
                 "make more product states than can be numbered"

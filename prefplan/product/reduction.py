@@ -16,7 +16,7 @@ from prefplan.exact_costs import INT64_LIMIT
 from prefplan.models.manipulation.successors import steps_of
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.problem import Problem
-from prefplan.product.product_automaton import CODE_LIMIT, Product
+from prefplan.product.product_automaton import Product
 from prefplan.product.space import Generated, Graph
 
 LETTERS_LIMIT = 2**14
@@ -92,7 +92,7 @@ class GeneratedProduct(Product):
     def suits(problem: Problem, model: ManipulationSystem) -> bool:
         """Return whether a product can be generated: no task can be relaxed, and all tables and numbers are small."""
         states = model.space.bound * math.prod(dfa.size for dfa in problem.followers)
-        if states >= CODE_LIMIT or any(task.relax for task in problem.tasks):
+        if states >= INT64_LIMIT or any(task.relax for task in problem.tasks):
             return False
         counts = [
             dfa.size * math.prod(len(set(values)) for _, values in model.space.visible(dfa.propositions))

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prefplan.errors import ModelError, check_known, choices
+from prefplan.exact_costs import INT64_LIMIT
 from prefplan.models.manipulation.slots import hand_poses, location_of, pose, slots_at_start
 from prefplan.models.manipulation.symbolic import ManipulationState, at, holding, marked
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
-
-MAX_CODES = 2**62
-"""Number of codes up to which codes and their differences fit 64-bit integers."""
 
 
 class StateCodes:
@@ -81,7 +79,7 @@ class StateCodes:
 
     def require_small(self) -> None:
         """Raise ModelError if there are too many objects and slots for all states to be listed."""
-        if self.bound >= MAX_CODES:
+        if self.bound >= INT64_LIMIT:
             raise ModelError(f"{len(self.objects)} objects and {self.held} slots make more states than can be numbered")
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prefplan.models.manipulation.codes import MAX_CODES
+from prefplan.exact_costs import INT64_LIMIT
 
 NEAR_M, FAR_M, ASIDE_RAD = 0.25, 0.82, 1.2
 """Locations are drawn at distances from the base between these two, and within this angle of straight ahead."""
@@ -57,7 +57,7 @@ class RandomScene:
         stacks = {f"top{k}": grounded[k] for k in range(rng.integers(3))}
         self.locations |= {top: f'on = ["{base}"]' for top, base in stacks.items()}
         starts = grounded[: min(count, len(grounded) - 1)]
-        if (len(self.locations) + 1) ** (len(starts) + 1) >= MAX_CODES:
+        if (len(self.locations) + 1) ** (len(starts) + 1) >= INT64_LIMIT:
             raise NoRoomError
         if stacks and rng.random() < 1 / 2:
             starts[-1] = "top0"
