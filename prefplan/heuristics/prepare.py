@@ -211,7 +211,7 @@ def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray])
     growths = [Fraction(max(steps))]
     for o in product.problem.objectives:
         if o.cost < len(steps):
-            growth = o.largest_rate() * o.factor * steps[o.cost]
+            growth = o.largest_rate * o.factor * steps[o.cost]
             growth += sum(o.violation_weights) * o.price_unit / o.unit * price
             growth += sum((max(term.weights) * o.factor for term in o.maxima), Fraction(0))
             growths.append(growth)

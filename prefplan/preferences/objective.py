@@ -130,7 +130,11 @@ class Measure:
         one_entry: all of these terms, whose sum is one entry of a label key.
         maxima: the weighted maxima.
         formulas: expressions and Python functions that are none of these.
+        bi_objective: whether (g, mu) is a sufficient label key.
         weighs_violation: whether any term depends on violation costs.
+        claimed: whether the contract was declared by the user: tested on random costs, not proven.
+        is_whole: whether all values are whole multiples of `unit`: no term is a Python function or has a division.
+        largest_rate: an upper bound of the growth of rates and tardiness per unit of cost.
         cost_unit: unit of costs, in the user's units.
         price_unit: unit of violation costs.
         unit: unit of mu, in which all terms without functions or divisions are whole.
@@ -160,8 +164,12 @@ class Measure:
         violations: tuple[Violation, ...] = _of_kind(parts, Violation)
         self.violation_weights = [sum((v.weights[i] for v in violations), Fraction(0)) for i in range(tasks + rules)]
         self.weighs_violation = bool(violations) or any(formula.violations for formula in self.formulas)
-        over_cost = (*self.rate_terms, *self.maxima, *self.tardiness)
-        amounts = [weight * cost_unit for term in over_cost for weight in weights_of(term)]
+        self.bi_objective = not self.formulas and len(self.maxima) <= (0 if self.one_entry else 1)
+        self.claimed = any(formula.claimed for formula in self.formulas)
+        self.is_whole = not any(is_rounded(formula.tree) for formula in self.formulas)
+        growing = [weight for term in (*self.rate_terms, *self.tardiness) for weight in weights_of(term)]
+        self.largest_rate = tasks * sum(growing, Fraction(0))
+        amounts = [weight * cost_unit for weight in (*growing, *(w for term in self.maxima for w in term.weights))]
         amounts += [late.weight * late.by for late in self.tardiness]
         amounts += [weight * price_unit for weight in self.violation_weights]
         amounts += [formula.weight * scaled(formula.tree, cost_unit, price_unit)[1] for formula in self.formulas]
@@ -183,11 +191,6 @@ class Measure:
         return sum((term.value(costs, violations) for term in self.one_entry), Fraction(0))
 
     @property
-    def bi_objective(self) -> bool:
-        """Whether (g, mu) is a sufficient label key."""
-        return not self.formulas and (not self.maxima or (len(self.maxima) == 1 and not self.one_entry))
-
-    @property
     def contract(self) -> str:
         """The weakest contract that covers all terms."""
         if any(formula.contract == "general" for formula in self.formulas):
@@ -197,21 +200,6 @@ class Measure:
         if len(self.formulas) == 1 and not self.maxima and not self.one_entry:
             return self.formulas[0].contract
         return "componentwise"
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether all values are whole multiples of `unit`: no term is a Python function or has a division."""
-        return not any(is_rounded(formula.tree) for formula in self.formulas)
-
-    @property
-    def claimed(self) -> bool:
-        """Whether the contract was declared by the user: tested on random costs, not proven."""
-        return any(formula.claimed for formula in self.formulas)
-
-    def largest_rate(self) -> Fraction:
-        """Return an upper bound of the growth of rates and tardiness per unit of cost."""
-        weights = (weight for term in (*self.rate_terms, *self.tardiness) for weight in weights_of(term))
-        return self.tasks * sum(weights, Fraction(0))
 
     def rates(self, terms: Sequence[Rate | Maximum], tasks: Sequence[int] | None = None) -> np.ndarray:
         """Return the (2^k,) int64 sum of some terms, in units, for each satisfied set of k tasks.
