@@ -15,7 +15,8 @@ from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
 from prefplan.plan import OnDemand, Plan
-from prefplan.product.reduction import Reduction
+from prefplan.product.product_automaton import Product
+from prefplan.product.reduction import product_of
 from prefplan.scenario.decode import ProblemLike, problem_of
 from prefplan.search.bounds import FrontLimits, PlanLimits, limits_of, require_bounds
 from prefplan.search.incumbent import run_search
@@ -89,7 +90,9 @@ class Planner:
         self.problem = problem_of(problem)
         self.stats = Stats()
         self._options = options or Options()
-        self._reduction = Reduction(self.problem)
+        # The problem without what the arm is known not to do, and its product once there is one.
+        self._ahead = self.problem
+        self._product: Product | None = None
         feasible, past = self.problem.feasible, len(self.problem.past.actions)
         self.geometry = None if feasible is None else Geometry(feasible, past)
 
@@ -150,8 +153,7 @@ class Planner:
                     barred = self.geometry.excluded(front) if self.geometry and front.ended is None else ()
                     if not barred:
                         break
-                    problem = self._reduction.problem
-                    self._reduction = Reduction(problem.over(problem.system.without(barred)))
+                    self._ahead, self._product = self._ahead.over(self._ahead.system.without(barred)), None
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))
         if front.ended == "interrupt" and not keep_on_interrupt:
@@ -169,10 +171,10 @@ class Planner:
         is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
         if self.problem.is_general and not is_cheapest:
             require_bounds(self.problem, bounds)
-        elif self.problem.is_general and (reason := infeasible(self._reduction, limits)):
+        elif self.problem.is_general and (reason := infeasible(self._ahead, limits)):
             # Without a bound, the search for a plan that does not exist need not end.
             return Front((), reason=reason)
-        product = self._reduction.product
+        product = self._product = self._product or product_of(self._ahead)
         built = time.perf_counter()
         result = self._search(product, self._options, limits, bounds, objective)
         result.check()
@@ -191,7 +193,7 @@ class Planner:
 
     def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
-        if reason := infeasible(self._reduction, limits):
+        if reason := infeasible(self._ahead, limits):
             return reason
         *others, bounded = sorted(bounds, key=self.problem.objective_names.index)
         if self.problem.is_bi_objective or not others:

@@ -7,8 +7,6 @@ propositions.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -23,33 +21,12 @@ LETTERS_LIMIT = 2**14
 """Most pairs of a state and a letter of one automaton that are tabulated."""
 
 
-@dataclass
-class Reduction:
-    """A smaller system on which a problem's tasks read the same label sequences, and products of it.
-
-    A system whose states are listed stays as it is.
-    """
-
-    problem: Problem
-
-    @cached_property
-    def product(self) -> Product:
-        """The product of the smaller system and the problem's tasks."""
-        return self.product_of(self.problem)
-
-    def product_of(self, problem: Problem) -> Product:
-        """Return the product for another problem over the same system."""
-        if not isinstance(problem.system, ManipulationSystem):
-            return Product(problem)
-        if GeneratedProduct.suits(problem, self._smaller):
-            return GeneratedProduct(problem, self._smaller)
-        return ReducedProduct(problem, self._smaller)
-
-    @cached_property
-    def _smaller(self) -> ManipulationSystem:
-        whole, names = self.problem.system, self.problem.task_propositions
-        assert isinstance(whole, ManipulationSystem)
-        return whole.reduced(names, stutter_invariant=self.problem.stutter_invariant)
+def product_of(problem: Problem) -> Product:
+    """Return the product of a problem's tasks and its system, or a smaller one on which they read the same labels."""
+    if not isinstance(problem.system, ManipulationSystem):
+        return Product(problem)
+    smaller = problem.system.reduced(problem.task_propositions, stutter_invariant=problem.stutter_invariant)
+    return (GeneratedProduct if GeneratedProduct.suits(problem, smaller) else ReducedProduct)(problem, smaller)
 
 
 class ReducedProduct(Product):

@@ -12,26 +12,26 @@ from prefplan.limits import Limits
 from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
-from prefplan.product.reduction import Reduction
+from prefplan.product.reduction import product_of
 from prefplan.search.incumbent import run_search
 
 T = TypeVar("T")
 
 
-def infeasible(reduction: Reduction, limits: Limits) -> Reason | None:
+def infeasible(problem: Problem, limits: Limits) -> Reason | None:
     """Return an irreducible set of tasks or rules that cannot be satisfied together, or None if all of them can.
 
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    tasks = reduction.problem.tasks
-    rules = tuple(rule for rule in reduction.problem.rules if rule.skip is None)
-    if _is_satisfiable(reduction, limits, tasks, rules):
+    tasks = problem.tasks
+    rules = tuple(rule for rule in problem.rules if rule.skip is None)
+    if _is_satisfiable(problem, limits, tasks, rules):
         return None
-    if rules and _is_satisfiable(reduction, limits, tasks, ()):
-        broken = _irreducible(rules, lambda few: _is_satisfiable(reduction, limits, tasks, few))
+    if rules and _is_satisfiable(problem, limits, tasks, ()):
+        broken = _irreducible(rules, lambda few: _is_satisfiable(problem, limits, tasks, few))
         return Reason("rule", tuple(rule.name for rule in broken))
-    blame = _irreducible(tasks, lambda few: _is_satisfiable(reduction, limits, few, ()))
+    blame = _irreducible(tasks, lambda few: _is_satisfiable(problem, limits, few, ()))
     return Reason("task" if len(blame) == 1 else "conflict", tuple(task.name for task in blame))
 
 
@@ -53,15 +53,15 @@ def _irreducible(parts: tuple[T, ...], is_satisfiable: Callable[[tuple[T, ...]],
     return kept
 
 
-def _is_satisfiable(reduction: Reduction, limits: Limits, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
+def _is_satisfiable(problem: Problem, limits: Limits, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
     """Return whether a plan satisfies these tasks, relaxed at any price, and keeps these rules."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
     free = tuple(
         replace(task, relax=tuple(replace(r, cost=0) for r in task.relax), skip=None if task.skip is None else 0)
         for task in tasks
     )
-    problem = Problem(reduction.problem.system, free, nothing, rules=rules, past=reduction.problem.past)
-    result = run_search(reduction.product_of(problem), Options(heuristic=1), limits, {}, problem.cost_names[0])
+    fewer = Problem(problem.system, free, nothing, rules=rules, past=problem.past)
+    result = run_search(product_of(fewer), Options(heuristic=1), limits, {}, fewer.cost_names[0])
     if result.ended is not None:
         raise LimitError(result.ended)
     return bool(result.goals or result.incumbents)

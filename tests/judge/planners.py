@@ -10,7 +10,7 @@ from typing import TypeAlias
 from prefplan import Front, Options, Planner, Problem
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
-from prefplan.product.reduction import GeneratedProduct, ReducedProduct
+from prefplan.product.reduction import GeneratedProduct, ReducedProduct, product_of
 from prefplan.search.paths import Result
 from prefplan.search.reference import ReferenceSearch
 
@@ -34,9 +34,10 @@ class ListedPlanner(Planner):
     """Lists the states of models however large they are."""
 
     def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
-        product = self._reduction.product
-        if isinstance(product, GeneratedProduct):
-            self._reduction.product = ReducedProduct(product.problem, product.model)
+        if self._product is None:
+            self._product = product_of(self._ahead)
+        if isinstance(self._product, GeneratedProduct):
+            self._product = ReducedProduct(self._ahead, self._product.model)
         return super()._solve(objective, limits, bounds)
 
 

@@ -26,7 +26,7 @@ from prefplan import (
     WeightedSum,
     pareto_front,
 )
-from prefplan.product.reduction import GeneratedProduct, Reduction
+from prefplan.product.reduction import GeneratedProduct, product_of
 from prefplan.replanning import (
     Past,
     achievable,
@@ -266,7 +266,7 @@ def test_a_large_model_is_not_listed_to_plan_on_in_it() -> None:
     problem, plan = large.problem(), Planner(large.problem()).cheapest()
     past = Past(plan.actions[:2], (4, 1), plan.states[:2], tuple(state.label for state in plan.states[:2]))
     ahead = continued(problem, past, replace(large.model, begin=plan.states[2]).transition_system())
-    assert isinstance(Reduction(ahead).product, GeneratedProduct)
+    assert isinstance(product_of(ahead), GeneratedProduct)
     again = Planner(ahead).cheapest()
     assert (again.actions, again.states) == (plan.actions, plan.states)
     spent = sum(problem.system.trajectory(plan.actions[:2])[3][0])

@@ -33,7 +33,7 @@ from prefplan.claims import judge as judged
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
 from prefplan.problem import Problem
-from prefplan.product.reduction import GeneratedProduct, Reduction
+from prefplan.product.reduction import GeneratedProduct, product_of
 from prefplan.scenario.decode import from_dict, loads
 
 BAD_PREFIXES = (
@@ -359,7 +359,7 @@ def test_models_that_are_not_listed_keep_rules_as_listed_ones_do(rule: str, pric
     generated = pareto_front(large)
     assert [(p.cost, p.preference) for p in generated] == [(p.cost, p.preference) for p in listed]
     assert generated.reason == listed.reason
-    assert isinstance(Reduction(large).product, GeneratedProduct)
+    assert isinstance(product_of(large), GeneratedProduct)
     for plan in generated:
         paid = {purchase.task: purchase.step for purchase in plan.relaxations}
         assert large.broken(Ledger.of_plan(large, plan).labels) == paid

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from random_manipulation import random_problem
 
-from prefplan import Options, Planner
+from prefplan import Options
 from prefplan.heuristics import pattern_database, projection
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.prepare import Prepared
 from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.product_automaton import Product
-from prefplan.product.reduction import GeneratedProduct
+from prefplan.product.reduction import GeneratedProduct, product_of
 
 
 @kernel
@@ -31,7 +31,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     seed: int, measured: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     problem = random_problem(random.Random(seed), measured=measured, large=True)
-    searched = Planner(problem)._reduction.product
+    searched = product_of(problem)
     if not isinstance(searched, GeneratedProduct):
         assert any(task.relax for task in problem.tasks)
         return

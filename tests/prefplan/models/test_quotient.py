@@ -123,7 +123,8 @@ def test_what_need_not_be_moved_costs_nothing() -> None:
         tasks = [Task("one", "F (o0_bin & F o1_bin)"), Task("two", "F (o2_bin & o3_bin)")]
         planner = ListedPlanner(Problem(model.transition_system(), tasks, Order()))
         assert [(plan.cost, plan.preference) for plan in planner.front()] == [(40, 0)]
-        return planner._reduction.product.nodes
+        assert planner._product is not None
+        return planner._product.nodes
 
     assert states_searched(0) == states_searched(10)
 

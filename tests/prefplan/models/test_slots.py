@@ -171,4 +171,4 @@ def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -
         assert [(judge.exact(plan.cost), judge.exact(plan.preference)) for plan in front] == expected
         for plan in front:
             assert judge.replay(see, plan.actions).cost == judge.exact(plan.cost)
-    assert isinstance(planner._reduction.product, GeneratedProduct)
+    assert isinstance(planner._product, GeneratedProduct)
