@@ -15,6 +15,7 @@ import pytest
 from scenario_texts import task_tables
 
 from experiments.report import recordings
+from sim.rendering.quality import DRAFT, Quality
 
 ERRANDS = """# Two errands, and the nearer one is not the one that is preferred first.
 [model]
@@ -34,9 +35,10 @@ def pictures_for_tests() -> Iterator[list[Path]]:
     """Render a test picture instead of the robot, which needs no OpenGL; yield the videos' paths."""
     videos: list[Path] = []
 
-    def render(scene: Any, rollout: Any, captions: Any, path: Path, *, size: tuple[int, int], **options: Any) -> Path:
+    def render(scene: Any, rollout: Any, captions: Any, path: Path, quality: Quality = DRAFT, **options: Any) -> Path:
         assert not captions  # the page says it all
-        source = f"testsrc=s={size[0]}x{size[1]}:r=10:d={rollout.sim_seconds + 1.5}"
+        width, height = quality.size
+        source = f"testsrc=s={width}x{height}:r=10:d={rollout.sim_seconds + 1.5}"
         command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-y", "-f", "lavfi", "-i", source]
         subprocess.run([*command, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)], check=True)
         videos.append(path)
