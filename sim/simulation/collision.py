@@ -25,9 +25,10 @@ MAX_NEARING_M = 0.001
 """By how much the arm may approach a body that is within the clearance at the start, and its load what carries it at
 the end, and how deep the load may be in what is beside it there, m: the arm comes to rest within that of its goal."""
 
-LEAST_LIFT = 0.7
-"""Least upward component of the normal of a contact that carries the load. The load may end deeper in what carries it,
-as the height of that is observed, too; but not in what is beside it, and never in what is above it."""
+LEAST_LIFT, MAX_SINK_M = 0.7, 0.008
+"""Least upward component of the normal of a contact that carries the load, and how deep the load may end in what
+carries it, m, as the height of that is observed, too: a board in the load's middle may seem to carry it. It may not
+end as deep in what is beside it, and never in what is above it."""
 
 HAND_DEPTH_M = 0.001
 """Least penetration at which the hand alone counts as inside a body, m: then the hand is in collision for every
@@ -256,7 +257,8 @@ class CollisionChecker:
             carrier, lift = (other, -frame[2]) if is_load[one] else (one, frame[2])
             if is_load[one] == is_load[other] or self._is_robot[carrier] or distance >= clearance:
                 continue
-            if lift > LEAST_LIFT or (lift > -LEAST_LIFT and distance > -MAX_NEARING_M):
+            depth = MAX_SINK_M if lift > LEAST_LIFT else MAX_NEARING_M
+            if lift > -LEAST_LIFT and distance > -depth:
                 found[carrier] = min(found.get(carrier, np.inf), float(distance) - MAX_NEARING_M)
                 carried |= lift > LEAST_LIFT
         return found if carried else {}

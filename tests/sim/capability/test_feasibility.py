@@ -171,6 +171,20 @@ def test_what_is_put_on_a_low_object_is_grasped_there_again() -> None:
     assert answer.reason is None
 
 
+def test_nothing_is_piled_up_through_a_board() -> None:
+    """The board would be in the middle of the upper can."""
+    shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, 0.336), yaw=180, boards=(0.0, 0.136))
+    cans = (
+        Object("wide", "low", kind="cylinder", size=(0.05, 0.087)),
+        Object("slim", "table", kind="cylinder", size=(0.032, 0.085)),
+    )
+    places = Location("low", at=(0.55, 0.39)), Location("top", on=("low",)), Location("table", at=(0.358, -0.497))
+    answer = Feasibility(build_scene(ManipulationModel("home", COSTS, places, cans, fixtures=(shelf,)))).check(
+        "slim", "top"
+    )
+    assert answer.reason == "to put it there: the way is blocked by fixture shelf" and not answer.put
+
+
 def test_another_grasp_is_tried_where_an_object_cannot_be_raised_in_the_first_one() -> None:
     shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, 0.359), yaw=180, boards=(0.0, 0.159))
     box = Object("box", "low", kind="box", size=(0.043, 0.068, 0.071))

@@ -167,6 +167,7 @@ def test_a_load_may_touch_the_floor_of_a_bin_but_not_its_wall(blocks: Scene) -> 
     "end",
     [
         pytest.param((0.0, 0.052, 0.144), id="in a board above"),
+        pytest.param((0.0, 0.04, 0.119), id="with a board in its middle"),
         pytest.param((0.0, 0.066, 0.12), id="deep in a wall"),
         pytest.param((0.0, 0.0695, 0.12), id="a little in a wall, in the air"),
     ],
