@@ -10,6 +10,7 @@ from prefplan.models.manipulation.symbolic import at, holding
 from prefplan.problem import Problem, Rule
 from prefplan.replanning import with_rules
 from sim.execution.executor import Execution
+from sim.skills.transit import raised_by
 
 MAX_ATTEMPTS = 3
 """Number of times that an action may lead to the same unexpected state before it is given up, and number of detours for
@@ -29,6 +30,7 @@ class Failures:
         self.barred: set[tuple[frozenset[str], str]] = set()
         self.repeated = False
         self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
+        self._unreached: Counter[str] = Counter()
         # Formulas of rules, by the object, the location where it was grasped, and the blocked one.
         self._detours: dict[tuple[str, str, str], str] = {}
         # What is barred instead if no plan has these detours, which are then given up.
@@ -45,9 +47,12 @@ class Failures:
         self._attempts[action, state] += 1
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS
         self.repeated |= repeated
+        self._unreached[action] += run.blocked == ()
+        # In a rehearsal, objects are where they should be: what hinders there is not believed after moving it in vain.
+        hindering = run.hindering if self._unreached[action] < MAX_ATTEMPTS else ()
         if repeated or run.blocked is not None:
             bars = self._instead if self._adds_detour(run, problem, before) else self.barred
-            bars |= {(_conditions(run, s), action) for s in (before[-1], state)}
+            bars |= {(_conditions(run, s, hindering), action) for s in (before[-1], state)}
 
     def with_detours(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
         """Return a problem with the rules of detours, except those that the observed labels have broken."""
@@ -78,7 +83,7 @@ class Failures:
         """
         symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
-        if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj):
+        if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj, run.hindering):
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
         known = source and at(obj, target) in problem.system.propositions
@@ -90,26 +95,29 @@ class Failures:
         return True
 
 
-def _blockers(run: Execution, obj: str) -> set[str]:
+def _blockers(run: Execution, obj: str, hindering: Sequence[str]) -> set[str]:
     """Return the objects that blocked the last action or made it fail, without its own, which may be in its own way."""
-    return (set(run.hindering) or {name for name in run.blocked or () if name in run.scene.shapes}) - {obj}
+    return (set(hindering) or {name for name in run.blocked or () if name in run.scene.shapes}) - {obj}
 
 
-def _conditions(run: Execution, state: ManipulationState) -> frozenset[str]:
+def _conditions(run: Execution, state: ManipulationState, hindering: Sequence[str]) -> frozenset[str]:
     """Return the propositions of a state under which the last action is expected to fail again.
 
     An action that other objects block is barred until one of these or its own object moves, whatever else does. One
     that a fixture blocks, or whose goal is out of reach, is barred until its own object moves. A transit has no object,
     and its path depends on how high the objects are piled up: where it is not known which of them make it fail, it is
-    barred until any object moves, or if a fixture keeps the hand from where an object lies off every location, until
-    that one does.
+    barred until any object moves; if its goal is out of reach, until one does that is there or raises the hand; if a
+    fixture keeps the hand from where an object lies off every location, until that one does.
     """
     symbolic = run.scene.model.action(run.steps[-1].action)
     obj = symbolic.obj
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
-    blockers = _blockers(run, obj)
-    if not (obj or run.hindering) or run.blocked is None or not blockers <= state.place.keys():
+    blockers = _blockers(run, obj, hindering)
+    if not (obj or hindering) and run.blocked == ():
+        raising = raised_by(run.cell, symbolic.location)
+        return frozenset(at(name, place) for name, place in state.place.items() if name in raising)
+    if not (obj or hindering) or run.blocked is None or not blockers <= state.place.keys():
         return state.label
     places = {at(name, state.place[name]) for name in blockers}
     return state.label & {holding(obj), at(obj, state.place.get(obj, "")), *places} or state.label

@@ -16,7 +16,7 @@ from sim.skills.grasp_choice import ChosenGrasp, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
 from sim.skills.transfer import travel
-from sim.world.places import extent, lowest_under
+from sim.world.places import AT_RADIUS_M, extent, lowest_under
 
 TRANSFER_RADIUS_M = 0.2
 """Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
@@ -41,12 +41,8 @@ class TransitSkill(Transit, Skill):
         """See `Skill.perform`."""
         cell.touch(None)
         slots = cell.scene.slots[action.location]
-        centre = np.mean([slot.position for slot in slots], axis=0)
-        middle = extent(cell.scene.shapes.values()).high / 2
-        reach = TRANSFER_RADIUS_M + float(np.hypot(*(slots[-1].position - centre)[:2]))
-        piled = [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position - centre)[:2]) < reach]
-        height = max(centre[2] + middle + HOVER_HEIGHT_M, transfer_height(cell, piled))
-        pose = ToolPose.down(np.array([*centre[:2], height]), slots[0].yaw)
+        height = max(_lowest(cell, action.location), transfer_height(cell, _near(cell, action.location)))
+        pose = ToolPose.down(np.array([*_middle(cell, action.location)[:2], height]), slots[0].yaw)
         height = transfer_height(cell, cell.shapes)
         floor = float(cell.scene.slots[lowest_under(cell.scene.model, action.location)][0].position[2])
         try:
@@ -62,6 +58,30 @@ class TransitSkill(Transit, Skill):
             if other is None:
                 raise
             travel(cell, other.symmetric_poses(), height=height)
+
+
+def raised_by(cell: Workcell, location: str) -> list[str]:
+    """Return the objects at a location, and those so near to it and so high that the hand is raised over it by them."""
+    lowest = _lowest(cell, location)
+    there = _near(cell, location, AT_RADIUS_M)
+    return [obj for obj in _near(cell, location) if obj in there or transfer_height(cell, [obj]) > lowest]
+
+
+def _lowest(cell: Workcell, location: str) -> float:
+    """Return the height of the hand over a location without objects, m."""
+    return float(_middle(cell, location)[2] + extent(cell.scene.shapes.values()).high / 2 + HOVER_HEIGHT_M)
+
+
+def _near(cell: Workcell, location: str, radius: float = TRANSFER_RADIUS_M) -> list[str]:
+    """Return the objects within a radius, m, of a location's row of slots."""
+    middle = _middle(cell, location)[:2]
+    radius += float(np.hypot(*(cell.scene.slots[location][-1].position[:2] - middle)))
+    return [obj for obj in cell.shapes if np.hypot(*(cell.observe(obj).position[:2] - middle)) < radius]
+
+
+def _middle(cell: Workcell, location: str) -> np.ndarray:
+    """Return the (3,) middle of a location's slots, m."""
+    return np.mean([slot.position for slot in cell.scene.slots[location]], axis=0)
 
 
 def _clear_pose(cell: Workcell, pose: ToolPose, floor: float) -> ToolPose | None:
