@@ -239,10 +239,10 @@ class Execution:
             failing = Rehearsal((f"transit {via}", str(action)), before.place, obj, via)
         else:
             return ()
-        cell = KinematicCell(self.scene, initial_state(self.scene))
         try:
+            cell = KinematicCell(self.scene, initial_state(self.scene))
             found = culprits(failing, cell, self.scene, self._skills)
-        except (ModelError, SimulationError):  # something lies off every location
+        except (ModelError, SimulationError):  # something lies off every location, or where there is no room for it
             return ()
         return (obj, *found) if found else ()
 

@@ -13,7 +13,7 @@ from experiments import scenarios
 from experiments.runs.evidence import evidence
 from experiments.runs.outcome import Outcome
 from experiments.runs.run_plan import run_plan, scene_of
-from prefplan import Scenario, load, pareto_front
+from prefplan import ManipulationModel, Scenario, load, pareto_front
 from sim.evidence.certificate import certify
 from sim.execution.faults import move
 from sim.execution.faults.fault import read_fault
@@ -143,8 +143,9 @@ def recover(tmp_path: Path) -> Recover:
         else:
             (tmp_path / "scene.toml").write_text(HEAD + scene + TAIL)
             scenario = load(tmp_path / "scene.toml")
-        built = scene_of(scenario)
-        read = [read_fault(text, built.model) for text in faults]
+        assert isinstance(scenario.model, ManipulationModel)
+        read = [read_fault(text, scenario.model) for text in faults]
+        built = scene_of(scenario, faults=read)
         outcome = run_plan(scenario, built, pareto_front(scenario.problem())[0], seed=seed, faults=read)
         certificate = certify(evidence(outcome))
         assert certificate.confirmed, certificate.refuted
@@ -157,6 +158,11 @@ def final_speed(outcome: Outcome, first: int) -> float:
     """Return the final speed, m/s, of the object whose position begins at this column of the recorded states."""
     last = outcome.run.qpos[-2:, first : first + 3]
     return float(np.linalg.norm(np.diff(last, axis=0))) * FRAME_RATE_HZ
+
+
+def test_an_unknown_object_where_there_is_no_room_for_it_ends_no_run_with_an_error(recover: Recover) -> None:
+    outcome = recover("shelf", "move:rice@8", "foreign:low@2", seed=3076574810)
+    assert "tea" in outcome.ledger.final.satisfied and all(time is not None for _, time in outcome.faults)
 
 
 def test_what_fell_over_and_no_task_mentions_stops_nothing(recover: Recover) -> None:
