@@ -65,13 +65,13 @@ def in_a_line(certificate: Certificate) -> str:
     return f"{certificate.verdict}: {how} ({len(certificate.checks)} checks){found}"
 
 
-def show_certificate(console: Console, log: Log, certificate: Certificate, *, given: bool) -> None:
+def show_certificate(console: Console, log: Log, certificate: Certificate, *, given: str | None) -> None:
     """Print a certificate, one line for each check; consecutive actions as predicted share a line.
 
-    `given` says whether the verifier gave a scenario.
+    `given` is the name of the verifier's scenario; None for that which the log describes.
     """
     claims = log.about.claims
-    what = f"{log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
+    what = f"{given or log.about.scenario}: {'completed' if claims.completed else 'not completed'}"
     console.print(printable(f"{what}: {certificate.verdict}"), style="bold")
     for plain, checks in groupby(certificate.checks, key=_is_plain):
         row = list(checks)
@@ -84,7 +84,7 @@ def show_certificate(console: Console, log: Log, certificate: Certificate, *, gi
     if not certificate.confirmed:
         return
     notes = [f"{certificate.verdict}: {MEANING[certificate.verdict]}"]
-    if not given:
+    if given is None:
         notes.append("not proved: that the log is of your scenario; --scenario FILE simulates it there")
     notes.append(f"never proved: {OPEN}")
     for note in notes:

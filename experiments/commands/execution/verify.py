@@ -57,7 +57,7 @@ def verify(log: str, scenario: str | None, require: str | None, as_json: bool) -
     if as_json:
         output.print_json(certificate_json(Proof(path, run, certificate)))
     else:
-        show_certificate(Console(), run, certificate, given=loaded is not None)
+        show_certificate(Console(), run, certificate, given=loaded.name if loaded else None)
     if require is None:
         return STATUS[certificate.verdict]
     return DONE if VERDICTS.index(certificate.verdict) >= VERDICTS.index(require) else FAILED

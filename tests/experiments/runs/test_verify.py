@@ -93,7 +93,7 @@ def test_a_run_that_its_log_refutes_was_not_carried_out(
 def test_a_log_is_proved_in_the_verifier_s_scenario(run_log: Path, tmp_path: Path, run: Run) -> None:
     (tmp_path / "same.toml").write_text(f"# with a comment\n{CUP}")
     result = run("verify", str(run_log), "--scenario", str(tmp_path / "same.toml"))
-    assert result.status == 0 and result.out.startswith("cup: completed: proved\n")
+    assert result.status == 0 and result.out.startswith("same: completed: proved\n")
     assert "ok  scenario: the given one, with the robot panda, perturbation position=5,angle=5, seed 3\n" in result.out
     assert "frames, every digit equal\n" in result.out
 
