@@ -15,13 +15,10 @@ from sim.errors import SimulationError
 from sim.geometry.mjcf import HIDDEN, draw_solid, yaw_quat
 from sim.geometry.rectangle import Rectangle, overlap
 from sim.geometry.solids import rounded
-from sim.world.shapes import about_z
+from sim.world.shapes import LARGEST_M, about_z
 
 KINDS = ("box", "shelf")
 """Kinds of fixtures: a solid box, and boards between two sides and a back."""
-
-MAX_FIXTURE_M = 20.0
-"""Largest length and coordinate of a fixture; larger ones are probably in millimetres."""
 
 PANEL_M = 0.012
 """Thickness of a shelf's boards, sides and back."""
@@ -69,8 +66,8 @@ def check_fixtures(model: ManipulationModel) -> None:
             raise SimulationError(f"{where}.size: must be positive lengths, not {list(fixture.size)}")
         for key in ("at", "size"):
             lengths = getattr(fixture, key)
-            if max(map(abs, lengths)) > MAX_FIXTURE_M:
-                raise SimulationError(f"{where}.{key}: must be metres, at most {MAX_FIXTURE_M:g}, not {list(lengths)}")
+            if max(map(abs, lengths)) > LARGEST_M:
+                raise SimulationError(f"{where}.{key}: must be metres, at most {LARGEST_M}, not {list(lengths)}")
         if not math.isfinite(fixture.yaw):
             raise SimulationError(f"{where}.yaw: must be a finite number of degrees, not {fixture.yaw}")
         if fixture.rgba is not None and not all(0 <= part <= 1 for part in fixture.rgba):

@@ -29,7 +29,7 @@ SIZES = {
 """Kinds of objects, and the lengths in their `size`; that of a mesh comes from its file."""
 
 LARGEST_M = 20
-"""Greatest length of an object, or of a row of them, m."""
+"""Greatest length of an object, of a row of them or of a fixture, m; greater ones are probably in millimetres."""
 
 CUBE_EDGE_M = 0.045
 """Edge of an object without a given size, m: the open hand has clearance on both sides."""
