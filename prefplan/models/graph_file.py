@@ -183,7 +183,8 @@ def _costs(edges: Listing, attribute: str | None) -> list[float]:
 def _number(value: Any) -> float:
     """Return a value of a file as a number; NaN if it is not one."""
     try:
-        return math.nan if isinstance(value, bool) or "_" in str(value) else float(value)
+        no_number = isinstance(value, bool) or (isinstance(value, str) and "_" in value)
+        return math.nan if no_number else float(value)
     except (TypeError, ValueError, OverflowError):
         return math.nan
 
