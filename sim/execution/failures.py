@@ -114,7 +114,8 @@ def _conditions(run: Execution, state: ManipulationState, hindering: Sequence[st
     if not obj and symbolic.location in run.scene.temporary:
         obj = next((name for name, place in state.place.items() if place == symbolic.location), "")
     blockers = _blockers(run, obj, hindering)
-    if not (obj or hindering) and run.blocked == ():
+    # A temporary location is gone once nothing lies there.
+    if not (obj or hindering) and run.blocked == () and symbolic.location in run.scene.slots:
         raising = raised_by(run.cell, symbolic.location)
         return frozenset(at(name, place) for name, place in state.place.items() if name in raising)
     if not (obj or hindering) or run.blocked is None or not blockers <= state.place.keys():
