@@ -100,7 +100,11 @@ def impossible(found: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _place_json(one: PlaceCheck) -> dict[str, Any]:
-    return {"object": one.obj, "location": one.location, "take": one.take, "put": one.put, "reason": one.reason}
+    found: dict[str, Any] = {"object": one.obj, "location": one.location, "take": one.take, "put": one.put}
+    found["reason"] = one.reason
+    for key in ("take_unless", "put_unless", "crowded_by"):
+        found[key] = [{"object": obj, "location": location} for obj, location in getattr(one, key)]
+    return found
 
 
 def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:

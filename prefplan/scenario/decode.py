@@ -170,6 +170,8 @@ def _model(table: Any, folder: Path) -> Model:
     """Return a model; graphs, scenes and robots may be in files of the scenario's folder."""
     kind = chosen(MODELS, table, "model")
     if kind is GraphModel and "file" in table:
+        if "transitions" in table:
+            raise ScenarioError("model.transitions: these are in the file already; leave out this key or `file`")
         return decode_table(GraphFileModel, table, "model", also=("kind",), folder=folder)
     given = {"folder": folder} if kind is ManipulationModel else {}
     model = decode_table(kind, table, "model", also=("kind",), **given)

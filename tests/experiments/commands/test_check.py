@@ -331,9 +331,20 @@ def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp
     assert list(tasks_out_of_reach(needing, [False], refused, achievable)) == []
 
 
+def test_places_side_by_side_that_two_objects_do_not_fit_are_told(run: Run, tmp_path: Path) -> None:
+    places = {"desk": "{ at = [0.45, -0.15] }", "tray": "{ at = [0.45, 0.15] }", "near": "{ at = [0.45, 0.22] }"}
+    jar = 'cup = { start = "desk" }\njar = { start = "near", kind = "box", size = [0.06, 0.1, 0.05] }'
+    (tmp_path / "pair.toml").write_text(cup_scenario(places=places).replace('cup = { start = "desk" }', jar))
+    found = run("check", "pair.toml", "--json").json["places"]
+    crowded = {(one["object"], one["location"]): one["crowded_by"] for one in found if one["crowded_by"]}
+    assert crowded[("cup", "near")] == [{"object": "jar", "location": "tray"}]
+    assert crowded[("jar", "tray")] == [{"object": "cup", "location": "near"}]
+    assert all(one["put"] for one in found)
+
+
 def test_all_that_case_study_3_may_ask_for_is_possible(run: Run) -> None:
     result = run("check", "case_study_3", "--json")
     assert (result.status, result.err, len(result.json["places"])) == (0, "", 21)
     for place in result.json["places"]:
-        assert set(place) == {"object", "location", "take", "put", "reason"}
         assert (place["take"], place["put"], place["reason"]) == (True, True, None)
+        assert place["take_unless"] == place["put_unless"] == place["crowded_by"] == []

@@ -34,6 +34,12 @@ RELAX = 'formula = "F plant"\nrelax = [{ assume = "rock", when = "true", cost = 
             "tasks[1].preference: is no key of tasks[1]; "
             "write the heading [preference], and below it the keys of its own table",
         ),
+        (
+            GRAPH,
+            "transitions",
+            'file = "town.csv"\ntransitions',
+            "model.transitions: these are in the file already; leave out this key or `file`",
+        ),
         (GRAPH, 'to = "s2"', 'too = "s2"', "model.transitions[1].too: unknown key (did you mean 'to'?)"),
         (TABLE, 'marks = "clean"', 'mark = "x"', "model.locations.san.mark: unknown key (did you mean 'marks'?)"),
         (GRID, 'order = ["bake", "eat"]', 'over = "violation"', "preference.over: unknown key (did you mean 'order'?)"),
