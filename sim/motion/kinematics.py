@@ -29,11 +29,11 @@ MAX_SLOWDOWN = 2.5
 """Greatest duration along a path of the tool, as a multiple of that at its usual speed. Where the arm needs longer, its
 joints jump from one point of the path to the next, and the whole movement would be as slow as its greatest jump."""
 
-MAX_STRAY_M = 0.025
+MAX_STRAY_M = 0.015
 """How far the tool may leave a straight path on which the joints cannot follow it, m.
 
-Near the base, where the elbow has swung aside, the joints then move straight to the goal: the tool strays by 2 cm when
-it is lowered by 12 cm. The path is checked for collisions."""
+Near the base, where the elbow has swung aside, the joints then move on a curve to the goal: when the tool is lowered by
+12 cm, it strays by 3 mm, and by 12 if the elbow swings on the way. The path is checked for collisions."""
 
 MAX_TILTING_RAD = np.radians(10)
 """Greatest angle of the tool's z axes at both ends of a path for the hand to count as not tilting."""
@@ -148,14 +148,18 @@ class Arm(InverseKinematics):
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
-        They lie on a straight line, or on a parabola if the tool would be lower than `height`, m, midway.
+        They lie on a parabola through one with the tool midway between its positions at the ends, or as high as `height`,
+        m; or on a straight line, if the tool is higher there, or the arm does not reach that.
         """
         shares = np.linspace(0.0, 1.0, 17)
-        middle, bulge = (q + goal) / 2, np.zeros(len(q))
-        low = self.tool(middle)
-        if height is not None and low.position[2] < height:
-            raised = self.nearby(low.shifted([0.0, 0.0, height - low.position[2]]), middle)
-            bulge = bulge if raised is None else raised - middle
+        middle = (q + goal) / 2
+        there = self.tool(middle)
+        if height is None:
+            wanted = (self.tool(q).position + self.tool(goal).position) / 2
+        else:
+            wanted = np.append(there.position[:2], max(height, there.position[2]))
+        bent = self.nearby(there.shifted(wanted - there.position), middle)
+        bulge = np.zeros(len(q)) if bent is None else bent - middle
         gone = smooth_step(shares)[:, None]
         points = q + gone * (goal - q) + 4 * gone * (1 - gone) * bulge
         positions = [self.tool(point).position for point in points]

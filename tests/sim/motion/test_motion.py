@@ -106,7 +106,7 @@ def test_near_the_base_the_hand_comes_down_although_the_elbow_has_swung_aside(ar
     assert (references > low).all() and (references < high).all()
     tools = np.array([arm.tool(q).position for q in references])
     assert tools[-1] == pytest.approx(pose.position, abs=0.001)
-    assert np.hypot(*(tools - pose.position)[:, :2].T).max() < 0.025
+    assert np.hypot(*(tools - pose.position)[:, :2].T).max() < 0.015
 
 
 def test_the_elbow_does_not_wander(arm: Arm) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from skill_runs import assert_clean, assert_placed, perform_all
+from skill_runs import assert_clean, assert_placed, contacts, perform_all
 from walls import Box, with_boxes
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
@@ -179,3 +179,12 @@ def test_the_opened_hand_goes_round_what_it_would_push(table: Scene, monkeypatch
     assert not pressed[let_go:].any()
     assert_placed(cell, "cup", "b")
     assert_clean(cell)
+
+
+def test_near_the_base_the_fingers_come_down_beside_an_object_and_not_on_it() -> None:
+    places = Location("a", at=(0.321, -0.032)), Location("near", at=(0.159, 0.195))
+    brick = Object("brick", "a", kind="box", size=(0.042, 0.063, 0.083), mass=1.3)
+    scene = build_scene(ManipulationModel("home", COSTS, places, (brick,)))
+    there = "transit a", "grasp brick", "transport brick near", "release brick near"
+    cell = perform_all(scene, *there, "grasp brick", seed=None)
+    assert cell.held() == "brick" and contacts(cell.events) == []
