@@ -240,11 +240,21 @@ class Execution:
         else:
             return ()
         try:
-            cell = KinematicCell(self.scene, initial_state(self.scene))
-            found = culprits(failing, cell, self.scene, self._skills)
+            scene = self._as_observed(before)
+            found = culprits(failing, KinematicCell(scene, initial_state(scene)), scene, self._skills)
         except (ModelError, SimulationError):  # something lies off every location, or where there is no room for it
             return ()
         return (obj, *found) if found else ()
+
+    def _as_observed(self, state: ManipulationState) -> Scene:
+        """Return the scene with each location of one slot moved to where the object is observed that rests there."""
+        slots = dict(self.scene.slots)
+        for obj, place in state.places:
+            if len(slots[place]) == 1:
+                pose, slot = self.cell.observe(obj), slots[place][0]
+                at = np.append(pose.position[:2], slot.position[2])
+                slots[place] = (replace(slot, position=at, yaw=pose.shape.yaw_near(pose.yaw, slot.yaw)),)
+        return replace(self.scene, slots=slots)
 
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool

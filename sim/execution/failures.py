@@ -48,7 +48,7 @@ class Failures:
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS
         self.repeated |= repeated
         self._unreached[action] += run.blocked == ()
-        # In a rehearsal, objects are where they should be: what hinders there is not believed after moving it in vain.
+        # A rehearsal has no physics: what hinders there is not believed after moving it in vain.
         hindering = run.hindering if self._unreached[action] < MAX_ATTEMPTS else ()
         if repeated or run.blocked is not None:
             bars = self._instead if self._adds_detour(run, problem, before) else self.barred

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import mujoco
+import numpy as np
+
 from prefplan import Order, Problem, Task
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.symbolic import Action
@@ -39,3 +42,20 @@ def test_a_place_out_of_reach_is_not_tried_again_after_moving_objects_that_do_no
     ClosedLoop(run, problem, Planner(problem).cheapest(), go_on=continue_cheaply).run()
     actions = [step.action for step in run.steps]
     assert actions.count("transit far") == 1 and actions[-1] == "release box there"
+
+
+def test_what_hinders_a_grasp_is_found_where_objects_are_observed() -> None:
+    around = {"ahead": (0.58, 0.0), "back": (0.42, 0.0), "left": (0.5, 0.08), "right": (0.5, -0.08)}
+    places = tuple(Location(name, at=point) for name, point in (around | {"middle": (0.5, 0.0)}).items())
+    costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+    posts = (Object(name, name, kind="box", size=(0.04, 0.04, 0.1)) for name in around)
+    model = ManipulationModel("home", costs, places, (Object("cup", "middle"), *posts))
+    scene = build_scene(model)
+    data = initial_state(scene)
+    for name in around:  # nearer to the cup, but still at their locations
+        data.joint(name).qpos[:2] += 0.3 * (np.array([0.5, 0.0]) - around[name])
+    mujoco.mj_forward(scene.mujoco, data)
+    run = Execution(scene, data)
+    assert run.step("transit middle")
+    assert not run.step("grasp cup")
+    assert run.blocked and {"cup"} < set(run.hindering) < {"cup", *around}
