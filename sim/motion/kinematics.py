@@ -148,8 +148,8 @@ class Arm(InverseKinematics):
     def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
-        They lie on a parabola through one with the tool midway between its positions at the ends, or as high as `height`,
-        m; or on a straight line, if the tool is higher there, or the arm does not reach that.
+        They lie on a parabola through one with the tool midway between its positions at the ends, or at a `height`,
+        m; or on a straight line, if the tool is higher there anyway, or the arm does not reach that.
         """
         shares = np.linspace(0.0, 1.0, 17)
         middle = (q + goal) / 2
