@@ -1,7 +1,8 @@
 """Values of expressions and Python functions in label keys: the kernel calls `Values` once for each label.
 
-Expressions are turned into Python functions of a label's key. Where all values are whole, they are exact. Values with
-divisions, and those of Python functions, are rounded; their entries are integers in the same order (`ordered_number`).
+Expressions are turned into Python functions of a label's key, and computed exactly. Where they are not whole, entries
+are integers in the order of the nearest floats (`ordered_number`): rounded one by one, differences would be noise where
+they should be zero. Python functions compute in floats.
 """
 
 import ctypes
@@ -17,7 +18,7 @@ from numba import types
 from prefplan.errors import PreferenceError
 from prefplan.models.kernels import INFINITE
 from prefplan.preferences.contracts import LARGEST, text_of_costs, value_at
-from prefplan.preferences.expression import FUNCTIONS, Variable, fold, scaled
+from prefplan.preferences.expression import FUNCTIONS, Operation, Variable, fold, scaled
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OpaqueTerm
 from prefplan.search.keys import FALL, KeyEntry, KeyMap, ordered_number
@@ -76,7 +77,7 @@ class Values(types.WrapperAddressProtocol):
         exact[0] >>= self._shift
         for e, o, value_of in self._each:
             try:
-                value = value_of(exact)
+                value = value_of(exact) if o.is_whole else float(value_of(exact))
             except Exception:  # `value_at` says why
                 value = math.nan
             if not 0 <= value <= (INFINITE if o.is_whole else LARGEST):
@@ -93,19 +94,17 @@ class Values(types.WrapperAddressProtocol):
                 key[e] = exact[e] = entry
 
     def _value(self, entry: KeyEntry, o: Measure) -> ValueOf:
-        """Return what computes an entry: in units of mu, or in the user's units if values are rounded."""
-        unit, functions = "1" if o.is_whole else repr(float(o.unit)), dict[str, Callable[..., float]]()
-        terms = [f"k[{part}] * {unit}" for part in entry.parts]
-        terms += [self._text(o, formula, functions) for formula in entry.formulas]
-        value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", functions)
+        """Return what computes an entry: in units of mu, or in the user's units if values are not whole."""
+        unit, names = Fraction(1) if o.is_whole else o.unit, dict[str, Any]({"Fraction": Fraction})
+        terms = [f"k[{part}] * {_text_of(unit)}" for part in entry.parts]
+        terms += [self._text(o, formula, names) for formula in entry.formulas]
+        value: ValueOf = eval(f"lambda k: {' + '.join(terms)}", names)
         return value
 
-    def _text(self, o: Measure, formula: OpaqueTerm, functions: dict[str, Callable[..., float]]) -> str:
-        """Return an expression as Python over a key, and name the `functions` that it calls."""
+    def _text(self, o: Measure, formula: OpaqueTerm, names: dict[str, Any]) -> str:
+        """Return an expression as Python over a key, and add the functions that it calls to the `names`."""
         tree, rest = scaled(formula.tree, o.cost_unit, o.price_unit)
-
-        def constant(value: Fraction) -> str:
-            return str(int(value)) if value.denominator == 1 else repr(float(value))
+        ratio = "({} / {})" if isinstance(tree, Operation) and callable(tree.name) else "Fraction({}, {})"
 
         def variable(one: Variable) -> str:
             how, cost = (VIOLATION, 0) if one.violation else (TASK, o.cost)
@@ -114,14 +113,18 @@ class Values(types.WrapperAddressProtocol):
 
         def operation(name: str | Callable[..., float], *parts: str) -> str:
             if callable(name):
-                functions[called := f"f{len(functions)}"] = name
+                names[called := f"f{len(names)}"] = name
                 return f"{called}({', '.join(parts)})"
             if name in FUNCTIONS:
                 return f"{name}({', '.join(parts)})" if len(parts) > 1 or name == "abs" else parts[0]
-            return f"({parts[0]} {name} {parts[1]})"
+            return ratio.format(*parts) if name == "/" else f"({parts[0]} {name} {parts[1]})"
 
         factor = Fraction(formula.weight * rest / (o.unit if o.is_whole else 1))
-        return f"{fold(tree, constant, variable, operation)} * {constant(factor)}"
+        return f"{fold(tree, _text_of, variable, operation)} * {_text_of(factor)}"
 
     def _name(self, o: Measure) -> str:
         return next(named.key for named in self._layout.problem.preferences if named.name == o.name)
+
+
+def _text_of(value: Fraction) -> str:
+    return str(value.numerator) if value.denominator == 1 else repr(value)

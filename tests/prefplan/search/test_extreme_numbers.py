@@ -207,6 +207,22 @@ def test_a_fall_that_trials_missed_is_met_by_the_search() -> None:
         pareto_front(Problem(system, TASKS, Function(narrow, "componentwise")))
 
 
+NOTHING = Expression("p - p / (1 + p) - min(p, q) * min(p, q) / (1 + min(p, q))")
+"""0 where both tasks cost the same; in floats 2e-16 at 2."""
+
+
+def test_a_value_that_is_zero_is_within_a_bound_of_zero() -> None:
+    problem = Problem(line(2), {"p": "F a", "q": "F a"}, NOTHING)
+    assert cheapest_plan(problem, max_cost=2, max_preference=0).actions == ("go",)
+
+
+def test_a_value_that_is_less_only_if_rounded_does_not_fall() -> None:
+    system = TransitionSystem.from_transitions(
+        [("s", "go", "t", 2), ("t", "on", "u", 1)], start="s", labels={"u": ["a"]}
+    )
+    assert agreed(Problem(system, {"p": "F a", "q": "F a"}, NOTHING), max_cost=9) == [(3, 0)]
+
+
 def test_costs_that_a_deadline_makes_large_are_exact() -> None:
     front = pareto_front(Problem(line(4 * 10**18), TASKS[:1], Deadline({"p": Due(Decimal("0.5"))})))
     assert points(front) == [(4 * 10**18, 4 * 10**18)]
