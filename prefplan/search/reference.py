@@ -29,11 +29,12 @@ from typing import Any
 
 import numpy as np
 
-from prefplan.errors import LimitError
+from prefplan.errors import LimitError, PreferenceError
 from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
+from prefplan.preferences.contracts import text_of_costs, value_at
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
@@ -183,8 +184,26 @@ class ReferenceSearch:
         h = [max_min(distances, state) for distances in self._distances]
         if math.inf in h:
             return (math.inf,)
-        values = (o.value(*o.amounts([c[o.cost] for c in pcs], violations)) for o in self._problem.objectives)
-        return (*_plus(g, map(int, h)), *values)
+        amounts = (o.amounts([c[o.cost] for c in pcs], violations) for o in self._problem.objectives)
+        return (*_plus(g, map(int, h)), *(self._mu(k, *each) for k, each in enumerate(amounts)))
+
+    def _mu(self, k: int, costs: list[Fraction], violations: list[Fraction]) -> Any:
+        """Return the k-th mu of a preference cost set in the user's units.
+
+        Raises:
+            PreferenceError: a formula or function has no value or a negative one.
+        """
+        o = self._problem.objectives[k]
+        try:
+            value = o.value(costs, violations)
+        except Exception:  # `value_at` says why
+            value = math.nan
+        if not value >= 0:
+            priced, where = self._problem.priced, self._problem.preferences[k].key
+            for formula in o.formulas:
+                value_at((costs, violations), formula, priced, where)
+            raise PreferenceError(f"{where}: has no value at {text_of_costs((costs, violations), priced)}")
+        return value
 
     def _admits(self, f: Vector) -> bool:
         """Return whether a plan with these values is within the user's bounds, and no plan found so far is as good."""

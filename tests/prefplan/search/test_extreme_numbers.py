@@ -18,6 +18,7 @@ from prefplan import (
     Front,
     Function,
     Max,
+    NamedPreference,
     NoPlanError,
     Order,
     PreferenceError,
@@ -205,6 +206,24 @@ def test_a_fall_that_trials_missed_is_met_by_the_search() -> None:
     )
     with pytest.raises(PreferenceError, match=r"mu falls along a trajectory.*104730|mu falls .*p=104730"):
         pareto_front(Problem(system, TASKS, Function(narrow, "componentwise")))
+
+
+@pytest.mark.parametrize("cost", [1, 10**20])
+@pytest.mark.parametrize(
+    ("value", "words"), [("nan", "is nan"), ("-1", "must not be negative, but is -1"), ("x", "fails")]
+)
+def test_a_function_without_a_value_is_told_whatever_the_size_of_numbers(cost: int, value: str, words: str) -> None:
+    def gap(costs: Any, violations: Any) -> float:
+        return float(value if costs[0] == 104729 else max(costs))
+
+    system = TransitionSystem.from_transitions(
+        [("s", "go", "t", 104729), ("t", "on", "u", 2), ("u", "back", "s", cost)],
+        start="s",
+        labels={"t": ["a"], "u": ["b"]},
+    )
+    named = [NamedPreference("first", Order()), NamedPreference("second", Function(gap, "componentwise"))]
+    with pytest.raises(PreferenceError, match=f"^preferences.second: {words}.*p=104729"):
+        pareto_front(Problem(system, TASKS, named))
 
 
 NOTHING = Expression("p - p / (1 + p) - min(p, q) * min(p, q) / (1 + min(p, q))")
