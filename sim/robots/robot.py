@@ -12,6 +12,9 @@ from sim.errors import RobotError
 from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
 
+WRAPPED_SHAPES = mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER
+"""Parts of a tendon's path that are geoms: it is wrapped around them."""
+
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
     """Raise RobotError unless a robot has all named parts of each kind, such as `joint`."""
@@ -145,7 +148,9 @@ class Robot(ArmConstants):
             if joint is not None:  # else it was deleted with its parent finger
                 spec.delete(joint.parent)
         if all(body.explicitinertial for body in spec.bodies[1:]):  # it takes a tenth of the time without shapes
-            for part in (*spec.geoms, *spec.meshes):
+            path = [part for tendon in spec.tendons for part in tendon.path]
+            wrapped = {part.target.name for part in path if part.type in WRAPPED_SHAPES}
+            for part in (*(geom for geom in spec.geoms if geom.name not in wrapped), *spec.meshes):
                 spec.delete(part)
         return spec.compile()
 
