@@ -22,7 +22,8 @@ def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
         for name in names:
             if getattr(spec, kind)(name) is None:
                 known = spec.bodies if kind == "body" else getattr(spec, f"{kind}s")
-                raise RobotError(f"no {kind} {name!r} in its MJCF {choices(name, [part.name for part in known])}")
+                named = filter(None, (part.name for part in known))
+                raise RobotError(f"no {kind} {name!r} in its MJCF {choices(name, named)}")
 
 
 def always_available() -> None:

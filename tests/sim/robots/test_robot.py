@@ -22,3 +22,9 @@ from sim.robots.robot import Robot
 def test_what_the_mjcf_lacks_is_named(robot: Robot, lacking: str) -> None:
     with pytest.raises(RobotError, match=f"the robot `panda` has no {lacking} in its MJCF"):
         robot.spec()
+
+
+def test_parts_without_a_name_are_not_listed() -> None:
+    robot = replace(PANDA, gripper=replace(PANDA.gripper, pads=("left_pad", "zzz")))
+    with pytest.raises(RobotError, match=r"no geom 'zzz' in its MJCF \(valid: link0_shell, link0_trim, link1_shell"):
+        robot.spec()
