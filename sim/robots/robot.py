@@ -111,7 +111,11 @@ class Robot(ArmConstants):
 
         Raises `RobotError` if its MJCF cannot be loaded, or lacks a part that is named here.
         """
-        spec, gripper = self.mjcf(), self.gripper
+        gripper = self.gripper
+        try:
+            spec = self.mjcf()
+        except RobotError as error:
+            raise RobotError(f"the robot `{self.name}` is not available here: {error}") from None
         try:
             check_parts(
                 spec,
