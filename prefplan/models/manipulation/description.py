@@ -15,6 +15,9 @@ from prefplan.text.names import check_names
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
 
+MOST_OBJECTS = 10**9
+"""Greatest capacity of a location."""
+
 
 @dataclass(frozen=True)
 class Location:
@@ -109,6 +112,8 @@ def check_locations(locations: tuple[Location, ...]) -> None:
             check_known(f"{where}.clear_of", "location", other, names)
         if place.capacity < 1:
             raise ModelError(f"{where}.capacity: must be at least 1, not {place.capacity}")
+        if place.capacity > MOST_OBJECTS:
+            raise ModelError(f"{where}.capacity: must be at most {MOST_OBJECTS}")
         if place.marks is not None:
             check_names([place.marks], where=f"{where}.marks")
         if place.at is not None:
