@@ -99,12 +99,17 @@ def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], f
         ({name: at[0] for name, at in options.items()}, *alike),
         key=lambda chosen: sum(overlapping(*pair) for pair in itertools.combinations(chosen.values(), 2)),
     )
-    for name in options:
+    turned: set[str] = set()
+    # The second pass is for stations blocked by others that were turned later.
+    for name in (*options, *options):
         others = [station for other, station in stations.items() if other != name]
         blocked = partial(blockages, others=others, walls=walls, gripper=robot.gripper)
+        if name in turned and not any(blocked(stations[name])):
+            continue
         ranked = sorted(options[name], key=blocked)
         reached = (at for at in ranked if not blocked(at)[0] and _within_reach(arm, at))
         stations[name] = next(reached, ranked[0])
+        turned.add(name)
     return stations
 
 

@@ -119,6 +119,16 @@ def test_long_objects_side_by_side_are_turned_such_that_they_fit() -> None:
     assert [row[0].yaw for row in layout.slots.values()] == [0.0, 0.0]
 
 
+def test_a_row_is_turned_again_if_another_one_turned_beside_it() -> None:
+    rows = (
+        Location("a", at=(0.488, 0.139), capacity=3, kind="plate"),
+        Location("b", at=(0.557, -0.067), capacity=3),
+        Location("c", at=(0.359, 0.079), capacity=3),
+    )
+    layout = arrange(ManipulationModel("home", COSTS, rows, (Object("cube", "a"),)), PANDA)
+    assert [row[0].yaw for row in layout.slots.values()] == pytest.approx([0.0, np.pi / 2, 0.0])
+
+
 def board(name: str, start: str, length: float) -> Object:
     return Object(name, start, kind="box", size=(0.04, length, 0.03))
 
