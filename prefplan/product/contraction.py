@@ -91,7 +91,7 @@ def edges_between(
     """Return the edges of a path of one cost between two nodes on which no automaton moves before the last edge.
 
     There are none if there is no such path. Ties go to fewer actions, then to the model's order of actions. The
-    `automata` are the states before, and the cost is as in `Product.costs`.
+    `automata` are the states before, and the cost is as in `Graph.costs`.
     """
     rests = (product.tables.delta[np.arange(len(automata)), automata] == np.array(automata)[:, None]).all(axis=0)
     arrays = product.graph.offsets, product.graph.targets, product.graph.costs, product.graph.classes

@@ -47,7 +47,7 @@ class Paths:
     def through(self, graph: Graph, costs: np.ndarray) -> Paths:
         """Return the paths with the edges between the nodes of a contracted graph, which are here in place of edges.
 
-        The (T,) costs are those up to each node, as in `Product.costs`; see `edges_between`.
+        The (T,) costs are those up to each node, as in `Graph.costs`; see `edges_between`.
         """
         before, edges, automata, last = list[int](), list[int](), list[int](), list[int]()
         states, nodes, spent = self.automata.tolist(), self.edges.tolist(), costs.tolist()
