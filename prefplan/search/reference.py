@@ -34,7 +34,7 @@ from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
-from prefplan.preferences.contracts import text_of_costs, value_at
+from prefplan.preferences.contracts import TOLERANCE, text_of_costs, value_at
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
@@ -45,6 +45,9 @@ BYTES_A_LABEL = 1500
 
 CHECK_PERIOD = 64
 """Labels popped between two checks of the limits: a few milliseconds."""
+
+SLACK = Fraction(TOLERANCE)
+"""Relative tolerance for Python functions, exact, as some values are too large for floats."""
 
 Vector = tuple[Any, ...]
 Counts = tuple[int, ...]
@@ -158,6 +161,8 @@ class ReferenceSearch:
     ) -> None:
         """Create a label and add it to O, unless mu is too large, or another label of its product state is no worse."""
         f = self._f(state, g, pcs, violations)
+        if isinstance(parent, Label):
+            self._check_rise(parent.f, f, pcs, violations)
         if not self._admits(f):  # line 12
             return  # line 13
         actions = parent.actions + 1 if isinstance(parent, Label) else 0
@@ -169,6 +174,15 @@ class ReferenceSearch:
         others.append((key, y))  # line 15
         self._made += 1
         heapq.heappush(self._open, (f, actions, self._made, y))  # line 16
+
+    def _check_rise(self, before: Vector, after: Vector, pcs: tuple[Counts, ...], violations: Counts) -> None:
+        """Raise PreferenceError if a preference is less than before the last action (Definition 5)."""
+        costs = len(self._problem.cost_units)
+        for k, (one, other) in enumerate(zip(before[costs:], after[costs:], strict=False)):
+            if other < one and one - other > one * SLACK:
+                o, where = self._problem.objectives[k], self._problem.preferences[k].key
+                at = text_of_costs(o.amounts([c[o.cost] for c in pcs], violations), self._problem.priced)
+                raise PreferenceError(f"{where}: mu falls along a trajectory, on the last action to {at}")
 
     def _check(self, limits: Limits) -> None:
         """Raise LimitError if a limit is reached."""

@@ -195,12 +195,13 @@ def test_a_claim_is_tried_on_costs_as_large_as_the_problems() -> None:
         Problem(fork((4000, 2000), (2000, 4001)), TASKS, preference)
 
 
-def test_a_fall_that_trials_missed_is_met_by_the_search() -> None:
+@pytest.mark.parametrize("cost", [1, 10**20])
+def test_a_fall_that_trials_missed_is_met_by_the_search(cost: int) -> None:
     def narrow(costs: Any, violations: Any) -> float:
         return 0.0 if max(costs) == 104729.5 else float(max(costs))
 
     system = TransitionSystem.from_transitions(
-        [("s", "go", "t", 104728), ("t", "on", "u", 1.5), ("u", "back", "s", 1)],
+        [("s", "go", "t", 104728), ("t", "on", "u", 1.5), ("u", "back", "s", cost)],
         start="s",
         labels={"u": ["a"], "t": ["b"]},
     )
