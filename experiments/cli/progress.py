@@ -1,5 +1,6 @@
 """Progress bars on a terminal."""
 
+import sys
 from collections.abc import Callable
 
 from rich.progress import (
@@ -45,6 +46,8 @@ class Bars(Progress):
             TextColumn("{task.fields[what]}"),
             console=console,
             transient=True,
+            # What is printed on stdout meanwhile goes there, unless it has to share a terminal with the bars.
+            redirect_stdout=sys.stdout.isatty(),
             disable=is_quiet() or not console.is_terminal,
         )
         self._stages: dict[str, TaskID] = {}

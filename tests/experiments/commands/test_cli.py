@@ -186,6 +186,16 @@ def test_quiet_bars_are_not_drawn(capsys: pytest.CaptureFixture[str], monkeypatc
         assert ("planning" in capsys.readouterr().err) is not quiet
 
 
+def test_what_is_printed_beside_bars_stays_on_stdout(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with Bars() as bars:
+        bars("planning", 0, 0, "")
+        print("{}")
+    assert capsys.readouterr().out == "{}\n"
+
+
 def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
