@@ -117,7 +117,9 @@ def _conditions(run: Execution, state: ManipulationState, hindering: Sequence[st
     # A temporary location is gone once nothing lies there.
     if not (obj or hindering) and run.blocked == () and symbolic.location in run.scene.slots:
         raising = raised_by(run.cell, symbolic.location)
-        return frozenset(at(name, place) for name, place in state.place.items() if name in raising)
+        if not state.place.keys() >= {*raising}:
+            return state.label
+        return frozenset(at(name, state.place[name]) for name in raising)
     if not (obj or hindering) or run.blocked is None or not blockers <= state.place.keys():
         return state.label
     places = {at(name, state.place[name]) for name in blockers}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -15,6 +16,7 @@ from prefplan.replanning import continue_cheaply
 from sim.errors import SimulationError
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
+from sim.execution.failures import Failures
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
@@ -59,3 +61,17 @@ def test_what_hinders_a_grasp_is_found_where_objects_are_observed() -> None:
     assert run.step("transit middle")
     assert not run.step("grasp cup")
     assert run.blocked and {"cup"} < set(run.hindering) < {"cup", *around}
+
+
+def test_a_place_out_of_reach_is_not_barred_for_good_where_what_is_there_was_not_known() -> None:
+    at = {"far": (0.6, 0.25), "rest": (0.4, 0.1), "here": (0.45, -0.2)}
+    costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+    places = tuple(Location(name, at=point) for name, point in at.items())
+    model = ManipulationModel("home", costs, places, (Object("cup", "far"), Object("box", "here")))
+    problem = Problem(model.transition_system(), [Task("cup", "F cup_rest")], Order())
+    scene = build_scene(model)
+    run = Execution(scene, initial_state(scene), skills=SKILLS | {"transit": ShortArm()})
+    assert not run.step("transit far") and run.blocked == ()
+    state, failures = run.reground(), Failures()
+    failures.record(run, problem, [replace(state, places=(("box", "here"),))])
+    assert {bars for bars, _ in failures.barred} == {frozenset({"cup_far"}), frozenset({"box_here"})}
