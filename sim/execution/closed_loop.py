@@ -112,10 +112,10 @@ class ClosedLoop:
             raise _GivenUp(surprise)
         try:
             state = run.reground()
+            if run.steps:
+                self._failures.record(run, self._problem, self._states)
         except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
-        if run.steps:
-            self._failures.record(run, self._problem, self._states)
         self._states[len(run.steps) :] = [state]
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
         try:

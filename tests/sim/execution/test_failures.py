@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
+import pytest
 
 from prefplan import Order, Problem, Task
-from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.manipulation.symbolic import Action
 from prefplan.planner import Planner
 from prefplan.replanning import continue_cheaply
@@ -17,11 +18,12 @@ from sim.errors import SimulationError
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
 from sim.execution.failures import Failures
+from sim.perception.sensors import ExactSensor, ObjectPose
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
 from sim.skills.transit import TransitSkill
-from sim.world.scene import build_scene, initial_state
+from sim.world.scene import Scene, build_scene, initial_state
 
 
 class ShortArm(TransitSkill):
@@ -75,3 +77,34 @@ def test_a_place_out_of_reach_is_not_barred_for_good_where_what_is_there_was_not
     state, failures = run.reground(), Failures()
     failures.record(run, problem, [replace(state, places=(("box", "here"),))])
     assert {bars for bars, _ in failures.barred} == {frozenset({"cup_far"}), frozenset({"box_here"})}
+
+
+class Camera(ExactSensor):
+    """Sees nothing once it is broken."""
+
+    broken = False
+
+    def observe(self, scene: Scene, data: mujoco.MjData, obj: str) -> ObjectPose | None:
+        """See `Sensor`."""
+        return None if Camera.broken else super().observe(scene, data, obj)
+
+
+def test_a_sensor_that_fails_when_it_is_asked_what_raised_the_hand_ends_the_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    places = Location("far", at=(0.6, 0.25)), Location("rest", at=(0.4, 0.1))
+    costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+    model = ManipulationModel("home", costs, places, (Object("cup", "far"),))
+    problem = Problem(model.transition_system(), [Task("cup", "F cup_rest")], Order())
+    scene = build_scene(model)
+    run = Execution(scene, initial_state(scene), sensor=Camera(), skills=SKILLS | {"transit": ShortArm()})
+    reground = run.reground
+
+    def last() -> ManipulationState:
+        state = reground()
+        monkeypatch.setattr(Camera, "broken", True)
+        return state
+
+    monkeypatch.setattr(run, "reground", last)
+    ClosedLoop(run, problem, Planner(problem).cheapest(), go_on=continue_cheaply).run()
+    assert run.reason and "nothing has been seen of cup" in run.reason
