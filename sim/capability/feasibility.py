@@ -90,15 +90,12 @@ class Feasibility:
         actions = f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
         staying = Rehearsal(actions, places, obj, location)
         placeable = start == location or self._is_placeable(staying)
-        brought = None if start == location else self._immovable.get(obj)
-        if start != location and placeable and brought is None:
-            with suppress(ModelError):  # its supports at the start may have to be its supports at the location
-                brought = self._attempt(bringing(obj, start, location, places))
-                if brought.for_good and brought.done < TAKEN:
-                    self._immovable[obj] = brought
+        brought = self._brought(obj, location, places) if placeable else None
         if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
         stayed = self._stayed(staying)
+        if not placeable and stayed.error is None:  # from elsewhere, the hand fits there after all
+            placeable, brought = True, self._brought(obj, location, places)
         arrives = brought is not None and brought.done >= BROUGHT
         if stayed.done >= TAKEN and (arrives or (brought is None and stayed.error is None)):
             return PlaceCheck(obj, location)
@@ -115,6 +112,19 @@ class Feasibility:
             return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
         reason = self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error)
         return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
+
+    def _brought(self, obj: str, location: str, places: Places) -> Attempt | None:
+        """Attempt to bring an object from its start to a location; None if it starts there, or cannot be tried."""
+        start = self._scene.model.initial_state.place[obj]
+        if start == location:
+            return None
+        if obj not in self._immovable:
+            with suppress(ModelError):  # its supports at the start may have to be its supports at the location
+                brought = self._attempt(bringing(obj, start, location, places))
+                if not brought.for_good or brought.done >= TAKEN:
+                    return brought
+                self._immovable[obj] = brought
+        return self._immovable.get(obj)
 
     def _crowding(self, obj: str, location: str) -> Neighbours:
         """Return other objects, each with a location, beside which there is no room for an object at a location.

@@ -259,6 +259,21 @@ def test_what_is_brought_without_the_others_and_grasped_again_can_be_grasped_the
     assert answer.take and answer.put and answer.reason == str(wall)
 
 
+def test_what_is_put_down_only_as_it_is_grasped_there_is_not_said_to_be_brought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Feasibility, "_is_placeable", lambda *_: False)
+    rack = BlockedError.beside_fingers({"fixture rack"})
+
+    def tried(rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
+        return (2, rack) if len(rehearsal.actions) > BROUGHT else (3, None)
+
+    places = (Location(name, at=(0.5, 0.2 * k)) for k, name in enumerate(("here", "there")))
+    model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "here"),))
+    answer = asked(build_scene(model), tried).check("cup", "there")
+    assert (answer.take, answer.put, answer.reason) == (True, False, f"from here: {rack}")
+
+
 def low_pantry() -> Scene:
     """Return a jar and a cup under a board, one of them at its edge, so low that the hand does not fit below it."""
     shelf = Fixture("pantry", "shelf", at=(0.62, 0.28, 0.0), size=(0.24, 0.5, 0.3), yaw=180, boards=(0.0, 0.1))
