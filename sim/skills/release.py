@@ -114,9 +114,10 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
     """Return the tool's pose that sets the held object, as it is in the hand, upright into a slot, and a width, m.
 
     The hand can open to this width there; None if it has not been determined. The object's lowest point sets the
-    height. The arm may be moving if the sensor needs one observation; otherwise this waits until it rests.
+    height. The arm may be moving if the sensor needs one observation and the hand does not tilt; otherwise this waits
+    until it rests.
     """
-    if cell.sensor.samples > 1:
+    if cell.sensor.samples > 1 or not cell.arm.tool(cell.reference).points_down:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
     if held.is_upright and not (shape.pairs or shape.seats):

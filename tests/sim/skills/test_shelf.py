@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from scenario_texts import shipped
 from scipy.spatial.transform import Rotation
-from skill_runs import assert_clean, assert_placed, perform_all
+from skill_runs import assert_clean, assert_good, assert_placed, perform_all
 
 from prefplan import ManipulationModel
 from prefplan.models.manipulation.model import Fixture, Location, Object
 from prefplan.scenario.decode import loads
 from sim.errors import BlockedError
+from sim.execution.executor import execute
 from sim.geometry.rectangle import Rectangle, contains
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
@@ -126,3 +127,26 @@ def test_nothing_is_set_aside_in_front_of_a_board() -> None:
     assert turn is not None
     place = turn.pose.footprint
     assert contains(Rectangle(np.array([0.62, 0.28]), np.array([0.12, 0.25]), 0.0), place)
+
+
+def test_under_a_low_board_the_hand_comes_to_rest_before_the_object_in_it_is_measured() -> None:
+    shelf = Fixture("rack", kind="shelf", at=(0.55, 0.4, 0.0), size=(0.238, 0.364, 0.45), yaw=180, boards=(0.0, 0.205))
+    places = Location("l0", at=(0.432, -0.026)), Location("l1", at=(0.464, 0.077)), Location("g", at=(0.55, 0.4, 0.0))
+    can = Object("can", "l1", kind="cylinder", size=(0.058, 0.067))
+    scene = build_scene(
+        ManipulationModel("home", COSTS, (*places, Location("l2", at=(0.342, 0.034))), (can,), fixtures=(shelf,))
+    )
+    run = execute(scene, ["transit l1", "grasp can", "transport can g", "release can g"])
+    assert_good(run)
+
+
+def test_a_tilted_hand_takes_an_object_as_it_is_tilted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def chosen(*_: Any, **__: Any) -> None:
+        raise AssertionError("a grasp from another side was looked for")
+
+    scene = build_scene(shipped("shelf").model)
+    cell = perform_all(scene, "transit pile", seed=None)
+    monkeypatch.setattr(grasp, "choose_grasp", chosen)
+    before = cell.arm.tool(cell.reference).rotation[:, 2]
+    perform(cell, "grasp jam", ahead=("transport jam aside", "release jam aside"))
+    assert before @ cell.arm.tool(cell.reference).rotation[:, 2] > np.cos(np.radians(15))
