@@ -14,7 +14,7 @@ from sim.perception.grounding import hand_over
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import drag_free, find_drag
-from sim.skills.grasp_choice import ChosenGrasp, choose_grasp
+from sim.skills.grasp_choice import ChosenGrasp, choose_grasp, find_grasp
 from sim.skills.hand import (
     BLEND_M,
     LIFT_DURATION_S,
@@ -123,14 +123,18 @@ class GraspSkill(Grasp, Skill):
 
     def _lift(self, cell: Workcell, obj: str, pose: ObjectPose, yaw: float, destination: str | None) -> np.ndarray:
         """Grasp an object with the first suitable grasp and raise it; return the pads' contact forces, (pads,) N."""
-        came_down = cell.arm.tool(cell.reference).points_down
-        tried: list[ToolPose] = []
+        here, tried = cell.arm.tool(cell.reference), list[ToolPose]()
         failure: BlockedError | None = None
-        for tilted in (not came_down, *[True] * MORE_GRASPS):
+        # From where a tilted hand is, as after a release in a shelf, the way to another grasp may be blocked.
+        alike = None
+        if not here.points_down:
+            alike = find_grasp(cell, obj, pose, yaw, destination=destination, like=here, certain=True)
+        for tilted in (not here.points_down, *[True] * MORE_GRASPS):
             try:
-                choice = choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
+                choice = alike or choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
             except SimulationError as error:
                 raise failure or error from None
+            alike = None
             try:
                 return self._pick_up(cell, obj, pose, choice)
             except BlockedError as error:

@@ -76,6 +76,7 @@ def find_grasp(
     *,
     destination: str | None = None,
     tilted: bool = False,
+    like: ToolPose | None = None,
     unlike: Sequence[ToolPose] = (),
     certain: bool = False,
 ) -> ChosenGrasp | None:
@@ -92,11 +93,12 @@ def find_grasp(
         yaw: heading of the preferred closing direction, rad.
         destination: location at which the object is put down next; None if that is not known.
         tilted: leave out grasps for which the hand points straight down.
-        unlike: leave out grasps for which the hand points in the direction of one of these poses (`TILT_STEP_RAD`).
+        like: leave out grasps for which the hand does not point in the direction of this pose (`TILT_STEP_RAD`).
+        unlike: leave out grasps for which the hand points in the direction of one of these poses.
         certain: whether the grasp must be possible there for a standing object, too.
     """
     slot, others = _next_slot(cell, obj, destination), dict[bytes, ChosenGrasp]()
-    for choice in _free_grasps(cell, obj, pose, frame_of(pose, yaw), tilted=tilted, unlike=unlike):
+    for choice in _free_grasps(cell, obj, pose, frame_of(pose, yaw), tilted=tilted, like=like, unlike=unlike):
         if slot is None:
             return choice
         alike = _placed_alike(cell.scene.shapes[obj], choice.grasp)
@@ -116,6 +118,7 @@ def _free_grasps(
     frame: np.ndarray,
     *,
     tilted: bool,
+    like: ToolPose | None = None,
     unlike: Sequence[ToolPose],
     blockers: set[str] | None = None,
 ) -> Iterator[ChosenGrasp]:
@@ -126,7 +129,7 @@ def _free_grasps(
     """
     for grasp in ranked(cell, obj, frame):
         tool = grasp.at(pose.position, frame)
-        if tilted and tool.points_down:
+        if (tilted and tool.points_down) or (like is not None and not _points_alike(tool, like)):
             continue
         if blockers is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
             continue
@@ -138,8 +141,13 @@ def _free_grasps(
         except SimulationError:
             continue
         else:
-            if all(choice.tool.rotation[:, 2] @ other.rotation[:, 2] <= np.cos(TILT_STEP_RAD) for other in unlike):
+            if not any(_points_alike(choice.tool, other) for other in unlike):
                 yield choice
+
+
+def _points_alike(one: ToolPose, other: ToolPose) -> bool:
+    """Return whether the hand points in nearly the same direction in two poses."""
+    return bool(one.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD))
 
 
 def freely(cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose) -> ChosenGrasp:
