@@ -46,10 +46,11 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
         loaded = pp.load(scenario)
     with Bars() as bars:
         found = checkup.check(loaded, robot=robot, quick=quick, limits=limits, tell=bars)
+    stopped = not found["complete"] and (found["interrupted"] or limits.out_of_time)
     if as_json:
         output.print_json(found)
     else:
-        _show(Console(), found, loaded.problem().display)
+        _show(Console(), found, loaded.problem().display, stopped=stopped)
     for warning in found["warnings"]:
         tell(f"warning: {warning}")
     for fault in found["faults"]:
@@ -57,17 +58,19 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     if found["interrupted"]:
         tell("interrupted")
         return INTERRUPTED
+    if stopped:
+        tell("stopped by the time limit; not all was checked")
     if found["faults"]:
         return BAD_INPUT
     impossible = checkup.impossible(found)
     return no_plan(pp.Reason("task", impossible)) if impossible else DONE
 
 
-def _show(console: Console, found: Mapping[str, Any], display: DisplayNames) -> None:
-    """Print what `experiments.checks.checkup.check` found."""
+def _show(console: Console, found: Mapping[str, Any], display: DisplayNames, *, stopped: bool) -> None:
+    """Print what `experiments.checks.checkup.check` found until it was perhaps stopped."""
     console.print(f"{found['scenario']}: a {found['kind']} model", style="bold")
     if found["states"] is None:
-        size = "states not counted" if found["interrupted"] else "more states than could be listed"
+        size = "states not counted" if stopped else "more states than could be listed"
     else:
         unreachable = found["states"] - found["reachable"]
         beyond = f" ({unreachable} cannot be reached)" if unreachable else ""
