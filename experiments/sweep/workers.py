@@ -62,7 +62,7 @@ def work(
     interrupted = False
     records = Journal(path, header, key=batch.key)
     missing = [number for number in range(count) if number not in records.done]
-    results = on_this_machine(batch, missing, jobs=jobs or cpu_count())
+    results = on_this_machine(batch, missing, jobs=min(jobs or cpu_count(), max(1, len(missing))))
     try:
         tell(stage, count - len(missing), count, _words(records.done))
         with closing(results):

@@ -46,9 +46,9 @@ def path_of(scenario: str | Path) -> Path:
 
 
 def is_scenario(path: Path) -> bool:
-    """Return whether a file is TOML and has the top-level keys that every scenario needs."""
+    """Return whether a path is that of a regular file in TOML with the top-level keys that every scenario needs."""
     try:
-        return contents(text_of(path), path).keys() >= set(NEEDED)
+        return os.path.isfile(path) and contents(text_of(path), path).keys() >= set(NEEDED)
     except ScenarioError:
         return False
 

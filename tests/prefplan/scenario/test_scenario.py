@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -92,6 +93,13 @@ def test_what_may_be_left_out_or_said_otherwise(file: Path, text: str, old: str,
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="nowhere.toml: no such file$"):
         load(tmp_path / "nowhere.toml")
+
+
+def test_a_pipe_in_the_folder_is_not_read_to_list_scenarios(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.toml")
+    with pytest.raises(ScenarioError, match="no scenario named 'missing'"):
+        load("missing")
 
 
 def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
