@@ -106,6 +106,8 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     from experiments.runs.run_plan import run_plan, scene_of
     from sim.evidence.certificate import certify
 
+    if isinstance(scenario, Problem):
+        raise PrefplanError("assert_completed: needs a scenario, which has the arm's scene; a Problem has none")
     given = scenario if isinstance(scenario, Scenario) else load(str(scenario))
     scene = scene_of(given)
     wanted = choose(Planner(given.problem()), Wanted(plan))

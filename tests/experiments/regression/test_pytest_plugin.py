@@ -15,7 +15,7 @@ import pytest
 from numba.core.registry import cpu_target
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
-from experiments.regression.assertions import assert_front, assert_plan
+from experiments.regression.assertions import assert_completed, assert_front, assert_plan
 from experiments.runs import evidence, run_plan  # noqa: F401  # the same
 from prefplan import (
     Expression,
@@ -165,6 +165,11 @@ def test_preference_values_that_are_doubles_may_differ_in_their_last_places(prob
     assert plan.actions == ("go a", "go b")
     with pytest.raises(AssertionError, match="not the expected one"):
         assert_front(problem, [(4, 2.3333)])
+
+
+def test_a_problem_is_not_carried_out(problem: Problem) -> None:
+    with pytest.raises(PrefplanError, match="needs a scenario"):
+        assert_completed(problem)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
