@@ -39,14 +39,14 @@ def choose(
         UnfinishedError: a limit ended the search first; its `best` is the best plan known by then, or for an index the
             known plan that is nearest to it.
         PreferenceError: a bound on the cost is needed.
-        PrefplanError: the front has no plan of that index, or its penalty exceeds `max_preference`.
+        PrefplanError: the front within the bounds has no plan of that index.
     """
-    index, bound, max_cost = wanted
-    check_bounds(planner.problem, at_most, bound)
-    limits: pp.FrontLimits = {"max_cost": max_cost, "at_most": at_most}
+    index, max_preference, max_cost = wanted
+    bounds = bounds_of(planner.problem, at_most or {}, max_preference)
+    limits: pp.FrontLimits = {"max_cost": max_cost, "at_most": bounds}
     if isinstance(index, str):
         name = objective_name(planner.problem, index)
-        return planner.best(name, max_preference=bound, keep_on_interrupt=keep_on_interrupt, **limits)
+        return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
     front = planner.front(keep_on_interrupt=keep_on_interrupt, **limits)
     if front.reason:
         raise pp.NoPlanError(front.reason)
@@ -55,14 +55,7 @@ def choose(
         below = front.complete_below
         if nearest is None or index >= len(front) or below is None or nearest.cost >= below:
             raise pp.UnfinishedError(front.ended, complete_below=below, best=nearest)
-    from prefplan.exact_costs import admits
-    from prefplan.text.layout import number
-
-    plan = plan_at(front, index, "--plan")
-    if bound is not None and not admits(bound, plan.preference):
-        found = f"its penalty is {number(plan.preference)}"
-        raise pp.PrefplanError(f"--plan {index}: {found}, more than --max-preference {bound}")
-    return plan
+    return plan_at(front, index, "--plan")
 
 
 def objective_name(problem: pp.Problem, name: str) -> str:
@@ -77,12 +70,22 @@ def objective_name(problem: pp.Problem, name: str) -> str:
     raise pp.PrefplanError(f"--objective: unknown objective {name!r} {choices(name, names)}")
 
 
-def check_bounds(problem: pp.Problem, at_most: Mapping[str, Number] | None, max_preference: Number | None) -> None:
-    """Raise PrefplanError if `--at-most` or `--max-preference` bounds an objective that a problem does not have."""
-    for name in at_most or ():
+def bounds_of(
+    problem: pp.Problem, at_most: Mapping[str, Number], max_preference: Number | None
+) -> Mapping[str, Number]:
+    """Return the bounds of `--at-most` and `--max-preference` by objective.
+
+    Raises:
+        PrefplanError: the problem has no such objective.
+    """
+    for name in at_most:
         check_known("--at-most", "objective", name, problem.objective_names, pp.PrefplanError)
-    if max_preference is not None and not problem.preferences:
+    if max_preference is None:
+        return at_most
+    if not problem.preferences:
         raise pp.PrefplanError(f"--max-preference: there is no preference {choices('', problem.objective_names)}")
+    name = problem.preferences[0].name
+    return {**at_most, name: min(max_preference, at_most.get(name, max_preference))}
 
 
 def plan_at(front: pp.Front, index: int, option: str) -> pp.Plan:

@@ -13,7 +13,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
-from experiments.cli.choice import check_bounds, objective_name
+from experiments.cli.choice import bounds_of, objective_name
 from experiments.cli.command import command
 from experiments.cli.console import Console
 from experiments.cli.start import load_planner
@@ -71,17 +71,13 @@ def front(
     with limits:
         found = asking(pp.load(scenario), abstract=abstract)
         problem = found.problem()
-        check_bounds(problem, at_most, max_preference)
+        bounds = bounds_of(problem, at_most, max_preference)
         wanted = [objective_name(problem, name) for name in objectives]
-        bounds = dict(at_most)
-        if max_preference is not None:
-            name = problem.preferences[0].name
-            bounds[name] = min(max_preference, bounds.get(name, max_preference))
         planner = pp.Planner(problem)
         result = planner.front(over=wanted, max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
 
     def whole(index: int) -> str:
-        # With some options, plans have other numbers than on the whole front, which `prefplan plan` counts.
+        # With bounds and objectives, plans have other numbers than on the whole front.
         if objectives or bounds:
             return "with --json, all are printed"
         return f"`prefplan plan {shlex.quote(scenario)} --plan {index}` prints all"
