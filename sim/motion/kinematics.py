@@ -155,10 +155,10 @@ class Arm(InverseKinematics):
         middle = (q + goal) / 2
         there = self.tool(middle)
         if height is None:
-            wanted = (self.tool(q).position + self.tool(goal).position) / 2
+            shift = (self.tool(q).position + self.tool(goal).position) / 2 - there.position
         else:
-            wanted = np.append(there.position[:2], max(height, there.position[2]))
-        bent = self.nearby(there.shifted(wanted - there.position), middle)
+            shift = np.array([0.0, 0.0, max(0.0, height - there.position[2])])
+        bent = self.nearby(there.shifted(shift), middle) if shift.any() else None
         bulge = np.zeros(len(q)) if bent is None else bent - middle
         gone = smooth_step(shares)[:, None]
         points = q + gone * (goal - q) + 4 * gone * (1 - gone) * bulge
