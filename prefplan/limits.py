@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
+from itertools import count
 from typing import TypeVar
 
 import numpy as np
@@ -24,8 +25,11 @@ CHECK_PERIOD_S = 0.05
 MEMORY_CHECK_PERIOD_S = 0.005
 """Time between two checks of the memory in use, which take 0.01 ms each."""
 
+CLOCK_PERIOD = 10_000
+"""Nodes, edges, lines or entries that are read between two checks of the limits: they take up to 0.2 s."""
+
 MEMORY_SHARE = 0.8
-"""Share of the free memory that planning may use by default."""
+"""Share of the free memory that may be used by default."""
 
 
 def available_memory() -> int:
@@ -53,12 +57,13 @@ class Limits:
 
     Attributes:
         seconds: limit of the time since this was made, s.
-        bytes: limit of the memory, in addition to what was in use when this was made.
+        bytes: limit of the memory, in addition to what was in use when this was made; by default a share of what is
+            free.
         interrupted: whether Ctrl-C has ended what was to stay within them; see `interruptible`.
     """
 
     seconds: float = math.inf
-    bytes: float = math.inf
+    bytes: float = field(default_factory=lambda: MEMORY_SHARE * available_memory())
     interrupted: bool = False
     _began: float = field(default_factory=time.perf_counter)
     _in_use_before: int = field(default_factory=memory_in_use)
@@ -70,8 +75,13 @@ class Limits:
         outer = _present.get()
         if outer is not None:
             self.seconds = min(self.seconds, outer.seconds_left + time.perf_counter() - self._began)
-            if outer.bytes < math.inf:
-                self.bytes = min(self.bytes, outer.bytes - outer.bytes_taken + self.bytes_taken)
+            self.bytes = min(self.bytes, outer.bytes - outer.bytes_taken + self.bytes_taken)
+
+    @classmethod
+    def of(cls, seconds: float | None, bytes: float | None) -> Limits:
+        """Return limits, each of them the default if it is None."""
+        default = cls()
+        return cls(default.seconds if seconds is None else seconds, default.bytes if bytes is None else bytes)
 
     @property
     def out_of_time(self) -> bool:
@@ -93,7 +103,7 @@ class Limits:
         if self.out_of_time:
             raise LimitError("time")
         now = time.perf_counter()
-        if self.bytes < math.inf and (more_bytes or now >= self._next_memory_check):
+        if more_bytes or now >= self._next_memory_check:
             self._next_memory_check = now + MEMORY_CHECK_PERIOD_S
             if self.bytes_taken + more_bytes > self.bytes:
                 raise LimitError("memory")
@@ -108,6 +118,8 @@ class Limits:
         if self._outer is not None:
             _present.reset(self._outer)
 
+
+_CALLS = count(1)
 
 _present: ContextVar[Limits | None] = ContextVar("limits", default=None)
 
@@ -137,6 +149,13 @@ def check_limits(more_bytes: float = 0) -> None:
         limits.check(more_bytes)
     elif more_bytes > available_memory():
         raise LimitError("memory")
+
+
+def clocked(value: T) -> T:
+    """Return a value, such as a line of a file, and check the limits at every so many calls."""
+    if next(_CALLS) % CLOCK_PERIOD == 0:
+        check_limits()
+    return value
 
 
 def run_within_limits(run: Callable[[np.ndarray], T]) -> T:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
@@ -15,7 +15,7 @@ from experiments.cli.start import has_simulation
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import NoPlanError, UnfinishedError
-from prefplan.limits import MEMORY_SHARE, Limits, available_memory, interruptible
+from prefplan.limits import Limits, interruptible
 from prefplan.logic.mtbdd import same
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
@@ -56,8 +56,7 @@ def check(
         LimitError: a limit was reached before the scenario's problem was built.
         RobotError: the robot is unknown or cannot be loaded.
     """
-    with limits or nullcontext():
-        limits = Limits(bytes=MEMORY_SHARE * available_memory())
+    limits = limits or Limits()
     with limits:
         problem = scenario.problem()
     model, contract = scenario.model, problem.measure.contract

@@ -1,6 +1,5 @@
 """Options that several commands have, as decorators."""
 
-import math
 from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
@@ -193,5 +192,4 @@ def limits(found: str = "what is known by then") -> Decorator:
 def _limits(*, max_seconds: float | None, max_memory: float | None) -> Any:
     from prefplan.limits import Limits  # loads numpy, which the help can do without
 
-    time, memory = (math.inf if limit is None else limit for limit in (max_seconds, max_memory))
-    return Limits(time, memory)
+    return Limits.of(max_seconds, max_memory)

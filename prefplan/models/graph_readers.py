@@ -12,19 +12,17 @@ import zlib
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain, count
+from itertools import chain
 from pathlib import Path
 from sys import intern
-from typing import IO, TYPE_CHECKING, Any, TypeVar, cast
+from typing import IO, TYPE_CHECKING, Any, cast
 from xml.etree.ElementTree import ParseError
 
 from prefplan.errors import ModelError, check_known, prefixed
-from prefplan.limits import check_limits
+from prefplan.limits import check_limits, clocked
 
 if TYPE_CHECKING:
     import networkx as nx
-
-T = TypeVar("T")
 
 Columns = dict[str, list[Any]]
 """Values of each attribute, one for each node or edge; None or empty where it has none."""
@@ -40,10 +38,8 @@ NODE_COLUMNS = ("node", "x", "y", "labels")
 CHALLENGE_DEGREES = 1e-6
 """Unit of the coordinates of the 9th DIMACS challenge, degrees."""
 
-CHUNK_BYTES, CLOCK_PERIOD = 2**20, 10_000
-"""Bytes, and nodes, edges or lines, that are read between two checks of the limits: they take up to 0.1 s."""
-
-_CALLS = count()
+CHUNK_BYTES = 2**20
+"""Bytes that are read between two checks of the limits."""
 
 
 @dataclass(frozen=True)
@@ -110,19 +106,12 @@ def _contents(path: Path) -> bytes:
     return b"".join(chunks)
 
 
-def _clocked(value: T) -> T:
-    """Return a value, and at every so many calls check the limits of time and memory."""
-    if next(_CALLS) % CLOCK_PERIOD == 0:
-        check_limits()
-    return value
-
-
 def _graphml(contents: bytes, key: str) -> Listing:
     import networkx as nx  # takes 0.1 s, and few need it
 
     try:
         with warnings.catch_warnings(action="ignore"):
-            return _of_graph(nx.read_graphml(io.BytesIO(contents), node_type=_clocked, force_multigraph=True))
+            return _of_graph(nx.read_graphml(io.BytesIO(contents), node_type=clocked, force_multigraph=True))
     except ParseError as error:
         raise ModelError(f"line {error.position[0]}: not XML: {str(error).partition(':')[0]}") from None
     except (nx.NetworkXError, ValueError, LookupError, TypeError) as error:
@@ -133,10 +122,10 @@ def _node_link(contents: bytes, key: str) -> Listing:
     import networkx as nx
 
     try:
-        top = {"nodes": [], **json.loads(contents, object_hook=_clocked), "multigraph": True}
+        top = {"nodes": [], **json.loads(contents, object_hook=clocked), "multigraph": True}
         edges = "links" if "links" in top and "edges" not in top else "edges"  # before networkx 3.4, and since
-        clocked = {key: map(_clocked, top[key]) for key in ("nodes", edges)}
-        graph = nx.node_link_graph(top | clocked, directed=True, edges=edges)
+        lists = {key: map(clocked, top[key]) for key in ("nodes", edges)}
+        graph = nx.node_link_graph(top | lists, directed=True, edges=edges)
         unlisted = list(graph)[len(top["nodes"]) :]
         if unlisted and top["nodes"]:
             raise ModelError(f"{unlisted[0]!r} is the end of an edge, but not listed as a node")
@@ -151,7 +140,7 @@ def _node_link(contents: bytes, key: str) -> Listing:
 def _of_graph(graph: nx.MultiGraph) -> Listing:
     """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
-    listed = list(map(_clocked, directed.edges(data=True)))
+    listed = list(map(clocked, directed.edges(data=True)))
     nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))
     edges = _columns([data for _, _, data in listed], graph.graph.get("edge_default", {}))
     nodes["node"] = list(map(str, graph))
@@ -167,7 +156,7 @@ def _columns(entries: Sequence[Mapping[str, Any]], default: Mapping[str, Any]) -
 def _csv(contents: bytes, key: str) -> Listing:
     """Return the edges or the nodes of a table with a header line."""
     text = io.StringIO(contents.decode("utf-8-sig"), newline="")
-    rows = csv.reader(map(_clocked, text), skipinitialspace=True, strict=True)
+    rows = csv.reader(map(clocked, text), skipinitialspace=True, strict=True)
     try:
         header = next(filter(None, rows), [])
         for name in (*(ENDS if key == "file" else NODE_COLUMNS[:1]), *header):
@@ -183,7 +172,7 @@ def _csv(contents: bytes, key: str) -> Listing:
 
 def _dimacs(contents: bytes, key: str) -> Listing:
     """Return the arcs or the nodes of a file of the 9th DIMACS challenge."""
-    lines = enumerate(map(_clocked, io.StringIO(contents.decode())), start=1)
+    lines = enumerate(map(clocked, io.StringIO(contents.decode())), start=1)
     rows = ((line, words) for line, text in lines if (words := text.split()) and words[0] != "c")
     _, heading = next(rows, (1, []))
     listing = replace(_table(rows, COLUMNS[key], key), degrees=CHALLENGE_DEGREES)

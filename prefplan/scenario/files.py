@@ -12,6 +12,9 @@ from prefplan.errors import ScenarioError, choices, describe
 FOLDER = Path(__file__).parents[2] / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
 
+MOST_LETTERS = 4_000_000
+"""Greatest length of a scenario: the parser, which looks at no clock, takes a second for it."""
+
 NEEDED = ("model", "tasks")
 """Top-level keys of every scenario."""
 
@@ -57,10 +60,15 @@ def text_of(path: Path) -> str:
     """Return the text of a file.
 
     Raises:
-        ScenarioError: it cannot be read.
+        ScenarioError: it cannot be read, or is too large.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        with path.open(encoding="utf-8") as file:
+            text = file.read(MOST_LETTERS + 1)
+        if len(text) > MOST_LETTERS:
+            own = 'a large graph has a file of its own, such as file = "graph.csv" in [model]'
+            raise ScenarioError(f"{path}: has more than {MOST_LETTERS} letters; {own}")
+        return text
     except FileNotFoundError:
         import difflib  # for messages only
 

@@ -13,6 +13,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 from prefplan.errors import ScenarioError, check_known, choices
 from prefplan.exact_costs import Number
+from prefplan.limits import clocked
 from prefplan.text.forms import types_of
 
 T = TypeVar("T")
@@ -54,6 +55,7 @@ def decode_table(kind: type[T], table: Any, where: str, *, also: tuple[str, ...]
 
     Raises:
         ScenarioError: a key is unknown or missing, or a value has the wrong type; the message begins with the key.
+        LimitError: a limit was reached.
     """
     keys = _keys(kind)
     valid, path = (*keys, *also), f"{where}." if where else ""
@@ -151,7 +153,8 @@ def _decode_each(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, .
     """Return the entries of a list, each of its type."""
     if len(_typed(list, value, where)) != len(kinds):
         raise ScenarioError(f"{where}: must have {len(kinds)} entries, not {len(value)}")
-    return tuple(decode(kind, entry, f"{where}[{i}]") for i, (kind, entry) in enumerate(zip(kinds, value, strict=True)))
+    pairs = enumerate(zip(kinds, value, strict=True))
+    return tuple(clocked(decode(kind, entry, f"{where}[{i}]")) for i, (kind, entry) in pairs)
 
 
 def _typed(kind: Any, value: Any, where: str) -> Any:

@@ -1,6 +1,5 @@
 """Limits of a search, and bounds of objectives, as a user gives them."""
 
-import math
 from collections.abc import Collection, Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -9,7 +8,7 @@ from typing import Any, TypedDict, Unpack
 
 from prefplan.errors import PreferenceError, PrefplanError, check_known, choices, describe
 from prefplan.exact_costs import Number, inclusive
-from prefplan.limits import MEMORY_SHARE, Limits, available_memory
+from prefplan.limits import Limits
 from prefplan.problem import Problem
 
 
@@ -64,9 +63,7 @@ def limits_of(problem: Problem, **wanted: Unpack[PlanLimits]) -> tuple[Limits, d
         if bound is not None:
             largest = inclusive(bound, keys.get(name, name))
             bounds[name] = min(largest, bounds.get(name, largest))
-    seconds, memory = _limit(wanted, "max_seconds"), _limit(wanted, "max_memory")
-    free = MEMORY_SHARE * available_memory() if memory is None else memory
-    return Limits(math.inf if seconds is None else seconds, free), bounds
+    return Limits.of(_limit(wanted, "max_seconds"), _limit(wanted, "max_memory")), bounds
 
 
 def _limit(wanted: Mapping[str, Any], key: str) -> float | None:

@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 from hostile_bench import BENCH, write_bench
 
+from prefplan.errors import LimitError
+from prefplan.limits import CLOCK_PERIOD, Limits
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.scenario.decode import loads
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
 
@@ -87,6 +90,15 @@ def test_a_file_that_unpacks_to_gigabytes_stays_within_its_memory(tmp_path: Path
     status, told, _, used = call("front", str(tmp_path / "roads.toml"), "--max-memory", "100")
     assert (tmp_path / "roads.csv.gz").stat().st_size < 6e6
     assert status == 4 and used < 1.1 * (idle + 100) and "memory" in told and "Traceback" not in told
+
+
+def test_a_scenario_without_end_is_refused_and_a_long_one_stays_within_its_time() -> None:
+    status, told, _, used = call("front", "/dev/zero")
+    assert status == 2 and "/dev/zero: has more than 4000000 letters" in told and used < 500
+    edges = ", ".join(f'{{from = "s{i}", to = "s{i + 1}"}}' for i in range(CLOCK_PERIOD))
+    text = ROADS.replace('file = "roads.csv.gz"', f"transitions = [{edges}]")
+    with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
+        loads(text)
 
 
 def test_a_file_of_a_million_nodes_and_links_stays_within_its_time(tmp_path: Path) -> None:

@@ -1,6 +1,9 @@
 """`prefplan draw`: pictures of a scenario's plans and automata."""
 
+from __future__ import annotations
+
 from decimal import Decimal
+from typing import TYPE_CHECKING
 
 import click
 
@@ -9,8 +12,11 @@ from experiments.checks.no_plan import no_plan
 from experiments.cli import options
 from experiments.cli.command import command
 from experiments.cli.start import load_planner
-from experiments.cli.status import DONE, say
+from experiments.cli.status import DONE, say, tell
 from prefplan.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from prefplan.limits import Limits
 
 
 @command
@@ -23,7 +29,8 @@ from prefplan.errors import ScenarioError
 @options.scenario
 @click.argument("file", type=click.Path(), help="The picture to write; it ends in .png, .svg or .pdf.")
 @options.max_cost
-def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
+@options.limits("the plans found by then")
+def draw(what: str, scenario: str, file: str, max_cost: Decimal | None, limits: Limits) -> int:
     """Draw a scenario's plans or its tasks' automata.
 
     Examples:
@@ -34,22 +41,28 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None) -> int:
     from experiments.figures.diagrams import automaton, node_link
     from experiments.figures.figures import picture_file
 
-    path, loaded = picture_file(file), pp.load(scenario)
-    if what == "automata":
-        problem = loaded.problem()
-        titles = [f"{task.label or task.name}: {task.formula}" for task in problem.tasks]
-        node_link.draw(dict(zip(titles, map(automaton.diagram, problem.automata), strict=True)), path)
-    elif loaded.model.kind == "manipulation":
-        raise ScenarioError(
-            f"{loaded.path}: model.kind: only the plans of a grid or graph model can be drawn; "
-            "`prefplan report` shows those of any model"
-        )
-    else:
+    path = picture_file(file)
+    with limits:
+        loaded = pp.load(scenario)
+        if what == "automata":
+            problem = loaded.problem()
+            titles = [f"{task.label or task.name}: {task.formula}" for task in problem.tasks]
+            node_link.draw(dict(zip(titles, map(automaton.diagram, problem.automata), strict=True)), path)
+            say(path)
+            return DONE
+        if loaded.model.kind == "manipulation":
+            raise ScenarioError(
+                f"{loaded.path}: model.kind: only the plans of a grid or graph model can be drawn; "
+                "`prefplan report` shows those of any model"
+            )
         load_planner()
         planner = pp.Planner(loaded.problem())
         front = planner.front(max_cost=max_cost)
-        if front.reason:
-            return no_plan(front.reason, planner)
+    if front.reason:
+        return no_plan(front.reason, planner)
+    if front:
         plans.draw(loaded, front, path)
-    say(path)
+        say(path)
+    if front.ended:
+        tell(front.ending)
     return DONE

@@ -282,15 +282,18 @@ def test_a_limit_before_any_plan_is_known_has_status_4(
     assert len(result.err.splitlines()) == 1 and "no plan is known yet" in result.err
 
 
-@pytest.mark.parametrize("command", ["front", "plan", "check"])
+@pytest.mark.parametrize(
+    "command", ["front ring.toml", "plan ring.toml", "check ring.toml", "draw plans ring.toml ring.svg"]
+)
 def test_time_is_counted_from_the_first_line_of_a_file_on(run: Run, tmp_path: Path, command: str) -> None:
     (tmp_path / "ring.gr").write_text("p sp 9 9\n" + "".join(f"a {k + 1} {(k + 1) % 9 + 1} 1\n" for k in range(9)))
     model = '[model]\nkind = "graph"\nfile = "ring.gr"\nstart = 1\n[model.labels]\n5 = ["goal"]\n'
     (tmp_path / "ring.toml").write_text(
         model + '[[tasks]]\nname = "go"\nformula = "F goal"\n[preference]\nkind = "order"\n'
     )
-    result = run(command, "ring.toml", "--max-seconds", "0")
+    result = run(*command.split(), "--max-seconds", "0")
     assert (result.status, result.out, result.err) == (4, "", "prefplan: stopped by the time limit\n")
+    assert not (tmp_path / "ring.svg").exists()
 
 
 @pytest.mark.parametrize(("below", "number", "best"), [(20, 1, None), (15, 1, 1), (15, 3, 2), (5, 0, 0), (None, 2, 2)])
