@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import resource
 import time
 from collections.abc import Callable, Iterator
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
 from itertools import count
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -28,16 +30,21 @@ MEMORY_CHECK_PERIOD_S = 0.005
 CLOCK_PERIOD = 10_000
 """Nodes, edges, lines or entries that are read between two checks of the limits: they take up to 0.2 s."""
 
+MEMORY_INFO = Path("/proc/meminfo")
+"""What Linux tells of the memory (proc_meminfo(5))."""
+
 MEMORY_SHARE = 0.8
 """Share of the free memory that may be used by default."""
 
 
 def available_memory() -> int:
-    """Return the free memory, bytes, or 2 GiB if that is not known."""
+    """Return the free memory, bytes, with that of cached files; 2 GiB if it is not known."""
     try:
-        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (OSError, ValueError):
-        return 2**31
+        told = MEMORY_INFO.read_text(encoding="ascii")
+    except OSError:
+        told = ""
+    found = re.search(r"^MemAvailable: +(\d+) kB", told, re.MULTILINE)
+    return int(found[1]) * 1024 if found else 2**31
 
 
 def memory_in_use() -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,11 +28,12 @@ from prefplan import (
     TransitionSystem,
     UnfinishedError,
     cheapest_plan,
+    limits,
     pareto_front,
     preferred_plan,
 )
 from prefplan.errors import LimitError, PrefplanError
-from prefplan.limits import Limits, run_within_limits
+from prefplan.limits import MEMORY_SHARE, Limits, run_within_limits
 from prefplan.search import incumbent
 from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import AT, END
@@ -267,3 +269,16 @@ def test_limits_inside_others_end_with_them() -> None:
     with Limits(seconds=60.0, bytes=1000.0):
         inner = Limits(seconds=0.0, bytes=10.0)
         assert inner.out_of_time and inner.bytes <= 10.0
+
+
+@pytest.mark.parametrize(
+    ("told", "free"),
+    [("MemTotal: 900 kB\nMemFree:  100 kB\nMemAvailable:     700 kB\n", 700 * 1024), ("MemFree: 100 kB\n", 2**31)],
+)
+def test_memory_that_holds_cached_files_is_free(
+    told: str, free: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "meminfo").write_text(told)
+    monkeypatch.setattr(limits, "MEMORY_INFO", tmp_path / "meminfo")
+    assert limits.available_memory() == free
+    assert Limits().bytes == pytest.approx(MEMORY_SHARE * free)
