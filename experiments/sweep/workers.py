@@ -1,23 +1,20 @@
 """Jobs carried out in other processes, whose results are kept one by one."""
 
-import signal
 import warnings
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
-from joblib import Parallel, cpu_count, delayed, parallel_config
+from joblib import cpu_count, delayed
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
+from sim.execution.processes import in_processes
 
 RECORDS = "rollouts.jsonl"
 """File of the records, in the folder of a batch."""
-
-IDLE_TIMEOUT_S = 20
-"""A process ends after this time without work, even if its parent was killed."""
 
 Record = dict[str, Any]
 """Result of a job, JSON-ready."""
@@ -92,7 +89,7 @@ def on_this_machine(batch: Batch, numbers: Iterable[int], *, jobs: int) -> Gener
     waiting = list(numbers)
     while waiting:
         try:
-            for record in _in_processes(batch, tuple(waiting), jobs):
+            for record in _records(batch, tuple(waiting), jobs):
                 waiting.remove(record[batch.key])
                 yield record
         except TerminatedWorkerError:
@@ -106,19 +103,10 @@ def _alone(batch: Batch, number: int) -> Record:
     # It may have been another job that killed the process: only crashes of this one alone count.
     for _ in range(2):
         with suppress(TerminatedWorkerError):
-            (record,) = _in_processes(batch, [number], 1)
+            (record,) = _records(batch, [number], 1)
             return record
     return batch.crashed(number, "the process that carried it out ended without a result, twice")
 
 
-def _in_processes(batch: Batch, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # for the processes, too: this one shuts them down
-    try:
-        # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
-        # but at most `jobs` jobs at a time.
-        with parallel_config(backend="loky", inner_max_num_threads=1, idle_worker_timeout=IDLE_TIMEOUT_S):
-            pool = Parallel(n_jobs=max(2, jobs), pre_dispatch=jobs, batch_size=1, return_as="generator_unordered")
-            results = pool(delayed(batch.record)(number) for number in numbers)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    yield from results
+def _records(batch: Batch, numbers: Iterable[int], jobs: int) -> Iterator[Record]:
+    return in_processes((delayed(batch.record)(number) for number in numbers), jobs=jobs)

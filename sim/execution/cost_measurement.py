@@ -7,7 +7,7 @@ from itertools import product
 from typing import cast
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 
 from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
@@ -17,6 +17,7 @@ from prefplan.models.manipulation.symbolic import Action, at, holding
 from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
+from sim.execution.processes import in_processes
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
 from sim.simulation.run import Effort
@@ -122,8 +123,11 @@ def measure_all(
     scene: Scene, wanted: Mapping[Pair, Sequence[Trial]], *, jobs: int = 1, skills: Mapping[str, Skill] = SKILLS
 ) -> Iterator[Measurement | Failure]:
     """Measure the actions of `trials` in `jobs` processes (1: this process), and yield results as they are finished."""
-    work = Parallel(n_jobs=jobs, batch_size=BATCH, return_as="generator_unordered")
-    yield from work(delayed(measure)(scene, pair, samples, skills) for pair, samples in wanted.items())
+    if jobs == 1:
+        yield from (measure(scene, pair, samples, skills) for pair, samples in wanted.items())
+    else:
+        calls = (delayed(measure)(scene, pair, samples, skills) for pair, samples in wanted.items())
+        yield from in_processes(calls, jobs=jobs, batch=BATCH)
 
 
 def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -> Effort:
