@@ -100,12 +100,6 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
     return halfway
 
 
-def admits(bound: Number, printed: Number) -> bool:
-    """Return whether a value printed by `to_number` may lie within a bound; see `inclusive`."""
-    limit = inclusive(bound)
-    return Fraction(printed) <= limit or printed == to_number(limit)
-
-
 def prints_as(value: Number, printed: Number) -> bool:
     """Return whether a number is equal to one printed by `to_number`, or a printed float is the nearest to it."""
     return exact(value) == exact(printed) or (isinstance(printed, float) and to_number(exact(value)) == printed)
