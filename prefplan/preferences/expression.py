@@ -102,8 +102,8 @@ def is_rounded(tree: Tree) -> bool:
 def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
     """Return an expression over costs as one over multiples of units, and the factor to multiply its value by.
 
-    Where nothing is rounded, its constants are whole, so that its values are, too. `cost` and `price` are the units
-    of costs and of violation costs.
+    Where nothing is divided but by numbers, its constants are whole, so that its values are, too. `cost` and `price`
+    are the units of costs and of violation costs.
     """
     if isinstance(tree, Constant):
         return Constant(Fraction(1)), tree.value
@@ -111,7 +111,8 @@ def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]
         return tree, price if tree.violation else cost
     parts, factors = zip(*[scaled(operand, cost, price) for operand in tree.operands], strict=True)
     if tree.name in ("*", "/"):
-        return Operation(tree.name, parts), ARITHMETIC[tree.name](*factors)
+        by_number = parts[1] == Constant(Fraction(1))
+        return parts[0] if by_number else Operation(tree.name, parts), ARITHMETIC[tree.name](*factors)
     unit = Fraction(1) if callable(tree.name) else common_unit(factors)
     return Operation(tree.name, tuple(map(_times_constant, parts, (factor / unit for factor in factors)))), unit
 

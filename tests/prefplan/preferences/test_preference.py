@@ -15,6 +15,7 @@ from prefplan import (
     WeightedSum,
     cheapest_plan,
 )
+from prefplan.preferences.expression import Variable, is_rounded, parse, scaled
 from prefplan.preferences.objective import Measure
 from prefplan.scenario.decode import from_dict
 
@@ -52,6 +53,12 @@ def test_values_by_hand(preference: dict[str, Any], expected: float) -> None:
     names, costs = ("x", "y", "z"), (Fraction(6), Fraction(5), Fraction(2))
     assert plan_of(names, costs, preference).preference == expected
     assert judge.reference(preference, names)(costs, (0, 0, 0)) == expected
+
+
+def test_values_of_an_expression_that_divides_by_numbers_only_are_whole_multiples_of_a_factor() -> None:
+    tree = parse("x * y / 3 + z / 4", {name: Variable(i) for i, name in enumerate("xyz")})
+    whole, factor = scaled(tree, Fraction(1), Fraction(1))
+    assert (is_rounded(whole), factor) == (False, Fraction(1, 12))
 
 
 def test_a_preference_over_violations_reads_the_prices_paid() -> None:
