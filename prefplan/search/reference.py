@@ -34,7 +34,7 @@ from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
-from prefplan.preferences.contracts import TOLERANCE, text_of_costs, value_at
+from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
@@ -205,14 +205,14 @@ class ReferenceSearch:
         """Return the k-th mu of a preference cost set in the user's units.
 
         Raises:
-            PreferenceError: a formula or function has no value or a negative one.
+            PreferenceError: a formula or function has no value or a negative one, or a function one that is too large.
         """
         o = self._problem.objectives[k]
         try:
             value = o.value(costs, violations)
         except Exception:  # `value_at` says why
             value = math.nan
-        if not value >= 0:
+        if not 0 <= value <= (math.inf if isinstance(value, Fraction) else LARGEST):
             priced, where = self._problem.priced, self._problem.preferences[k].key
             for formula in o.formulas:
                 value_at((costs, violations), formula, priced, where)

@@ -211,7 +211,8 @@ def test_a_fall_that_trials_missed_is_met_by_the_search(cost: int) -> None:
 
 @pytest.mark.parametrize("cost", [1, 10**20])
 @pytest.mark.parametrize(
-    ("value", "words"), [("nan", "is nan"), ("-1", "must not be negative, but is -1"), ("x", "fails")]
+    ("value", "words"),
+    [("nan", "is nan"), ("inf", "is inf"), ("-1", "must not be negative, but is -1"), ("x", "fails")],
 )
 def test_a_function_without_a_value_is_told_whatever_the_size_of_numbers(cost: int, value: str, words: str) -> None:
     def gap(costs: Any, violations: Any) -> float:
