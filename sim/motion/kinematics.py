@@ -84,14 +84,14 @@ class Arm(InverseKinematics):
     ) -> JointTrajectory:
         """Return the movement along a `transfer_path`, slowed until the joints' limits allow it.
 
-        If the hand tilts on the way, the joints move straight to the goal instead, or on a curve with the tool at
-        the height midway: along a tool path they might have to reverse.
+        If the hand tilts on the way, the joints move on a curve to the goal instead, with the tool midway between its
+        positions at the ends, or at the height: along a tool path they might have to reverse.
 
         Args:
             q: (n,) start.
             goal: (n,) configuration near the end, from `reach`: it determines how the elbow and the tool turn.
             pose: goal of the tool.
-            height: at which the tool passes, m; None for that of the higher end, and straight if the hand tilts.
+            height: at which the tool passes, m; None for that of the higher end, or midway if the hand tilts.
             drawn_in: how much nearer to the base the tool passes midway, m.
             seconds: least duration, s.
             ending: (M, n) rest of the previous movement, relative to q, rad; the sum of both keeps the limits.
@@ -102,12 +102,12 @@ class Arm(InverseKinematics):
 
         Raises:
             SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more,
-                or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` with the joints moving
-                straight to the goal.
+                or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` as the joints move on
+                that curve.
         """
         limits, start = self.limits(q, goal, load=load), self.tool(q)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
-            movement = timed(limits, *self._straight(q, goal, height), seconds=seconds)
+            movement = timed(limits, *self._curve(q, goal, height), seconds=seconds)
         else:
             turn = self._turn(q, goal)
             turn += wrap(pose.yaw - start.yaw - turn)
@@ -126,7 +126,7 @@ class Arm(InverseKinematics):
         seconds: float,
         height: float | None,
     ) -> JointTrajectory:
-        """Return the movement along a path if the arm can follow it and no joint jumps, else straight (`move`)."""
+        """Return the movement along a path if the arm can follow it and no joint jumps, else on a curve (`move`)."""
         knots, points = self._follow(q, goal, path)
         fault = "the arm cannot keep to its path to {} within the limits of its joints"
         if self._arrived():
@@ -134,7 +134,7 @@ class Arm(InverseKinematics):
             if movement.seconds <= MAX_SLOWDOWN * max(knots[-1], seconds):
                 return movement
             fault = "the arm's joints would jump on its path to {}"
-        knots, points = self._straight(q, goal, height)
+        knots, points = self._curve(q, goal, height)
         if self._stray(points) > MAX_STRAY_M:
             raise SimulationError(fault.format(in_metres(path.positions[-1])))
         return timed(limits, knots, points, seconds=seconds)
@@ -145,7 +145,7 @@ class Arm(InverseKinematics):
         along = off[-1] / max(float(np.linalg.norm(off[-1])), 1e-9)
         return float(np.linalg.norm(off - np.outer(off @ along, along), axis=1).max())
 
-    def _straight(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
+    def _curve(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
         They lie on a parabola through one with the tool midway between its positions at the ends, or at a `height`,
