@@ -149,7 +149,8 @@ class Arm(InverseKinematics):
         """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
         They lie on a parabola through one with the tool midway between its positions at the ends, or at a `height`,
-        m; or on a straight line, if the tool is higher there anyway, or the arm does not reach that.
+        m; or on a straight line, if the tool is higher there anyway, or the arm does not reach that. A joint that would
+        leave its range is nearer to the straight line.
         """
         shares = np.linspace(0.0, 1.0, 17)
         middle = (q + goal) / 2
@@ -161,7 +162,10 @@ class Arm(InverseKinematics):
         bent = self.nearby(there.shifted(shift), middle) if shift.any() else None
         bulge = np.zeros(len(q)) if bent is None else bent - middle
         gone = smooth_step(shares)[:, None]
-        points = q + gone * (goal - q) + 4 * gone * (1 - gone) * bulge
+        points, arch = q + gone * (goal - q), 4 * gone * (1 - gone) * bulge
+        low, high = np.minimum(self._low, np.minimum(q, goal)), np.maximum(self._high, np.maximum(q, goal))
+        room = np.where(arch > 0, high - points, points - low) / np.maximum(np.abs(arch), 1e-9)
+        points += np.minimum(room[1:-1].min(axis=0), 1.0) * arch
         positions = [self.tool(point).position for point in points]
         length = float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
         turn = float(np.abs(np.diff(points, axis=0)).sum(axis=0).max())

@@ -97,11 +97,13 @@ def test_no_movement_is_much_slower_than_its_length_warrants(arm: Arm) -> None:
     assert done > 390
 
 
-def test_near_the_base_the_hand_comes_down_although_the_elbow_has_swung_aside(arm: Arm) -> None:
-    aside = np.array([0.18, -0.64, 0.96, -3.06, 0.88, 2.45, -2.07])
-    above = arm.tool(aside)
+@pytest.mark.parametrize(
+    "aside", [[0.18, -0.64, 0.96, -3.06, 0.88, 2.45, -2.07], [2.88, -0.64, -0.97, -3.04, -0.87, 2.44, -0.72]]
+)
+def test_near_the_base_the_hand_comes_down_although_the_elbow_has_swung_aside(arm: Arm, aside: list[float]) -> None:
+    above = arm.tool(np.array(aside))
     goal, pose = arm.reach([ToolPose.down(above.position - [0.0, 0.0, 0.12], above.yaw)])
-    references = arm.move(aside, goal, pose).references
+    references = arm.move(np.array(aside), goal, pose).references
     low, high = arm.model.jnt_range.T
     assert (references > low).all() and (references < high).all()
     tools = np.array([arm.tool(q).position for q in references])
