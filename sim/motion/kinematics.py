@@ -164,8 +164,8 @@ class Arm(InverseKinematics):
         gone = smooth_step(shares)[:, None]
         points, arch = q + gone * (goal - q), 4 * gone * (1 - gone) * bulge
         low, high = np.minimum(self._low, np.minimum(q, goal)), np.maximum(self._high, np.maximum(q, goal))
-        room = np.where(arch > 0, high - points, points - low) / np.maximum(np.abs(arch), 1e-9)
-        points += np.minimum(room[1:-1].min(axis=0), 1.0) * arch
+        space = np.where(arch > 0, high - points, points - low) / np.maximum(np.abs(arch), 1e-9)
+        points += np.minimum(space[1:-1].min(axis=0), 1.0) * arch
         positions = [self.tool(point).position for point in points]
         length = float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
         turn = float(np.abs(np.diff(points, axis=0)).sum(axis=0).max())
