@@ -88,7 +88,8 @@ def assert_plan(
 def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost", seed: int | None = None) -> Outcome:
     """Assert that the simulated arm carries a plan out and that its log confirms this, and return the outcome.
 
-    After a mismatch the arm plans again, as in `prefplan run`; `run.replans` counts the new plans.
+    As in `prefplan run`, plans need only what the arm can do, and after a mismatch the arm plans again; `run.replans`
+    counts the new plans.
 
     Args:
         scenario: with a manipulation model.
@@ -103,13 +104,15 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
     # MuJoCo takes a second to load, and tests of fronts do not need it.
     from experiments.runs.certificates import in_a_line
     from experiments.runs.evidence import evidence
+    from experiments.runs.geometry import asking_in
     from experiments.runs.run_plan import run_plan, scene_of
     from sim.evidence.certificate import certify
 
     if isinstance(scenario, Problem):
         raise PrefplanError("assert_completed: needs a scenario, which has the arm's scene; a Problem has none")
-    given = scenario if isinstance(scenario, Scenario) else load(str(scenario))
-    scene = scene_of(given)
+    loaded = scenario if isinstance(scenario, Scenario) else load(str(scenario))
+    scene = scene_of(loaded)
+    given = asking_in(loaded, scene)
     wanted = choose(Planner(given.problem()), Wanted(plan))
     outcome = run_plan(given, scene, wanted, seed=seed, choice=plan)
     certificate = certify(evidence(outcome), scenario=given)
@@ -119,7 +122,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
         raise AssertionError(
             f"{given.name}: plan {plan!r} was not carried out: {why}\n\n"
             f"carried out: {condense(outcome.executed)}\n"
-            f"to watch it: prefplan run {given.path if given is scenario else scenario} --plan {plan}{drawn}"
+            f"to watch it: prefplan run {loaded.path if loaded is scenario else scenario} --plan {plan}{drawn}"
         )
     return outcome
 

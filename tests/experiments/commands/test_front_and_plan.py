@@ -12,6 +12,7 @@ from scenario_texts import DETOUR, PLACES, cup_scenario, task_tables
 
 from experiments.checks import diagnosis
 from experiments.cli.choice import Wanted, choose
+from experiments.regression.assertions import assert_completed
 from experiments.runs import geometry
 from prefplan.front import Front, UnfinishedError
 from prefplan.plan import Plan
@@ -366,6 +367,13 @@ def test_what_the_arm_cannot_do_is_not_planned_and_its_price_is_named(run: Run, 
     said = roofed().replace("[model]", "[model]\nabstract = true", 1)
     Path("said.toml").write_text(said)
     assert run(command, "said.toml", "--json").json["geometry"] == "abstract"
+
+
+@pytest.mark.slow
+def test_a_run_that_is_asserted_is_that_of_a_plan_that_the_arm_can_keep(detour: Path) -> None:
+    Path("roof.toml").write_text(roofed())
+    outcome = assert_completed("roof.toml")
+    assert (outcome.executed[-1], outcome.run.replans) == ("release cup side", 0)
 
 
 def test_no_plan_is_left_where_the_arm_cannot_do_what_a_task_needs(run: Run, detour: Path) -> None:
