@@ -48,7 +48,7 @@ class Arm(InverseKinematics):
         motors = [self.model.actuator(name).id for name in robot.joints]
         self._stiffness, self._gains = -self.model.actuator_biasprm[motors, 1:3].T
         self._damping = np.diag(self.model.opt.timestep * self._gains)
-        self._dynamics = InverseDynamics(self.model, robot.tool)
+        self._dynamics = InverseDynamics(self.model)
 
     def limits(self, *ends: np.ndarray, load: float = 0.0) -> MotionLimits:
         """Return the limits of a movement between (n,) configurations with a load at the tool, kg."""

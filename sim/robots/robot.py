@@ -15,6 +15,9 @@ from sim.robots.gripper import Gripper
 WRAPPED_SHAPES = mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER
 """Parts of a tendon's path that are geoms: it is wrapped around them."""
 
+LOAD = "load at the tool"
+"""Name of the body in `Robot.kinematics` that stands for what the arm bears; no object's name contains a space."""
+
 
 def check_parts(spec: mujoco.MjSpec, **parts: Iterable[str]) -> None:
     """Raise RobotError unless a robot has all named parts of each kind, such as `joint`."""
@@ -146,8 +149,12 @@ class Robot(ArmConstants):
 
     @cached_property
     def kinematics(self) -> mujoco.MjModel:
-        """The arm alone, without its fingers; it need not have shapes."""
+        """The arm alone, without its fingers, and a point mass of 0 at its tool; it need not have shapes."""
         spec = self.spec()
+        tool = spec.site(self.tool)
+        load = tool.parent.add_body(name=LOAD, pos=tool.pos, ipos=np.zeros(3), explicitinertial=True)
+        if tool.frame is not None:
+            load.set_frame(tool.frame)
         for name in self.gripper.joints:
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger

@@ -35,7 +35,7 @@ def test_torques_are_those_of_mujocos_inverse_dynamics_with_the_load_as_a_body(
     q, velocity, acceleration = PANDA.home + rng.normal(size=7) / 2, rng.normal(size=7), 3 * rng.normal(size=7)
     data.qpos[:], data.qvel[:], data.qacc[:] = q, velocity, acceleration
     mujoco.mj_inverse(loaded, data)
-    dynamics = InverseDynamics(PANDA.kinematics, PANDA.tool)
+    dynamics = InverseDynamics(PANDA.kinematics)
     holding, moving = dynamics.torques(q[None], velocity[None], acceleration[None], load=LOAD_KG)
     assert holding[0] + moving[0] == pytest.approx(data.qfrc_inverse, abs=1e-6)
     data.qvel[:], data.qacc[:] = 0.0, 0.0
@@ -56,8 +56,5 @@ def test_a_stretched_arm_lifts_a_load_within_its_torque_limits_and_no_slower_tha
     rows = np.vstack([np.repeat(start[0][None], 2, axis=0), loaded, np.repeat(loaded[-1:], 2, axis=0)])
     speeds = np.diff(rows, axis=0) / CONTROL_PERIOD_S
     moved = rows[1:-1], (speeds[1:] + speeds[:-1]) / 2, np.diff(speeds, axis=0) / CONTROL_PERIOD_S
-    shares = (
-        np.abs(np.sum(InverseDynamics(arm.model, PANDA.tool).torques(*moved, load=LOAD_KG), axis=0))
-        / PANDA.torque_limits
-    )
+    shares = np.abs(np.sum(InverseDynamics(arm.model).torques(*moved, load=LOAD_KG), axis=0)) / PANDA.torque_limits
     assert 0.9 < shares.max() < 1.0
