@@ -1,6 +1,6 @@
 """The description of a robot: its joints, limits and gripper, and the source of its MJCF."""
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
 
@@ -170,24 +170,12 @@ class Robot(ArmConstants):
         """Return (nbody,) bool: which bodies of a scene are the robot's."""
         return np.asarray(model.body_rootid == model.body(self.base).id)
 
-    def let_links_collide(self, model: mujoco.MjModel, *, apart_from: Collection[tuple[int, int]] = ()) -> None:
-        """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next.
-
-        Contacts between the pairs of bodies in `apart_from` need not be found, for speed.
-        """
+    def let_links_collide(self, model: mujoco.MjModel) -> None:
+        """Let MuJoCo find contacts between the robot's own links in a scene, except between a link and the next."""
         moved = self.bodies(model)
         links = moved[model.geom_bodyid] & (model.geom_contype != 0)
         model.geom_conaffinity[links] |= model.geom_contype[links]
         model.body_conaffinity[moved] |= model.body_contype[moved]
-        pairs = {frozenset(pair) for pair in apart_from if moved[list(pair)].all()}
-        # Each link of these pairs gets a bit that no geom uses, while there are any, and those of links it may touch.
-        bits = dict(zip(sorted(frozenset().union(*pairs)), (1 << bit for bit in range(2, 31)), strict=False))
-        for body, bit in bits.items():
-            known = sum(bits[other] for other in bits if other != body and {body, other} not in pairs)
-            geoms = links & (model.geom_bodyid == body)
-            model.geom_contype[geoms] = model.body_contype[body] = bit
-            model.geom_conaffinity[geoms] |= known
-            model.body_conaffinity[body] |= known
 
     def fingers(self, model: mujoco.MjModel) -> np.ndarray:
         """Return (ngeom,) bool: which geoms of a scene are the fingers', pads included."""

@@ -64,7 +64,6 @@ class CollisionChecker:
         met = {tuple(map(int, model.geom_bodyid[[*pair]])) for pair in self._pairs(self._data.contact.geom)}
         self._adjacent = {(one, other) for one, other in met if own[[one, other]].all()}
         self._known.clear()
-        robot.let_links_collide(model, apart_from=self._adjacent)
 
     @property
     def levers(self) -> np.ndarray:
