@@ -33,6 +33,14 @@ def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
     return np.flatnonzero(is_solid(model) & (model.geom_bodyid == model.body(body).id))
 
 
+def with_descendants(model: mujoco.MjModel, *bodies: int) -> np.ndarray:
+    """Return (nbody,) bool: which are some bodies and their descendants."""
+    found = np.isin(np.arange(model.nbody), bodies)
+    for body in range(1, model.nbody):
+        found[body] |= found[model.body_parentid[body]]
+    return found
+
+
 def columns(model: mujoco.MjModel, joint: str) -> tuple[slice, slice]:
     """Return the slices of a joint in a model's qpos and qvel."""
     found = model.joint(joint)

@@ -8,7 +8,7 @@ import numpy as np
 
 from prefplan.models.manipulation.surroundings import GripperSetup
 from sim.errors import RobotError
-from sim.geometry.mjcf import box_corners
+from sim.geometry.mjcf import box_corners, with_descendants
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, Gripper, Linkage, SuctionGripper
 
 COMMANDS = 25
@@ -125,8 +125,8 @@ def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str) -> list
 def _pads(data: mujoco.MjData, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
     """Return the geoms of the left and the right finger that are nearest to the tool: these hold objects."""
     model, site = data.model, data.site(tool)
-    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
-    shapes = [i for i in range(model.ngeom) if int(model.geom_bodyid[i]) in moving and model.geom_contype[i]]
+    moving = with_descendants(model, *(model.joint(name).bodyid[0] for name in joints))
+    shapes = np.flatnonzero(moving[model.geom_bodyid] & (model.geom_contype != 0)).tolist()
     across = (data.geom_xpos[shapes] - site.xpos) @ site.xmat.reshape(3, 3)[:, 1]
     left, right = ([i for i, y in zip(shapes, across, strict=True) if y * side > 0] for side in (1, -1))
     if not left or not right:
@@ -164,15 +164,6 @@ def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: st
 def _firm(force_n: float) -> float:
     """Return the least force of a firm grip of a gripper with a greatest force, N."""
     return min(FIRM_FORCE_N, FIRM_SHARE * force_n)
-
-
-def _carried(model: mujoco.MjModel, bodies: set[int]) -> set[int]:
-    """Return bodies and their descendants."""
-    found = set(bodies)
-    for body in range(1, model.nbody):
-        if int(model.body_parentid[body]) in found:
-            found.add(body)
-    return found
 
 
 def _width(data: mujoco.MjData, pads: tuple[str, ...], tool: str) -> float:
@@ -218,15 +209,15 @@ def _dimensions(
     """Return the dimensions of the hand over several states, by their names in `Gripper`, from its bounding boxes."""
     model = states[0].model
     fingers = {int(model.geom(name).bodyid[0]) for name in pads}
-    moving = _carried(model, {int(model.joint(name).bodyid[0]) for name in joints})
-    hand = _carried(model, {int(model.site(tool).bodyid[0])}) - fingers - moving
+    moving = with_descendants(model, *(model.joint(name).bodyid[0] for name in joints))
+    hand = with_descendants(model, model.site(tool).bodyid[0]) & ~moving
     solid = [(geom, int(model.geom_bodyid[geom])) for geom in np.flatnonzero(model.geom_contype).tolist()]
     depth, finger, palm = 0.0, [], []
     for data in states:
         finger.append(np.concatenate([_box(data, geom, tool) for geom, body in solid if body in fingers]))
         inner = min(float(np.abs(_box(data, model.geom(name).id, tool)[:, 1]).min()) for name in pads)
         depth = max(depth, float(np.abs(finger[-1][:, 1]).max()) - inner)
-        boxes = [_box(data, geom, tool) for geom, body in solid if body in hand]
+        boxes = [_box(data, geom, tool) for geom, body in solid if hand[body] and body not in fingers]
         palm += [box for box in boxes if box[:, 2].max() < 0]
     across = max((float(np.abs(box[:, 0]).max()) for box in palm), default=0.0)
     shapes = np.concatenate(finger)

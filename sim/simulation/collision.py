@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 import mujoco
 import numpy as np
 
+from sim.geometry.mjcf import with_descendants
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Poses
 from sim.world.contacts import set_margins
@@ -49,7 +50,7 @@ class CollisionChecker:
         robot.let_links_collide(model)
         self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
         self._tool = self._data.site(robot.tool)
-        self._hand = _rigid_with(model, int(model.site(robot.tool).bodyid[0]))
+        self._hand = with_descendants(model, model.body_weldid[model.site(robot.tool).bodyid[0]])
         links = [model.joint(name).bodyid[0] for name in robot.joints]
         self._is_link = np.isin(model.geom_bodyid, links) & (model.geom_contype != 0)
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
@@ -281,11 +282,3 @@ class CollisionChecker:
         """Return the least distance in a contact with one of these geoms, m; infinite if there is none."""
         touched = np.isin(self._data.contact.geom, list(others)).any(axis=1)
         return float(np.min(self._data.contact.dist[touched], initial=np.inf))
-
-
-def _rigid_with(model: mujoco.MjModel, body: int) -> np.ndarray:
-    """Return (nbody,) bool: the bodies welded to a body, and their descendants."""
-    found = np.arange(model.nbody) == model.body_weldid[body]
-    for other in range(model.nbody):
-        found[other] |= found[model.body_parentid[other]]
-    return found
