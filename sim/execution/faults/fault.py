@@ -58,6 +58,7 @@ class Fault(ABC):
         noun: what the argument is, such as `OBJECT`; empty for none.
         refusal: why it cannot happen at a moment.
         spares: number of spare objects that it needs.
+        grasps: whether it happens only to a hand that grasps.
     """
 
     action: int
@@ -66,6 +67,7 @@ class Fault(ABC):
     noun: ClassVar[str] = ""
     refusal: ClassVar[str] = "it cannot happen now"
     spares: ClassVar[int] = 0
+    grasps: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Add the kind to those that `read_fault` reads; a class without a name is a base of others."""
@@ -92,7 +94,7 @@ class Fault(ABC):
 
     def unavailable_because(self, model: ManipulationModel) -> str | None:
         """Return why the fault cannot happen in a model's scene, whatever is done there; None if it can."""
-        return None
+        return "no object is ever grasped" if self.grasps and all(obj.fixed for obj in model.objects) else None
 
     @abstractmethod
     def inject(self, injection: Injection) -> dict[str, str] | None:
@@ -115,11 +117,6 @@ def kinds() -> dict[str, type[Fault]]:
 def unknown(name: str, names: Sequence[str], noun: str) -> str | None:
     """Return that a name is none of several; None if it is one of them."""
     return None if name in names else f"unknown {noun} {name!r} {choices(name, names)}"
-
-
-def never_grasps(model: ManipulationModel) -> str | None:
-    """Return that no object is ever grasped in a model's scene; None if one may be."""
-    return "no object is ever grasped" if all(obj.fixed for obj in model.objects) else None
 
 
 def read_fault(text: str, model: ManipulationModel) -> Fault:

@@ -8,7 +8,7 @@ import numpy as np
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.operators import Grasp
 from prefplan.models.manipulation.symbolic import Action
-from sim.execution.faults.fault import Fault, Injection, never_grasps
+from sim.execution.faults.fault import Fault, Injection
 from sim.simulation.workcell import Workcell
 from sim.skills.skill import Skill
 
@@ -24,6 +24,7 @@ class Miss(Fault):
 
     kind = "miss"
     noun = "N"
+    grasps = True
 
     @classmethod
     def candidates(cls, model: ManipulationModel, rng: np.random.Generator) -> Sequence[str]:
@@ -35,10 +36,6 @@ class Miss(Fault):
         if re.fullmatch("0*[1-9][0-9]*", self.argument):
             return None
         return f"{self.argument!r} does not say how many grasps are missed, as in {self.form()}"
-
-    def unavailable_because(self, model: ManipulationModel) -> str | None:
-        """See `Fault.unavailable_because`."""
-        return never_grasps(model)
 
     def inject(self, injection: Injection) -> dict[str, str]:
         """See `Fault.inject`."""

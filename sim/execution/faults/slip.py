@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from prefplan.models.manipulation.model import ManipulationModel
-from sim.execution.faults.fault import Fault, Injection, never_grasps
+from sim.execution.faults.fault import Fault, Injection
 from sim.simulation.plant import CONTACT_FLICKER_S
 
 LIFTED_HEIGHT_M = 0.01
@@ -23,10 +22,7 @@ class Slip(Fault):
 
     kind = "slip"
     refusal = "nothing hangs in the hand"
-
-    def unavailable_because(self, model: ManipulationModel) -> str | None:
-        """See `Fault.unavailable_because`."""
-        return never_grasps(model)
+    grasps = True
 
     def inject(self, injection: Injection) -> dict[str, str] | None:
         """See `Fault.inject`."""
