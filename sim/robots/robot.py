@@ -12,9 +12,6 @@ from sim.errors import RobotError
 from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
 
-WRAPPED_SHAPES = mujoco.mjtWrap.mjWRAP_SPHERE, mujoco.mjtWrap.mjWRAP_CYLINDER
-"""Parts of a tendon's path that are geoms: it is wrapped around them."""
-
 LOAD = "load at the tool"
 """Name of the body in `Robot.kinematics` that stands for what the arm bears; no object's name contains a space."""
 
@@ -149,7 +146,7 @@ class Robot(ArmConstants):
 
     @cached_property
     def kinematics(self) -> mujoco.MjModel:
-        """The arm alone, without its fingers, and a point mass of 0 at its tool; it need not have shapes."""
+        """The arm alone, without its fingers, and a point mass of 0 at its tool."""
         spec = self.spec()
         tool = spec.site(self.tool)
         load = tool.parent.add_body(name=LOAD, pos=tool.pos, ipos=np.zeros(3), explicitinertial=True)
@@ -159,11 +156,6 @@ class Robot(ArmConstants):
             joint = spec.joint(name)
             if joint is not None:  # else it was deleted with its parent finger
                 spec.delete(joint.parent)
-        if all(body.explicitinertial for body in spec.bodies[1:]):  # it takes a tenth of the time without shapes
-            path = [part for tendon in spec.tendons for part in tendon.path]
-            wrapped = {part.target.name for part in path if part.type in WRAPPED_SHAPES}
-            for part in (*(geom for geom in spec.geoms if geom.name not in wrapped), *spec.meshes):
-                spec.delete(part)
         return spec.compile()
 
     def bodies(self, model: mujoco.MjModel) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from dataclasses import fields, replace
 from pathlib import Path
@@ -194,26 +193,6 @@ def test_what_drives_and_couples_joints_that_are_fixed_goes_with_them(setup: Rob
     spec, plain = robot_for(replace(setup, folder=tmp_path)).spec(), robot_for(setup).spec()
     for parts in ("joints", "tendons", "equalities", "actuators"):
         assert [part.name for part in getattr(spec, parts)] == [part.name for part in getattr(plain, parts)]
-
-
-def test_the_arm_alone_keeps_the_shapes_that_a_tendon_is_wrapped_around(setup: RobotSetup, tmp_path: Path) -> None:
-    """Other shapes are left out where each body tells its inertia."""
-    mjcf = re.sub(
-        "(<body [^>]*>)",
-        r'\1<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>',
-        (setup.folder / "crane.xml").read_text(),
-    )
-    rope = '<site site="low"/><geom geom="drum"/><site site="tip"/><pulley divisor="2"/><site site="low"/>'
-    for before, after in (
-        ('<geom type="cylinder"', '<geom name="drum" type="cylinder"'),
-        ('<site name="tip"', '<site name="low" pos="0.3 0 0.1"/><site name="tip"'),
-        ("<tendon>", f'<tendon><spatial name="rope">{rope}<site site="tip"/></spatial>'),
-    ):
-        assert before in mjcf
-        mjcf = mjcf.replace(before, after, 1)
-    (tmp_path / "crane.xml").write_text(mjcf)
-    alone = robot_for(replace(setup, folder=tmp_path)).kinematics
-    assert [alone.geom(geom).name for geom in range(alone.ngeom)] == [PREFIX + "drum"]
 
 
 def test_its_name_is_none_of_the_catalogue(setup: RobotSetup, tmp_path: Path) -> None:
