@@ -193,19 +193,6 @@ def _placement(
     raise unreachable
 
 
-def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
-    """Return whether the hand fits, in some grasp, where an object that is not held yet is put down at a location."""
-    slot, tried = _next_slot(cell, obj, location), set[bytes]()
-    if slot is None:
-        return True  # what is in the way now may be moved
-    for grasp in ranked(cell, obj, np.eye(3)):
-        alike = _placed_alike(cell.scene.shapes[obj], grasp)
-        if alike not in tried and _can_place(cell, obj, slot, grasp, barely=True):
-            return True
-        tried.add(alike)
-    return False
-
-
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
     """Return how to set down the held object, upright or else as it leans now, and how wide the fingers open there.
 
