@@ -1,5 +1,7 @@
 """Inverse dynamics of an arm that bears a load at its tool."""
 
+from copy import copy
+
 import mujoco
 import numpy as np
 
@@ -11,7 +13,7 @@ class InverseDynamics:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Compute with the model of an arm alone (`Robot.kinematics`)."""
-        self._model, self._data = model, mujoco.MjData(model)
+        self._model, self._data = copy(model), mujoco.MjData(model)  # two arms may bear different loads at a time
 
     def inertia(self, q: np.ndarray, *, load: float) -> np.ndarray:
         """Return the (n, n) inertia at (n,) joint angles, rad, with a load, kg; in kg m^2."""
