@@ -35,7 +35,6 @@ class Backward:
     Attributes:
         nodes: number of nodes of the graph.
         sizes: (N,) int64, states of each automaton.
-        shift: number of low bits of costs, which count actions and do not make mu grow.
         stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
             swept; else None.
         is_swept: whether tables are swept: if, in addition, no label makes it impossible to satisfy a task.
@@ -43,21 +42,20 @@ class Backward:
 
     def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
         """Take the product, and the graph that it is searched over; `sweep` as in `Options`."""
-        self.nodes, self.sizes, self.shift = graph.size, product.sizes, graph.shift
+        self.nodes, self.sizes = graph.size, product.sizes
         self._product, self._graph = product, graph
         self.stages = stages_of(product, graph) if sweep else None
         self.is_swept = self.stages is not None and self.stages.is_safe
 
-    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None, *, shift: int = 0) -> np.ndarray:
-        """Return a table of the least weighted cost until all of some tasks are satisfied or dropped.
+    def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None) -> np.ndarray:
+        """Return a table of the least cost, or growth of mu, until all of some tasks are satisfied or dropped.
 
         With unequal weights, or where labels passed do harm, sweeping gives a lower bound (`sweep`).
 
         Args:
             tasks: (k,) which tasks.
-            factors: (2^k,) int64 >= 0, by which costs are multiplied while a set of these tasks is satisfied; None for
-                ones.
-            shift: low bits that are left out of costs.
+            factors: (2^k,) int64 >= 0, what mu grows by for each unit of cost while a set of these tasks is satisfied;
+                None for costs, with their low bits.
 
         Returns:
             (S * Q_1 * ... * Q_k,) int32, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); UNREACHABLE if there is no path,
@@ -66,7 +64,7 @@ class Backward:
         Raises:
             LimitError: a limit was reached.
         """
-        entries = self.entries_of(tasks)
+        entries, shift = self.entries_of(tasks), 0 if factors is None else self._graph.shift
         if factors is None:
             factors = np.ones(2 ** len(tasks), dtype=np.int64)
         check_limits(4 * entries)
@@ -83,10 +81,6 @@ class Backward:
         weights = factors[readings.satisfied]
         _run(partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel()), entries)
         return np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE).astype(np.int32).ravel()
-
-    def growth(self, tasks: Sequence[int], factors: np.ndarray) -> np.ndarray:
-        """Return the same of costs that do not count actions."""
-        return self.cost_to_go(tasks, factors, shift=self.shift)
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""

@@ -120,7 +120,7 @@ def growth_tables(objective: int, preference: Measure, backward: Backward | Proj
         due = [rate for rate in rates if isinstance(rate, WeightedRate) or rate.members.issubset(tasks)]
         factors = preference.rates(due, tasks)
         if factors.any():
-            yield TableOf(objective, tasks, backward.growth(tasks, factors))
+            yield TableOf(objective, tasks, backward.cost_to_go(tasks, factors))
 
 
 def _neighbours(backward: Backward | ProjectedBackward) -> list[tuple[int, ...]]:

@@ -57,21 +57,18 @@ class ProjectedBackward:
         """Return an upper bound of the number of entries of a table of some tasks, not counting marks."""
         return self.projection(tasks).entries
 
-    def growth(self, tasks: tuple[int, ...], factors: np.ndarray) -> np.ndarray:
-        """Return least weighted costs until some tasks are satisfied or dropped, as `Backward.growth`."""
-        projection = self.projection(tasks)
-        return _backward(projection, self._least_costs(projection)).growth(range(len(tasks)), factors)
+    def cost_to_go(self, tasks: tuple[int, ...], factors: np.ndarray | None = None) -> np.ndarray:
+        """Return a table as `Backward.cost_to_go`; of costs, it is for one of the `groups` of tasks.
 
-    def cost_to_go(self, tasks: tuple[int, ...]) -> np.ndarray:
-        """Return least costs until one of the `groups` of tasks is satisfied or dropped, as int32.
-
-        Only actions that count in this table have costs, so that those of all groups may be added.
+        Only actions that count in such a table have costs, so that those of all groups may be added.
         """
-        projection, before = self.projection(tasks), self.groups[: self.groups.index(tasks)]
-        claimed = {obj for group in before for obj in self.projection(group).kept}
-        own = [obj for obj in projection.kept if obj not in claimed]
-        costs = np.where(_concern(projection, own), self._least_costs(projection), 0)
-        return _backward(projection, costs).cost_to_go(range(len(tasks)))
+        projection = self.projection(tasks)
+        costs = self._least_costs(projection)
+        if factors is None:
+            before = self.groups[: self.groups.index(tasks)]
+            claimed = {obj for group in before for obj in self.projection(group).kept}
+            costs = np.where(_concern(projection, [obj for obj in projection.kept if obj not in claimed]), costs, 0)
+        return _backward(projection, costs).cost_to_go(range(len(tasks)), factors)
 
     @cached_property
     def groups(self) -> list[tuple[int, ...]]:

@@ -82,10 +82,10 @@ def test_costs_and_growths_to_go_are_least(seed: int) -> None:
     for k in range(1, min(3, len(whole.sizes)) + 1):
         for tasks in combinations(range(len(whole.sizes)), k):
             ones = np.ones(2**k, dtype=np.int64)
-            assert (back.cost_to_go(tasks, ones) == shortest(whole, graph, tasks, ones)).all()
+            assert (back.cost_to_go(tasks) == shortest(whole, graph, tasks, ones)).all()
             rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
             expected = shortest(whole, graph, tasks, rates, shift=whole.shift)
-            assert (back.cost_to_go(tasks, rates, shift=whole.shift) == expected).all()
+            assert (back.cost_to_go(tasks, rates) == expected).all()
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -101,8 +101,8 @@ def test_swept_costs_are_exact_and_swept_growths_consistent_bounds(seed: int) ->
                 costs, least = back.cost_to_go(tasks, factors), exact.cost_to_go(tasks, factors)
                 assert (costs == least).all() if never_loses(whole) else (costs <= least).all()
             rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
-            growths = back.cost_to_go(tasks, rates, shift=whole.shift)
-            assert (growths <= exact.cost_to_go(tasks, rates, shift=whole.shift)).all()
+            growths = back.cost_to_go(tasks, rates)
+            assert (growths <= exact.cost_to_go(tasks, rates)).all()
             assert is_consistent(whole, graph, tasks, rates, growths)
 
 
@@ -128,7 +128,7 @@ def test_tables_hold_the_least_costs_in_32_bits(seed: int) -> None:
     _, _, back = random_product(seed)
     for k in range(1, len(back.sizes) + 1):
         for tasks in combinations(range(len(back.sizes)), k):
-            costs, factor = back.cost_to_go(tasks).astype(np.int64), 2**27
+            costs, factor = back.cost_to_go(tasks, np.ones(2**k, dtype=np.int64)).astype(np.int64), 2**27
             table = back.cost_to_go(tasks, np.full(2**k, factor))
             assert table.dtype == np.int32
             assert (

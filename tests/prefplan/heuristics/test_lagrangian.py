@@ -48,7 +48,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
             continue
         tables = lagrangian_table(back.stages, sparse_layout(back.stages), whole.rates, whole.shift, weights)
         tasks, factors = np.arange(len(whole.sizes)), weights.cost + weights.mu * whole.rates
-        least = Backward(whole, graph, sweep=False).cost_to_go(tasks.tolist(), factors, shift=whole.shift)
+        least = Backward(whole, graph, sweep=False).cost_to_go(tasks.tolist(), factors)
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
             automata = np.array(states[::-1])
             for node in range(graph.size):
