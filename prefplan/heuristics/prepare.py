@@ -152,11 +152,11 @@ class Prepared:
                 self.improved_after = sum(map(backwards[0].entries_of, deeper)) / ENTRIES_EACH
                 self._improved = lambda _: self.bounds._replace(tables=self._tables(backwards, deeper))
             return
-        grows = self.product.problem.measure.bi_objective and self.product.rates.any()
-        stages = backwards[0].stages if self.options.lagrangian and grows and self.product.starts else None
-        if stages is not None:
+        measure = self.product.problem.measure
+        stages = backwards[0].stages if self.options.lagrangian and self.product.starts else None
+        if stages is not None and measure.bi_objective and (rates := measure.rates(measure.rate_terms)).any():
             self.improved_after = math.prod(self.product.sizes.tolist()) / COMBINATIONS_EACH
-            self._improved = partial(self._with_lagrangian, stages)
+            self._improved = partial(self._with_lagrangian, stages, rates)
 
     def _tables(self, backwards: Sequence[Backward | ProjectedBackward], sets: Sequence[tuple[int, ...]]) -> Tables:
         """Return tables of the costs for some sets of tasks, and of how preferences grow."""
@@ -181,13 +181,13 @@ class Prepared:
         """Make the further bounds for a search whose plans all cost at least `lowest`, without low bits."""
         self.improved_after, self.bounds = math.inf, self._improved(lowest)
 
-    def _with_lagrangian(self, stages: Stages, lowest: int) -> Bounds:
+    def _with_lagrangian(self, stages: Stages, rates: np.ndarray, lowest: int) -> Bounds:
         """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
-        weights, layout = weights_for(self.product.rates, LIKELY * lowest), sparse_layout(stages)
+        weights, layout = weights_for(rates, LIKELY * lowest), sparse_layout(stages)
         if weights is None or layout.entries > self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES:
             return self.bounds
         try:
-            table = lagrangian_table(stages, layout, self.product.rates, self.graph.shift, weights)
+            table = lagrangian_table(stages, layout, rates, self.graph.shift, weights)
         except LimitError as error:
             if error.ended != "memory":
                 raise

@@ -19,7 +19,8 @@ from functools import cache, cached_property, partial
 import numpy as np
 
 from prefplan.heuristics.backward import Backward
-from prefplan.heuristics.projection import KINDS, Projection
+from prefplan.heuristics.projection import Projection
+from prefplan.models.kernels import UNBOUNDED
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.successors import TRANSIT, TRANSPORT
 from prefplan.product.reduction import GeneratedProduct
@@ -27,9 +28,6 @@ from prefplan.product.space import Graph
 
 GROUP_ENTRIES = 200_000
 """Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
-
-NOWHERE = 2**62
-"""Stands for the cost of an action that does not exist; larger than any cost."""
 
 
 class ProjectedBackward:
@@ -96,13 +94,13 @@ class ProjectedBackward:
         whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
         small[projection.merged] = poses
         stays = over[:, None] == over[None, :]
-        least = np.full((len(KINDS), poses + 1, poses + 1), NOWHERE)
-        for kind, costs in enumerate(self.costs.reshape(len(KINDS), number, number)):
+        least = np.full((4, poses + 1, poses + 1), UNBOUNDED)
+        for kind, costs in enumerate(self.costs.reshape(-1, number, number)):
             exists = (stays != (kind in (TRANSIT, TRANSPORT))) & (costs >= 0)
-            np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, NOWHERE))
+            np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, UNBOUNDED))
         least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
         # Where no action exists, any cost will do.
-        least[least == NOWHERE] = 0
+        least[least == UNBOUNDED] = 0
         return least[:, small[:, None], small[None, :]].ravel()[projection.product.graph.costs]
 
 

@@ -27,9 +27,6 @@ from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
 
-KINDS = ("transit", "grasp", "transport", "release")
-"""The kinds of actions, by number."""
-
 APART_ENTRIES = 400_000
 """Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound: merging
 them always, fronts of three and four objects take 1.1 and 2.2 times as long."""
@@ -55,7 +52,7 @@ class Projection:
         seen = {obj.name: {name for name, _ in model.propositions_of(obj.name)} & self.names for obj in model.objects}
         self.kept = [obj for obj in seen if seen[obj]]
         locations = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
-        relaxed = replace(model, locations=locations, costs=dict.fromkeys(KINDS, 0))
+        relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
         for merges in (False, True) if isinstance(model.costs, MeasuredCosts) else (True,):
             self.view = Symmetry(relaxed, self.names, places_alike=merges)
             apart, objects = len(locations) - len(self.view.neutral_locations), len(self.kept)
@@ -77,7 +74,7 @@ class Projection:
     @cached_property
     def _listed(self) -> tuple[TransitionSystem, np.ndarray]:
         moves, poses = moves_of(self.space, self.symmetry), len(self.space.hands)
-        numbers = np.arange(len(KINDS) * poses**2).reshape(-1, poses, poses)
+        numbers = np.arange(4 * poses**2).reshape(-1, poses, poses)
         start = self.space.encode(self.space.model.initial_state, where="start")
         prices = CostTable("price", numbers, self._problem.cost_units[0])
         return listed(self.space, moves, [prices], int(canonical(moves, start)), self.names)

@@ -113,11 +113,6 @@ class Past:
     states: tuple[Hashable, ...] = ()
     labels: tuple[frozenset[str], ...] = ()
 
-    @property
-    def cost(self) -> Number:
-        """The total cost so far."""
-        return to_number(sum(map(exact, self.costs), Fraction(0)))
-
     def along(self, system: System, actions: Sequence[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
         """Return the trace of actions that begin with these and go on from a system's start, and their costs.
 

@@ -73,9 +73,8 @@ class Product:
         system: the one in which plans are: that of `problem`, unless that is a smaller one.
         automata: (N,) the weighted automata of the tasks.
         followers: (N + R,) these, then the automata of the rules, first of the P - N rules that may be broken.
-        shift: number of low bits of internal costs, which count actions to break ties; 0 if they are not counted.
-        graph: the transition system; a cost is units times 2**shift, plus 1 if actions are counted; int64, or Python's
-            integers where one does not fit.
+        graph: the transition system; a cost is units times 2**shift, plus 1 if actions are counted to break ties;
+            int64, or Python's integers where one does not fit.
         more_costs: the further costs, (E,) each, in units.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
@@ -122,9 +121,9 @@ class Product:
             )
         # Where a detour may be worth its cost, paths have any number of actions.
         live = self.nodes * math.prod(dfa.live for dfa in self.followers)
-        self.shift = _tie_bits(costs, live) if counts_actions and not problem.is_general else 0
-        edges = system.offsets, system.targets, (costs << self.shift) + (self.shift > 0)
-        self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, self.shift)
+        shift = _tie_bits(costs, live) if counts_actions and not problem.is_general else 0
+        edges = system.offsets, system.targets, (costs << shift) + (shift > 0)
+        self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, shift)
         if states > INTERPRETED_STATES:
             compile_kernels()
 
@@ -188,11 +187,6 @@ class Product:
             read.reshape(-1, 2),
             first_relaxed,
         )
-
-    @cached_property
-    def rates(self) -> np.ndarray:
-        """(2^N,) int64, units of mu for each unit of cost while a set of tasks is satisfied."""
-        return self.problem.measure.rates(self.problem.measure.rate_terms)
 
     @cached_property
     def starts(self) -> tuple[Start, ...]:

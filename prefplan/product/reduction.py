@@ -57,7 +57,6 @@ class GeneratedProduct(Product):
     def __init__(self, problem: Problem, model: ManipulationSystem) -> None:
         """Tabulate every automaton over its letters; call `suits` before."""
         self.problem, self.system, self.model = problem, problem.system, model
-        self.shift = 0
         self.automata, self.followers, self.nodes = problem.weighted_automata, problem.followers, model.space.bound
         costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
         letters, unmeasured = self._tabulate_letters(), np.full(1, -1)

@@ -71,12 +71,12 @@ class LabelSearch:
             first=self._first,
             compared=compared,
             lexicographic=is_lexicographic,
-            shift=self.product.shift,
+            shift=self.prepared.graph.shift,
         )
         if self.keys.computed:
             compile_kernels()
         begins = sorted(
-            (self._layout.begin(start, self.product.shift), k) for k, start in enumerate(self.product.starts)
+            (self._layout.begin(start, self.prepared.graph.shift), k) for k, start in enumerate(self.product.starts)
         )
         self._starts = [self.product.starts[k] for _, k in begins]
         self._begin = np.array([key for key, _ in begins], dtype=np.int64).reshape(-1, len(self._layout.entries))
@@ -136,7 +136,7 @@ class LabelSearch:
 
     def _up_to(self, cost: int) -> int:
         """Return the largest label cost of at most `cost` units."""
-        shift = self.product.shift
+        shift = self.prepared.graph.shift
         return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
     def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
@@ -176,7 +176,7 @@ class LabelSearch:
             # Loads numba. Compiled kernels are given values even if no entry is one.
             from prefplan.search.values import Values
 
-            self._values = Values(self._layout, self.product.shift, lambda label: self.memory.labels.key[label])
+            self._values = Values(self._layout, self.prepared.graph.shift, lambda label: self.memory.labels.key[label])
             self.keys = self.keys._replace(evaluate=self._values)
         return int(run(prepared.space, self.keys, prepared.bounds, self.memory, pops))
 
@@ -221,7 +221,7 @@ class LabelSearch:
 
     def _in_units(self, first: int) -> int:
         """Return the first objective without the low bits of a cost."""
-        return first if self._first else first >> self.product.shift
+        return first if self._first else first >> self.prepared.graph.shift
 
     @property
     def is_done(self) -> bool:
@@ -246,7 +246,7 @@ class LabelSearch:
     def _objectives(self, label: int) -> tuple[Any, ...]:
         """Return the exact objectives of a goal's label, in the user's units."""
         cost, *rest = self.memory.labels.key[label].tolist()
-        return self._layout.objectives([cost >> self.product.shift, *rest])
+        return self._layout.objectives([cost >> self.prepared.graph.shift, *rest])
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""

@@ -175,14 +175,18 @@ class KeyMap:
         cost.
         """
         rates, late, largest = list[np.ndarray](), list[tuple[int, int, int, int]](), 1
-        entries, violation = np.zeros((len(self.entries), 3), np.int64), self._violation_rates()
+        entries = np.zeros((len(self.entries), 3), np.int64)
+        violation = np.zeros((len(self.entries), len(self.problem.priced)), np.int64)
         for e, each in enumerate(self.entries):
             entries[e] = each.how, each.cost, each.number if each.how == TASK else len(rates)
+            if each.how == VIOLATION:
+                violation[e, each.number] = 1
             if each.objective is None or each.how == VALUE:
                 continue
             measure = each.objective
             if each.how == SUM:
                 rates.append(measure.rates(measure.rate_terms))
+                violation[e] = [int(w * measure.price_unit / measure.unit) for w in measure.violation_weights]
                 late += [
                     (e, t.task, int(t.weight * measure.factor), min(int(t.weight * t.by / measure.unit), PRODUCT_LIMIT))
                     for t in measure.tardiness
@@ -206,17 +210,6 @@ class KeyMap:
             computed=any(each.how == VALUE for each in self.entries),
             evaluate=None,
         )
-
-    def _violation_rates(self) -> np.ndarray:
-        """Return (K, P) int64, what each entry grows by for each unit of violation cost."""
-        rates = np.zeros((len(self.entries), len(self.problem.priced)), np.int64)
-        for e, each in enumerate(self.entries):
-            if each.how == VIOLATION:
-                rates[e, each.number] = 1
-            elif each.how == SUM and each.objective is not None:
-                measure = each.objective
-                rates[e] = [int(w * measure.price_unit / measure.unit) for w in measure.violation_weights]
-        return rates
 
 
 def _entries(o: Measure) -> list[KeyEntry]:

@@ -251,8 +251,8 @@ def test_fronts_after_a_past_agree_with_exhaustive_search_under_rules() -> None:
         monitors = [JudgedRule(*each) for each in zip(names, bad, prices, strict=True)]
         everything = [*problem.names, *names]
         mu = reference({"kind": "weighted-sum", "over": "violation", "weights": weights}, everything)
-        theirs = front_with_rules(judged, monitors, mu, max_cost=float(past.cost) + 8)
-        ours = pareto_front(continued(ruled, past, system), max_cost=float(past.cost) + 8)
+        theirs = front_with_rules(judged, monitors, mu, max_cost=float(sum(past.costs)) + 8)
+        ours = pareto_front(continued(ruled, past, system), max_cost=float(sum(past.costs)) + 8)
         assert [worth(plan) for plan in ours] == [(float(cost), float(mu)) for cost, mu in theirs], seed
         found += len(theirs) > 1
         broken += any(bought.rule and bought.step <= len(past.actions) for plan in ours for bought in plan.relaxations)

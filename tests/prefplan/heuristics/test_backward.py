@@ -84,7 +84,7 @@ def test_costs_and_growths_to_go_are_least(seed: int) -> None:
             ones = np.ones(2**k, dtype=np.int64)
             assert (back.cost_to_go(tasks) == shortest(whole, graph, tasks, ones)).all()
             rates = np.array([rng.randrange(4) for _ in range(2**k)], dtype=np.int64)
-            expected = shortest(whole, graph, tasks, rates, shift=whole.shift)
+            expected = shortest(whole, graph, tasks, rates, shift=whole.graph.shift)
             assert (back.cost_to_go(tasks, rates) == expected).all()
 
 
@@ -117,7 +117,7 @@ def is_consistent(whole: Product, graph: Graph, tasks: tuple[int, ...], factors:
                 continue
             label = graph.classes[target]
             after = tuple(int(whole.tables.delta[i, q, label]) for i, q in zip(tasks, automata, strict=True))
-            cost = int(factors[satisfied]) * (int(graph.near[node, target]) >> whole.shift)
+            cost = int(factors[satisfied]) * (int(graph.near[node, target]) >> whole.graph.shift)
             if known[(*automata[::-1], node)] > cost + known[(*after[::-1], target)]:
                 return False
     return True

@@ -77,7 +77,7 @@ def test_places_on_a_line_are_bounded_exactly() -> None:
     assert graph is not None
     marks = landmarks(whole, graph)
     automata = whole.starts[0].automata
-    bound = int(_bound_of(marks, graph.start, np.array(automata))) >> whole.shift
+    bound = int(_bound_of(marks, graph.start, np.array(automata))) >> whole.graph.shift
     assert bound * whole.problem.cost_units[0] == Planner(problem).cheapest().cost == 24
 
 

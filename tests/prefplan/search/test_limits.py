@@ -120,7 +120,7 @@ def test_a_limit_leaves_the_best_plan_by_then(problem: Problem, whole: Front, mo
 
     def noted(self: LabelSearch, pops: int) -> int:
         end = run(self, pops)
-        reached.append(int(self.memory.counters[AT.LOWEST]) >> self.product.shift)
+        reached.append(int(self.memory.counters[AT.LOWEST]) >> self.product.graph.shift)
         return end
 
     monkeypatch.setattr(LabelSearch, "_run", noted)
