@@ -33,7 +33,6 @@ class Backward:
     """Fills tables of a product's cost-to-go backwards from where tasks are satisfied.
 
     Attributes:
-        nodes: number of nodes of the graph.
         sizes: (N,) int64, states of each automaton.
         stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
             swept; else None.
@@ -42,8 +41,7 @@ class Backward:
 
     def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
         """Take the product, and the graph that it is searched over; `sweep` as in `Options`."""
-        self.nodes, self.sizes = graph.size, product.sizes
-        self._product, self._graph = product, graph
+        self.sizes, self._product, self._graph = product.sizes, product, graph
         self.stages = stages_of(product, graph) if sweep else None
         self.is_swept = self.stages is not None and self.stages.is_safe
 
@@ -74,7 +72,7 @@ class Backward:
             return table
         check_limits(8 * entries)
         readings, edges = readings_of(self._product, tasks), self._incoming
-        costs = np.full((len(readings.finished), self.nodes), INFINITE)
+        costs = np.full((len(readings.finished), self._graph.size), INFINITE)
         costs[readings.finished] = 0
         ends = np.flatnonzero((costs == 0) & (np.diff(edges.offsets) > 0))[::-1].copy()
         edges = edges._replace(costs=edges.costs >> shift)
@@ -84,7 +82,7 @@ class Backward:
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""
-        return self.nodes * math.prod(int(self.sizes[i]) for i in tasks)
+        return self._graph.size * math.prod(int(self.sizes[i]) for i in tasks)
 
     @cached_property
     def _incoming(self) -> Incoming:

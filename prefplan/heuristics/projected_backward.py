@@ -101,7 +101,8 @@ class ProjectedBackward:
         least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])
         # Where no action exists, any cost will do.
         least[least == UNBOUNDED] = 0
-        return least[:, small[:, None], small[None, :]].ravel()[projection.product.graph.costs]
+        graph = projection.product.graph
+        return least[:, small[:, None], small[None, :]].ravel()[graph.costs >> graph.shift]
 
 
 def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
@@ -122,7 +123,7 @@ def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
 def _backward(projection: Projection, costs: np.ndarray) -> Backward:
     """Return what fills tables of a projection with some costs."""
     product = projection.product
-    graph = replace(product.graph, costs=costs)
+    graph = replace(product.graph, costs=costs, shift=0)
     invariant = all(dfa.automaton.stutter_invariant for dfa in product.automata)
     return Backward(product, graph if invariant else _with_idling(graph))
 

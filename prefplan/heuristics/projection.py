@@ -86,9 +86,9 @@ class Projection:
 
     @cached_property
     def product(self) -> Product:
-        """Its product with the tasks' automata; costs are numbers of prices as in `Steps` of the model's successors."""
+        """Its product with the tasks' automata; costs are numbers of prices as in `Steps`, before their low bits."""
         system = replace(self._listed[0], propositions=self._problem.system.propositions)
-        return Product(self._problem.over(system, self.tasks), counts_actions=False)
+        return Product(self._problem.over(system, self.tasks))
 
     @cached_property
     def merged(self) -> list[int]:

@@ -86,12 +86,8 @@ class Product:
     system: System
     generated: Generated | None = None
 
-    def __init__(self, problem: Problem, *, counts_actions: bool = True) -> None:
+    def __init__(self, problem: Problem) -> None:
         """Tabulate every automaton over the labels that occur.
-
-        Args:
-            problem: what it is made from.
-            counts_actions: whether ties may be broken by counting actions.
 
         Raises:
             ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
@@ -121,7 +117,7 @@ class Product:
             )
         # Where a detour may be worth its cost, paths have any number of actions.
         live = self.nodes * math.prod(dfa.live for dfa in self.followers)
-        shift = _tie_bits(costs, live) if counts_actions and not problem.is_general else 0
+        shift = 0 if problem.is_general else _tie_bits(costs, live)
         edges = system.offsets, system.targets, (costs << shift) + (shift > 0)
         self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, shift)
         if states > INTERPRETED_STATES:

@@ -61,8 +61,8 @@ class GeneratedProduct(Product):
         costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
         letters, unmeasured = self._tabulate_letters(), np.full(1, -1)
         self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
-        none = np.zeros(0, dtype=np.int32)
-        self.graph = Graph(np.zeros(1, dtype=np.int64), none, costs, none, none, model.first, False, 0)
+        none, start = np.zeros(0, dtype=np.int32), model.canonical(model.start)
+        self.graph = Graph(np.zeros(1, dtype=np.int64), none, costs, none, none, start, False, 0)
 
     @staticmethod
     def suits(problem: Problem, model: ManipulationSystem) -> bool:

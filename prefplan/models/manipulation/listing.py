@@ -98,10 +98,9 @@ def listed(
     are (K, H, H), as in `CostTable`; labels keep the propositions `names`.
 
     Raises:
-        ModelError: there are too many states for 64-bit integers, or the cost of an action was not measured.
+        ModelError: the cost of an action was not measured.
         LimitError: a limit of time or memory was reached.
     """
-    space.require_small()
     codes, edges = _reachable(moves, start)
     counts, reached, actions, prices = (np.concatenate(each) for each in zip(*edges, strict=True))
     _check_limits(len(reached))

@@ -69,19 +69,14 @@ class ManipulationSystem(System):
 
     @cached_property
     def moves(self) -> Moves:
-        """The model as arrays; its codes must be small."""
-        compile_kernels()
-        return moves_of(self.space, self.symmetry)
-
-    @property
-    def first(self) -> int:
-        """The code of the canonical state of `start`.
+        """The model as arrays.
 
         Raises:
             ModelError: there are too many states for 64-bit integers.
         """
         self.space.require_small()
-        return self.canonical(self.start)
+        compile_kernels()
+        return moves_of(self.space, self.symmetry)
 
     def canonical(self, state: ManipulationState) -> int:
         """Return the code of the canonical state of a state."""
@@ -95,7 +90,7 @@ class ManipulationSystem(System):
             ModelError: a state does not fit an integer, or the cost of an action was not measured.
         """
         if tuple(self.space.model.operators) == STANDARD_OPERATORS:
-            system, _ = listed(self.space, self.moves, self.costs, self.first, self.symmetry.visible)
+            system, _ = listed(self.space, self.moves, self.costs, self.canonical(self.start), self.symmetry.visible)
         else:
             system = self._listed_by_operators()
         return replace(system, propositions=self.propositions, display=self.display)

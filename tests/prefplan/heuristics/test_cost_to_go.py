@@ -22,7 +22,7 @@ def random_product(seed: int, *, relaxed: bool = False) -> Product:
     drawn = random_errands(seed, "order") if seed % 3 == 0 else random_problem(seed, relaxed=relaxed)
     if relaxed:
         drawn = random_problem(seed, kind="weighted-sum", relaxed=True)
-    return Product(from_dict(drawn.scenario()).problem(), counts_actions=False)
+    return Product(from_dict(drawn.scenario()).problem())
 
 
 def steps_of(product: Product) -> networkx.DiGraph:
@@ -77,5 +77,5 @@ def test_compiled_tables_of_single_tasks_are_the_same(seed: int) -> None:
     backward = Backward(product, product.graph)
     for task, distances in enumerate(task_distances(product, product.graph.costs.tolist())):
         table = backward.cost_to_go([task])
-        cells = [(s, q) for q in range(product.sizes[task]) for s in range(backward.nodes)]
+        cells = [(s, q) for q in range(product.sizes[task]) for s in range(product.graph.size)]
         assert table.tolist() == [distances.get(cell, UNREACHABLE) for cell in cells]

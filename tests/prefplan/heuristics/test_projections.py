@@ -39,9 +39,9 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
     monkeypatch.setattr(projection, "APART_ENTRIES", seed % 2 * projection.APART_ENTRIES)
     bounds = Prepared(searched, Options()).bounds
     system = replace(searched.model.listed, propositions=problem.system.propositions)
-    listed = Product(problem.over(system), counts_actions=False)
+    listed = Product(problem.over(system))
     tasks = np.arange(len(problem.tasks))
-    table = Backward(listed, listed.graph).cost_to_go(tasks.tolist())
+    table = Backward(listed, listed.graph).cost_to_go(tasks.tolist(), np.ones(2 ** len(tasks), dtype=np.int64))
     exact = np.where(table < UNREACHABLE, table.astype(np.int64), INFINITE)
     space = searched.model.space
     codes = np.array([space.encode(state, where="state") for state in system.states])  # type: ignore[arg-type]
@@ -59,6 +59,7 @@ def test_bounds_are_consistent_and_no_more_than_costs_to_go(
                 target = int(system.targets[edge])
                 after = listed.tables.delta[tasks, states, listed.graph.classes[target]].astype(np.int64)
                 step = cost_bound(codes[target], after)
-                assert bound <= min(listed.graph.costs[edge] + step, INFINITE)
+                cost = int(listed.graph.costs[edge]) >> listed.graph.shift
+                assert bound <= min(cost + step, INFINITE)
     assert (found <= exact).all()
     assert found[exact < INFINITE].any() or not exact[exact < INFINITE].any()
