@@ -18,7 +18,7 @@ from prefplan.limits import check_limits
 from prefplan.product.product_automaton import Product
 
 CHECK_PERIOD = 64
-"""States between two checks of the limits: less than a millisecond."""
+"""States, or labels of a search, between two checks of the limits: some milliseconds at most."""
 
 Distances = Mapping[tuple[int, int], int]
 """d_j by (s, q); (s, q) is missing if task j cannot be satisfied from there."""

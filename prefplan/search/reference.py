@@ -31,7 +31,7 @@ import numpy as np
 
 from prefplan.errors import LimitError, PreferenceError
 from prefplan.front import Stats
-from prefplan.heuristics.cost_to_go import max_min, task_distances
+from prefplan.heuristics.cost_to_go import CHECK_PERIOD, max_min, task_distances
 from prefplan.limits import Limits
 from prefplan.logic.weighted_dfa import Reading
 from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
@@ -42,9 +42,6 @@ from prefplan.search.paths import Goal, Paths, Result, ended_by
 
 BYTES_A_LABEL = 1500
 """Measured memory of a label with its key, and its share of the tables."""
-
-CHECK_PERIOD = 64
-"""Labels popped between two checks of the limits: a few milliseconds."""
 
 SLACK = Fraction(TOLERANCE)
 """Relative tolerance for Python functions, exact, as some values are too large for floats."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from itertools import accumulate
+from operator import mul
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,10 +60,7 @@ class StateCodes:
         carried = [pair for pair in pairs if marked(*pair) in visible]
         self.mark_digits = {pair: len(self.radices) + d for d, pair in enumerate(carried)}
         self.radices += [2] * len(carried)
-        self.weights = [1]
-        for radix in self.radices:
-            self.weights.append(self.weights[-1] * radix)
-        self.bound = self.weights.pop()
+        *self.weights, self.bound = accumulate(self.radices, mul, initial=1)
 
     def visible(self, names: Collection[str]) -> list[tuple[int, list[str]]]:
         """Return the digits on which some propositions depend, with the one, or "", that each value makes true."""
