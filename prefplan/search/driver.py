@@ -71,13 +71,10 @@ class LabelSearch:
             first=self._first,
             compared=compared,
             lexicographic=is_lexicographic,
-            shift=self.prepared.graph.shift,
         )
         if self.keys.computed:
             compile_kernels()
-        begins = sorted(
-            (self._layout.begin(start, self.prepared.graph.shift), k) for k, start in enumerate(self.product.starts)
-        )
+        begins = sorted((self._layout.begin(start), k) for k, start in enumerate(self.product.starts))
         self._starts = [self.product.starts[k] for _, k in begins]
         self._begin = np.array([key for key, _ in begins], dtype=np.int64).reshape(-1, len(self._layout.entries))
         if self._begin.max(initial=0) >= PRODUCT_LIMIT:
@@ -136,7 +133,7 @@ class LabelSearch:
 
     def _up_to(self, cost: int) -> int:
         """Return the largest label cost of at most `cost` units."""
-        shift = self.prepared.graph.shift
+        shift = self._layout.shift
         return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
     def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
@@ -176,7 +173,7 @@ class LabelSearch:
             # Loads numba. Compiled kernels are given values even if no entry is one.
             from prefplan.search.values import Values
 
-            self._values = Values(self._layout, self.prepared.graph.shift, lambda label: self.memory.labels.key[label])
+            self._values = Values(self._layout, lambda label: self.memory.labels.key[label])
             self.keys = self.keys._replace(evaluate=self._values)
         return int(run(prepared.space, self.keys, prepared.bounds, self.memory, pops))
 
@@ -207,13 +204,14 @@ class LabelSearch:
 
     def _accept(self, label: int) -> None:
         """Keep a goal, unless its objectives, which may have been rounded, exceed a bound."""
-        objectives, limits = self._objectives(label), self.memory.limits
+        objectives = self._layout.objectives(self.memory.labels.key[label].tolist())
         values = dict(zip(self.problem.objective_names, objectives, strict=True))
         if any(values[name] > bound for name, bound in self.bounds.items()):
             return
         self._found[label] = objectives
         if self.single:
-            limits[self._first] = self._rank(label) if self._first else self._up_to(self._rank(label))
+            rank = self._rank(label)
+            self.memory.limits[self._first] = rank if self._first else self._up_to(rank)
 
     def _rank(self, label: int) -> int:
         """Return a label's first objective, in units."""
@@ -221,7 +219,7 @@ class LabelSearch:
 
     def _in_units(self, first: int) -> int:
         """Return the first objective without the low bits of a cost."""
-        return first if self._first else first >> self.prepared.graph.shift
+        return first if self._first else first >> self._layout.shift
 
     @property
     def is_done(self) -> bool:
@@ -242,11 +240,6 @@ class LabelSearch:
             if not any(all(map(le, other.objectives, goal.objectives)) for other in points[begin:]):
                 points.append(goal)
         return points
-
-    def _objectives(self, label: int) -> tuple[Any, ...]:
-        """Return the exact objectives of a goal's label, in the user's units."""
-        cost, *rest = self.memory.labels.key[label].tolist()
-        return self._layout.objectives([cost >> self.prepared.graph.shift, *rest])
 
     def _paths(self, labels: Sequence[int]) -> Paths:
         """Return the paths that lead to some labels."""

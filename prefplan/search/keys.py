@@ -67,11 +67,13 @@ class KeyMap:
 
     Attributes:
         problem: the problem whose objectives they are for.
+        shift: number of low bits of the first cost, which count actions.
         entries: of a key.
         compared: the entries by which labels are compared, ~e for less of entry e.
     """
 
     problem: Problem
+    shift: int
     entries: tuple[KeyEntry, ...]
     compared: tuple[int, ...]
 
@@ -107,16 +109,16 @@ class KeyMap:
         for i in sorted(payers) if paying else ():
             compared += [len(entries)] if i in weighed else []
             entries.append(KeyEntry(VIOLATION, 0, i))
-        return cls(problem, tuple(entries), (*opposed, *compared))
+        return cls(problem, product.graph.shift, tuple(entries), (*opposed, *compared))
 
     def place(self, how: int, cost: int, number: int) -> int | None:
         """Return the place of the entry of a task's cost or of a violation cost; None if there is none."""
         wanted = how, cost, number
         return next((e for e, each in enumerate(self.entries) if (each.how, each.cost, each.number) == wanted), None)
 
-    def begin(self, start: Start, shift: int) -> list[int]:
-        """Return the key of a start's label, 0 for values; the first cost has `shift` more low bits."""
-        return [self._begin(each, start) << (shift if e == 0 else 0) for e, each in enumerate(self.entries)]
+    def begin(self, start: Start) -> list[int]:
+        """Return the key of a start's label, 0 for values."""
+        return [self._begin(each, start) << (0 if e else self.shift) for e, each in enumerate(self.entries)]
 
     def _begin(self, each: KeyEntry, start: Start) -> int:
         if each.how == COST:
@@ -147,7 +149,8 @@ class KeyMap:
         return objective.amounts(costs, violations)
 
     def objectives(self, key: Sequence[int]) -> tuple[Any, ...]:
-        """Return the exact objectives of a label, in the user's units; `key` is as for `amounts`."""
+        """Return the exact objectives of a label with a key, in the user's units."""
+        key = [key[0] >> self.shift, *key[1:]]
         objectives: list[Any] = [unit * spent for unit, spent in zip(self.problem.cost_units, key, strict=False)]
         for place, o in enumerate(self.problem.objectives, len(self.problem.cost_names)):
             mu = o.constant
@@ -167,7 +170,6 @@ class KeyMap:
         first: int,
         compared: Sequence[int],
         lexicographic: bool,
-        shift: int,
     ) -> Keys:
         """Return the layout as arrays for the kernel, without what evaluates entries; arguments as in `Keys`.
 
@@ -201,7 +203,7 @@ class KeyMap:
             violation=violation,
             edge_costs=np.stack(columns) if columns else np.zeros((1, 0), np.int64),
             compared=np.array(compared, np.int64),
-            shift=shift,
+            shift=self.shift,
             objectives=len(self.problem.objective_names),
             first=first,
             lexicographic=lexicographic,

@@ -35,9 +35,9 @@ class Values(types.WrapperAddressProtocol):
         error: the exception that a call ended with, if any did; it cannot pass through compiled code.
     """
 
-    def __init__(self, layout: KeyMap, shift: int, key_of: Callable[[int], np.ndarray]) -> None:
-        """Take the layout, the number of low bits of the first cost, and what returns the key of a label."""
-        self._layout, self._shift, self._key_of = layout, shift, key_of
+    def __init__(self, layout: KeyMap, key_of: Callable[[int], np.ndarray]) -> None:
+        """Take the layout, and what returns the key of a label."""
+        self._layout, self._key_of = layout, key_of
         self.error: BaseException | None = None
         self._each = [
             (e, entry.objective, self._value(entry, entry.objective))
@@ -74,7 +74,7 @@ class Values(types.WrapperAddressProtocol):
             OverflowError: a value is too large.
         """
         exact = key.tolist()
-        exact[0] >>= self._shift
+        exact[0] >>= self._layout.shift
         for e, o, value_of in self._each:
             try:
                 value = value_of(exact) if o.is_whole else float(value_of(exact))
