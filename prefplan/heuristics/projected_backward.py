@@ -94,8 +94,9 @@ class ProjectedBackward:
         whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
         small[projection.merged] = poses
         stays = over[:, None] == over[None, :]
-        least = np.full((4, poses + 1, poses + 1), UNBOUNDED)
-        for kind, costs in enumerate(self.costs.reshape(-1, number, number)):
+        by_kind = self.costs.reshape(-1, number, number)
+        least = np.full((len(by_kind), poses + 1, poses + 1), UNBOUNDED)
+        for kind, costs in enumerate(by_kind):
             exists = (stays != (kind in (TRANSIT, TRANSPORT))) & (costs >= 0)
             np.minimum.at(least[kind], (whole[:, None], whole[None, :]), np.where(exists, costs, UNBOUNDED))
         least[TRANSIT] = np.minimum(least[TRANSIT], least[TRANSPORT])

@@ -74,7 +74,7 @@ class Projection:
     @cached_property
     def _listed(self) -> tuple[TransitionSystem, np.ndarray]:
         moves, poses = moves_of(self.space, self.symmetry), len(self.space.hands)
-        numbers = np.arange(4 * poses**2).reshape(-1, poses, poses)
+        numbers = np.arange(len(self.space.model.kinds) * poses**2).reshape(-1, poses, poses)
         start = self.space.encode(self.space.model.initial_state, where="start")
         prices = CostTable("price", numbers, self._problem.cost_units[0])
         return listed(self.space, moves, [prices], int(canonical(moves, start)), self.names)
