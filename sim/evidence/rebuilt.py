@@ -1,6 +1,5 @@
 """The scene of a logged run, built again from a scenario, the log's own or a given one, and the log's setting."""
 
-import functools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -41,23 +40,14 @@ def described(about: About) -> Scenario:
     Raises:
         LogError: it cannot be used.
     """
-    return _decoded(about.text, about.scenario, about.measured, tuple(sorted(about.files.items())))
-
-
-@functools.lru_cache(maxsize=4)
-def _decoded(
-    text: str, name: str, measured: tuple[tuple[str, str, str, int | float], ...], files: tuple[tuple[str, str], ...]
-) -> Scenario:
     with refusing("the scenario in the log cannot be used"):
-        scenario = loads(text, name=name, measured=False)
+        scenario = loads(about.text, name=about.scenario, measured=False)
         if not isinstance(scenario.model, ManipulationModel):
             raise LogError("the scenario in the log cannot be used: it has no manipulation model")
-        model = unpacked(scenario.model, dict(files))
+        model = unpacked(scenario.model, about.files)
         if isinstance(model.costs, MeasuredCosts):
-            model = replace(
-                model,
-                costs=replace(model.costs, entries={(kind, hand, goal): cost for kind, hand, goal, cost in measured}),
-            )
+            entries = {(kind, hand, goal): cost for kind, hand, goal, cost in about.measured}
+            model = replace(model, costs=replace(model.costs, entries=entries))
         return replace(scenario, model=model)
 
 
