@@ -44,7 +44,6 @@ class FailureDiagnosis:
         # Dragging and turning take long to search for, and a greater change lets the hand grasp without them.
         direct = replace(grasp, max_preparations=0) if isinstance(grasp, GraspSkill) else grasp
         self._skills = {**skills, "grasp": direct}
-        self._last: dict[str, int] = {}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))
 
@@ -64,7 +63,7 @@ class FailureDiagnosis:
             remedies.append((f"{words}{below}", partial(self._moved, refused, -to_base if near else to_base, 0.01)))
         reason, most = None, MOST_CM
         for words, helps in remedies if blocked else reversed(remedies):
-            if change := self._least(f"{refused.location} {words}", helps, most):
+            if change := _least(helps, most):
                 reason, most = f"{words} by {change} cm", change - 1
         if reason is None and isinstance(error, BlockedError):
             reason = self._too_close(refused, error)
@@ -76,19 +75,6 @@ class FailureDiagnosis:
         own = next((one.name for one in self._scene.model.fixtures if body_name(one.name) == body), body)
         return own if self._scene.model.scene is None else own.removeprefix(f"{Path(self._scene.model.scene).stem}/")
 
-    def _least(self, lack: str, helps: Callable[[int], bool], most: int) -> int | None:
-        """Return the least change up to `most` that helps, if greater changes help as well; None if none does."""
-        low, high, stride = 0, most + 1, 1
-        guess = min(self._last.get(lack, 1), most)  # what other objects lack there is a good guess
-        while high - low > 1:
-            low, high = (low, guess) if helps(guess) else (guess, high)
-            guess = min(low + stride, most) if high > most else max((low + high) // 2, high - stride)
-            stride *= 2
-        if high > most:
-            return None
-        self._last[lack] = high
-        return high
-
     def _too_close(self, refused: Rehearsal, error: BlockedError) -> str | None:
         """Return by how much the object in the way is too close; None if moving the location away does not help."""
         refused.arrange(self._cell, self._scene)
@@ -98,7 +84,7 @@ class FailureDiagnosis:
             return None
         nearest = min(beside, key=lambda other: float(np.hypot(*beside[other][:2])))
         helps = partial(self._moved, refused, -beside[nearest], 0.001)
-        millimetres = self._least(f"{refused.location} apart", helps, MOST_APART_MM)
+        millimetres = _least(helps, MOST_APART_MM)
         return None if millimetres is None else f"{error}, {millimetres / 10:.1f} cm too close"
 
     def _moved(self, refused: Rehearsal, direction: np.ndarray, unit: float, count: int) -> bool:
@@ -157,3 +143,12 @@ class FailureDiagnosis:
         wrist = set(least) <= set(robot.joints[len(robot.joints) - robot.wrist_joints :])
         what = " and ".join(f"{name} lacks {np.degrees(turn):.0f} degrees" for name, turn in least.items())
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
+
+
+def _least(helps: Callable[[int], bool], most: int) -> int | None:
+    """Return the least change up to `most` that helps, if greater changes help as well; None if none does."""
+    low, high = 0, most + 1
+    while high - low > 1:
+        guess = min(max(1, 2 * low), most) if high > most else (low + high) // 2
+        low, high = (low, guess) if helps(guess) else (guess, high)
+    return high if high <= most else None
