@@ -104,7 +104,7 @@ class Ledger:
             ModelError: an action is not applicable in its state.
         """
         problem = problem_of(problem)
-        labels, costs = problem.past.along(problem.system, plan.actions)
+        _, _, labels, costs = problem.past.along(problem.system, plan.actions)
         more = dict(zip(problem.cost_names[1:], costs[1:], strict=True))
         return cls.of(problem, plan.actions, costs[0], labels, plan.relaxations, more)
 

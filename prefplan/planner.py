@@ -177,9 +177,8 @@ class Planner:
         product = self._product = self._product or product_of(self._ahead)
         built = time.perf_counter()
         result = self._search(product, self._options, limits, bounds, objective)
-        result.check()
         self.stats += replace(result.work, build_seconds=built - began, seconds=time.perf_counter() - began)
-        goals, below = result.goals or result.incumbents, result.complete_below
+        goals, below = result.goals, result.complete_below
         if goals and objective is not None:
             place = names.index(objective)
             goals = (min(goals, key=lambda goal: (goal.objectives[place], *goal.objectives)),)

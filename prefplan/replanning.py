@@ -118,7 +118,7 @@ def _breaking(problem: Problem, past: Past, system: System) -> str:
 
 def valued(problem: Problem, past: Past, plan: Plan, system: System) -> Plan:
     """Return a plan for some of the tasks, which begins with the past, with the costs and mu it has for all tasks."""
-    labels, costs = past.along(system, plan.actions)
+    _, _, labels, costs = past.along(system, plan.actions)
     entry = Ledger.of(problem, plan.actions, costs[0], labels, plan.relaxations).final
     return replace(
         plan,
@@ -131,6 +131,6 @@ def valued(problem: Problem, past: Past, plan: Plan, system: System) -> Plan:
 
 def tasks_lost_by(problem: Problem, past: Past, plan: Plan, system: System) -> tuple[str, ...]:
     """Return the names of the tasks that a plan, which begins with the past, makes unsatisfiable."""
-    labels, _ = past.along(system, plan.actions)
+    _, _, labels, _ = past.along(system, plan.actions)
     before = damaged(problem, labels[: len(past.labels) + 1])
     return tuple(name for name in damaged(problem, labels) if name not in before)

@@ -99,8 +99,8 @@ def search_whole_product(problem: Problem, options: Options, limits: Limits) -> 
     result = astar.run(limits)
     if result.ended == "interrupt":
         raise KeyboardInterrupt
-    found = [[float(goal.objectives[0])] for goal in result.goals] or None
-    return _record(began, result.work.expanded, found, 0.0 if result.goals else None, result.ended)
+    found = [[float(goal.objectives[0])] for goal in result.goals if result.ended is None] or None
+    return _record(began, result.work.expanded, found, None if found is None else 0.0, result.ended)
 
 
 def _record(began: float, expanded: int, found: Points | None, within: float | None, ended: str | None) -> Record:

@@ -113,11 +113,12 @@ class Past:
     states: tuple[Hashable, ...] = ()
     labels: tuple[frozenset[str], ...] = ()
 
-    def along(self, system: System, actions: Sequence[str]) -> tuple[list[frozenset[str]], list[tuple[Fraction, ...]]]:
-        """Return the trace of actions that begin with these and go on from a system's start, and their costs.
+    def along(self, system: System, actions: Sequence[str]) -> Trajectory:
+        """Return what happens along actions that begin with these and go on from a system's start.
 
         Raises:
             ModelError: if an action is not applicable in its state.
         """
-        _, _, labels, (first, *more) = system.trajectory(actions[len(self.actions) :])
-        return [*self.labels, *labels], [(*map(exact, self.costs), *first), *more]
+        _, states, labels, (first, *more) = system.trajectory(actions[len(self.actions) :])
+        costs = [(*map(exact, self.costs), *first), *more]
+        return tuple(actions), (*self.states, *states), [*self.labels, *labels], costs

@@ -18,7 +18,7 @@ from prefplan.product.successors import successor_buffer
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
 from prefplan.search.labels import AT, BOUND, CODE, END, NONE, PRODUCT_LIMIT, Labels, Memory, Queue, States, enlarged
-from prefplan.search.paths import GeneratedPaths, Goal, Paths, Result, ended_by
+from prefplan.search.paths import Goal, Paths, Result, ended_by
 
 if TYPE_CHECKING:
     from prefplan.search.values import Values
@@ -152,12 +152,11 @@ class LabelSearch:
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
         settled = [label for label in self._found if self._rank(label) < self._lowest]
-        kept = [*settled, *list(self._found)[-1:]]
+        kept = settled or list(self._found)[-1:] * self.single
         paths = self._paths(kept)
         goals = [Goal(self._found[label], paths, k) for k, label in enumerate(kept)]
         below = self._lowest if not self._first or self._lowest == math.inf else 0
-        incumbents = tuple(goals) if self.single and not settled else ()
-        return Result(tuple(self._points(goals[: len(settled)])), ended, below, self.work, incumbents)
+        return Result(tuple(self._points(goals)), ended, below, self.work)
 
     def _run(self, pops: int) -> int:
         """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
@@ -251,17 +250,20 @@ class LabelSearch:
         kept = np.unique(np.concatenate(generations))
         parents = self.memory.labels.parent[kept]
         before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
-        codes, tables = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space.automata
-        automata = codes[:, None] // tables.strides % tables.sizes
-        nodes, steps = codes % tables.strides[0], self.memory.labels.step[kept].astype(np.int64)
+        codes, space = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space
+        automata = codes[:, None] // space.automata.strides % space.automata.sizes
+        nodes, steps = codes % space.automata.strides[0], self.memory.labels.step[kept].astype(np.int64)
         starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}
-        ends = np.searchsorted(kept, last)
-        if isinstance(self.product, GeneratedProduct):
-            return GeneratedPaths(self.product, before, nodes, automata, starts, ends)
-        if not self.prepared.graph.contracted:
-            return Paths(self.product, before, steps, automata, starts, ends)
-        paths = Paths(self.product, before, nodes, automata, starts, ends)
-        return paths.through(self.prepared.graph, self.memory.labels.key[kept, 0])
+        return Paths(
+            self.product,
+            self.prepared.graph,
+            before,
+            nodes if space.edges is None else steps,
+            self.memory.labels.key[kept, 0],
+            automata,
+            starts,
+            np.searchsorted(kept, last),
+        )
 
     @property
     def work(self) -> Stats:

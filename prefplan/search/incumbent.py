@@ -67,7 +67,7 @@ def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
             work += draft.work
             if draft.ended is not None:
                 raise LimitError(draft.ended)
-            if found := (*draft.goals, *draft.incumbents)[-1:]:
+            if found := draft.goals[-1:]:
                 drafts, bounds = found, {cost: found[0].objectives[0] - search.problem.cost_units[0]}
             if found or guided.is_done:
                 weights.pop(0)
@@ -78,4 +78,4 @@ def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
             result = search.run(limits)
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))
-    return replace(result, incumbents=result.incumbents or drafts, work=work + result.work)
+    return replace(result, goals=result.goals or drafts, work=work + result.work)

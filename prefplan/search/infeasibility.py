@@ -64,4 +64,4 @@ def _is_satisfiable(problem: Problem, limits: Limits, tasks: tuple[Task, ...], r
     result = run_search(product_of(fewer), Options(heuristic=1), limits, {}, fewer.cost_names[0])
     if result.ended is not None:
         raise LimitError(result.ended)
-    return bool(result.goals or result.incumbents)
+    return bool(result.goals)

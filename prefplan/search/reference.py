@@ -286,8 +286,10 @@ class ReferenceSearch:
                 steps.setdefault(x, len(steps))
         paths = Paths(
             self.product,
+            self.product.graph,
             np.array([k if isinstance(x.parent, Start) else steps[x.parent] for x, k in steps.items()]),
             np.array([x.edge for x in steps]),
+            np.array([x.g[0] for x in steps]),
             np.array([x.state[1:] for x in steps]),
             {k: x.parent for x, k in steps.items() if isinstance(x.parent, Start)},
             np.array([steps[goal] for goal in labels]),
