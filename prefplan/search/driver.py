@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import cache
 from operator import attrgetter, le
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
+from prefplan.product.contraction import edges_between
 from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.successors import successor_buffer
 from prefplan.search.keys import FALL, KeyMap, ordered_number
@@ -153,10 +155,8 @@ class LabelSearch:
             ended = ended_by(error)
         settled = [label for label in self._found if self._rank(label) < self._lowest]
         kept = settled or list(self._found)[-1:] * self.single
-        paths = self._paths(kept)
-        goals = [Goal(self._found[label], paths, k) for k, label in enumerate(kept)]
         below = self._lowest if not self._first or self._lowest == math.inf else 0
-        return Result(tuple(self._points(goals)), ended, below, self.work)
+        return Result(tuple(self._points(self._goals(kept))), ended, below, self.work)
 
     def _run(self, pops: int) -> int:
         """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
@@ -240,30 +240,32 @@ class LabelSearch:
                 points.append(goal)
         return points
 
-    def _paths(self, labels: Sequence[int]) -> Paths:
-        """Return the paths that lead to some labels."""
+    def _goals(self, labels: Sequence[int]) -> list[Goal]:
+        """Return the goals of some labels, with the paths that lead to them."""
         last = np.array(labels, dtype=np.int64)
         generations = [last]
         while len(generations[-1]):
             ahead = np.unique(self.memory.labels.parent[generations[-1]])
             generations.append(ahead[ahead != NONE])
         kept = np.unique(np.concatenate(generations))
-        parents = self.memory.labels.parent[kept]
+        parents, costs = self.memory.labels.parent[kept], self.memory.labels.key[kept, 0]
         before = np.searchsorted(kept, np.where(parents == NONE, kept, parents))
         codes, space = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space
         automata = codes[:, None] // space.automata.strides % space.automata.sizes
         nodes, steps = codes % space.automata.strides[0], self.memory.labels.step[kept].astype(np.int64)
+        product, graph, told = self.product, self.prepared.graph, (nodes if space.edges is None else steps).tolist()
+
+        @cache
+        def edges(k: int) -> list[int]:
+            if not graph.contracted:
+                return [told[k]]
+            at = before[k]
+            return edges_between(product, graph, nodes[at], nodes[k], automata[at], int(costs[k] - costs[at]))
+
         starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}
-        return Paths(
-            self.product,
-            self.prepared.graph,
-            before,
-            nodes if space.edges is None else steps,
-            self.memory.labels.key[kept, 0],
-            automata,
-            starts,
-            np.searchsorted(kept, last),
-        )
+        paths = Paths(self.product, before, edges, automata, starts)
+        ends = np.searchsorted(kept, last).tolist()
+        return [Goal(self._found[label], paths, end) for label, end in zip(labels, ends, strict=True)]
 
     @property
     def work(self) -> Stats:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
@@ -15,9 +15,7 @@ from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Stats
 from prefplan.ledger import Ledger
 from prefplan.plan import Plan, Purchase
-from prefplan.product.contraction import edges_between
 from prefplan.product.product_automaton import Product, Start
-from prefplan.product.space import Graph
 
 NO_STEP = "the search made a step that the model does not have"
 UNSATISFIED = "a task is not satisfied"
@@ -30,48 +28,30 @@ class Paths:
 
     Attributes:
         product: what was searched.
-        graph: the graph that it was searched over.
         before: (T,) int64, the step before each one; a start is before itself.
-        steps: (T,) int64, the system's edge of each step; where the graph is contracted or states are generated, the
-            node or state that it leads to. Of no meaning for a start.
-        costs: (T,) int64, the cost up to each step, as in `Graph.costs`; read only where the graph is contracted.
+        edges: (number of a step) -> the system's edges that it stands for, or the state that it leads to where states
+            are generated.
         automata: (T, N + R) int64, states of the automata after each step.
         starts: by number of the step, how paths begin.
-        ends: (n,) int64, the last step of each path.
     """
 
     product: Product
-    graph: Graph
     before: np.ndarray
-    steps: np.ndarray
-    costs: np.ndarray
+    edges: Callable[[int], list[int]]
     automata: np.ndarray
     starts: Mapping[int, Start]
-    ends: np.ndarray
 
-    @cached_property
-    def edges(self) -> list[list[int]]:
-        """Each step as in `steps`, or the edges of the system that it stands for where the graph is contracted."""
-        if not self.graph.contracted:
-            return self.steps[:, None].tolist()
-        nodes, states, spent = self.steps.tolist(), self.automata.tolist(), self.costs.tolist()
-        between = partial(edges_between, self.product, self.graph)
-        return [
-            [] if at == k else between(nodes[at], nodes[k], states[at], spent[k] - spent[at])
-            for k, at in enumerate(self.before.tolist())
-        ]
-
-    def plan(self, number: int) -> Plan:
-        """Return the plan of a path, all its values computed again from the model.
+    def plan(self, end: int) -> Plan:
+        """Return the plan of the path that ends with a step, all its values computed again from the model.
 
         Raises:
             AssertionError: a step is one that the product does not have, or a task is not satisfied.
         """
-        path = [int(self.ends[number])]
+        path = [end]
         while path[-1] not in self.starts:
             path.append(int(self.before[path[-1]]))
         path.reverse()
-        edges = [self.edges[k] for k in path[1:]]
+        edges = [*map(self.edges, path[1:])]
         assert all(edges), NO_STEP
         # No automaton moves before the last edge of a step.
         automata = np.repeat(self.automata[path], [*map(len, edges), 1], axis=0)
@@ -128,12 +108,12 @@ class Goal:
     Attributes:
         objectives: exact values of all costs and preferences, in the user's units.
         paths: the paths to all goals of the search.
-        number: which of them leads to this one.
+        end: the last step of the one that leads to this goal.
     """
 
     objectives: tuple[Any, ...]
     paths: Paths = field(repr=False)
-    number: int
+    end: int
 
     @cached_property
     def point(self) -> tuple[Number, ...]:
@@ -143,7 +123,7 @@ class Goal:
     @cached_property
     def plan(self) -> Plan:
         """The plan that leads to the goal; it is asserted that its values in the model are those of the search."""
-        plan = self.paths.plan(self.number)
+        plan = self.paths.plan(self.end)
         assert tuple(plan.objectives.values()) == self.point, OTHER_VALUES
         return plan
 

@@ -284,17 +284,15 @@ class ReferenceSearch:
                 path.append(parent)
             for x in reversed(path):
                 steps.setdefault(x, len(steps))
+        edges = [[x.edge] for x in steps]
         paths = Paths(
             self.product,
-            self.product.graph,
             np.array([k if isinstance(x.parent, Start) else steps[x.parent] for x, k in steps.items()]),
-            np.array([x.edge for x in steps]),
-            np.array([x.g[0] for x in steps]),
+            edges.__getitem__,
             np.array([x.state[1:] for x in steps]),
             {k: x.parent for x, k in steps.items() if isinstance(x.parent, Start)},
-            np.array([steps[goal] for goal in labels]),
         )
-        return tuple(Goal(tuple(map(mul, goal.f, self._units)), paths, k) for k, goal in enumerate(labels))
+        return tuple(Goal(tuple(map(mul, goal.f, self._units)), paths, steps[goal]) for goal in labels)
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:

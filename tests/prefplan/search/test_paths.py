@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
-import numpy as np
 import pytest
 
 from prefplan import (
@@ -74,25 +73,16 @@ def test_the_values_of_all_paths_are_those_of_their_plans(kind: str) -> None:
     assert {bought.task for goal in result.goals for bought in goal.plan.relaxations} == {"earn", "green"}
 
 
-def other_steps(found: paths.Paths) -> paths.Paths:
-    return replace(found, steps=np.zeros_like(found.steps))
-
-
-def unfinished(found: paths.Paths) -> paths.Paths:
-    return replace(found, ends=found.before[found.ends])
-
-
-def exchanged(found: paths.Paths) -> paths.Paths:
-    return replace(found, ends=np.roll(found.ends, 1))
-
-
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("spoil", [other_steps, unfinished, exchanged])
-def test_a_path_that_is_wrong_is_noticed(kind: str, spoil: Callable[[paths.Paths], paths.Paths]) -> None:
+def test_a_path_that_is_wrong_is_noticed(kind: str) -> None:
     goals = searched(kind).goals
-    wrong = spoil(goals[0].paths)
-    with pytest.raises((AssertionError, ModelError), match=r"does not|is not satisfied|other values"):
-        _ = [replace(goal, paths=wrong).plan for goal in goals]
+    steps = replace(goals[0].paths, edges=lambda k: [0])
+    wrong = [replace(goal, paths=steps) for goal in goals]
+    wrong += [replace(goal, end=int(goal.paths.before[goal.end])) for goal in goals]
+    wrong += [replace(goal, end=other.end) for goal, other in pairwise(goals)]
+    for goal in wrong:
+        with pytest.raises((AssertionError, ModelError), match=r"does not|is not satisfied|other values"):
+            _ = goal.plan
 
 
 def test_plans_are_made_when_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
