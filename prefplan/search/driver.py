@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from operator import attrgetter, le
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +14,14 @@ from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
+from prefplan.plan import Plan
 from prefplan.product.contraction import edges_between
 from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.successors import successor_buffer
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
 from prefplan.search.labels import AT, BOUND, CODE, END, NONE, PRODUCT_LIMIT, Labels, Memory, Queue, States, enlarged
-from prefplan.search.paths import Goal, Paths, Result, ended_by
+from prefplan.search.paths import Goal, Result, ended_by, plan_of
 
 if TYPE_CHECKING:
     from prefplan.search.values import Values
@@ -241,7 +242,7 @@ class LabelSearch:
         return points
 
     def _goals(self, labels: Sequence[int]) -> list[Goal]:
-        """Return the goals of some labels, with the paths that lead to them."""
+        """Return the goals of some labels, whose plans are made from what the labels say of their paths."""
         last = np.array(labels, dtype=np.int64)
         generations = [last]
         while len(generations[-1]):
@@ -253,7 +254,8 @@ class LabelSearch:
         codes, space = self.memory.states.table[self.memory.labels.row[kept], CODE], self.prepared.space
         automata = codes[:, None] // space.automata.strides % space.automata.sizes
         nodes, steps = codes % space.automata.strides[0], self.memory.labels.step[kept].astype(np.int64)
-        product, graph, told = self.product, self.prepared.graph, (nodes if space.edges is None else steps).tolist()
+        product, graph, starts = self.product, self.prepared.graph, self._starts
+        told = (nodes if space.edges is None else steps).tolist()
 
         @cache
         def edges(k: int) -> list[int]:
@@ -262,10 +264,15 @@ class LabelSearch:
             at = before[k]
             return edges_between(product, graph, nodes[at], nodes[k], automata[at], int(costs[k] - costs[at]))
 
-        starts = {int(k): self._starts[steps[k]] for k in np.flatnonzero(parents == NONE)}
-        paths = Paths(self.product, before, edges, automata, starts)
+        def plan(end: int) -> Plan:
+            path = [end]
+            while before[path[-1]] != path[-1]:
+                path.append(int(before[path[-1]]))
+            path.reverse()
+            return plan_of(product, starts[steps[path[0]]], [*map(edges, path[1:])], automata[path])
+
         ends = np.searchsorted(kept, last).tolist()
-        return [Goal(self._found[label], paths, end) for label, end in zip(labels, ends, strict=True)]
+        return [Goal(self._found[label], partial(plan, end)) for label, end in zip(labels, ends, strict=True)]
 
     @property
     def work(self) -> Stats:

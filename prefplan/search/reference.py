@@ -19,10 +19,10 @@ from __future__ import annotations
 import heapq
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from itertools import chain, product
 from operator import mul
 from typing import Any
@@ -38,7 +38,7 @@ from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, va
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import Term
 from prefplan.product.product_automaton import Product, Start
-from prefplan.search.paths import Goal, Paths, Result, ended_by
+from prefplan.search.paths import Goal, Result, ended_by, plan_of
 
 BYTES_A_LABEL = 1500
 """Measured memory of a label with its key, and its share of the tables."""
@@ -121,7 +121,7 @@ class ReferenceSearch:
                 goals.append(goal)
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
-        return Result(self._goals(goals), ended, self._complete_below, self.work)
+        return Result(tuple(map(self._goal, goals)), ended, self._complete_below, self.work)
 
     def _begin(self, start: Start) -> None:
         """Add x_0 to O. Of a past, only the first cost counts."""
@@ -275,24 +275,15 @@ class ReferenceSearch:
         general = sorted({o.cost for o in self._problem.objectives if o.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 
-    def _goals(self, labels: Sequence[Label]) -> tuple[Goal, ...]:
-        """Return goals with their exact objectives, in the user's units, and their paths (extractPlan)."""
-        steps = dict[Label, int]()
-        for goal in labels:
-            path = [goal]
-            while isinstance(parent := path[-1].parent, Label):
-                path.append(parent)
-            for x in reversed(path):
-                steps.setdefault(x, len(steps))
-        edges = [[x.edge] for x in steps]
-        paths = Paths(
-            self.product,
-            np.array([k if isinstance(x.parent, Start) else steps[x.parent] for x, k in steps.items()]),
-            edges.__getitem__,
-            np.array([x.state[1:] for x in steps]),
-            {k: x.parent for x, k in steps.items() if isinstance(x.parent, Start)},
-        )
-        return tuple(Goal(tuple(map(mul, goal.f, self._units)), paths, steps[goal]) for goal in labels)
+    def _goal(self, goal: Label) -> Goal:
+        """Return a goal with its exact objectives, in the user's units, and its path (extractPlan)."""
+        path = [goal]
+        while isinstance(parent := path[-1].parent, Label):
+            path.append(parent)
+        path.reverse()
+        edges, automata = [[x.edge] for x in path[1:]], np.array([x.state[1:] for x in path])
+        make = partial(plan_of, self.product, parent, edges, automata)
+        return Goal(tuple(map(mul, goal.f, self._units)), make)
 
 
 def _plus(one: Counts, other: Iterable[int]) -> Counts:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
+from typing import Any
 
+import numpy as np
 import pytest
 
 from prefplan import (
-    ModelError,
     Options,
     Order,
     Planner,
@@ -21,10 +22,10 @@ from prefplan import (
     WeightedSum,
 )
 from prefplan.limits import Limits
-from prefplan.product.product_automaton import Product
-from prefplan.search import paths
+from prefplan.product.product_automaton import Product, Start
+from prefplan.search import driver, reference
 from prefplan.search.incumbent import run_search
-from prefplan.search.paths import Result
+from prefplan.search.paths import Result, plan_of
 from prefplan.search.reference import ReferenceSearch
 
 
@@ -74,25 +75,33 @@ def test_the_values_of_all_paths_are_those_of_their_plans(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_path_that_is_wrong_is_noticed(kind: str) -> None:
+def test_a_path_that_is_wrong_is_noticed(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = list[partial[object]]()
+
+    def recorded(product: Product, start: Start, edges: list[list[int]], automata: np.ndarray) -> object:
+        made.append(partial(plan_of, product, start, edges, automata))
+        return made[-1]()
+
+    for module in (driver, reference):
+        monkeypatch.setattr(module, "plan_of", recorded)
     goals = searched(kind).goals
-    steps = replace(goals[0].paths, edges=lambda k: [0])
-    wrong = [replace(goal, paths=steps) for goal in goals]
-    wrong += [replace(goal, end=int(goal.paths.before[goal.end])) for goal in goals]
-    wrong += [replace(goal, end=other.end) for goal, other in pairwise(goals)]
-    for goal in wrong:
-        with pytest.raises((AssertionError, ModelError), match=r"does not|is not satisfied|other values"):
-            _ = goal.plan
+    assert len([goal.plan for goal in goals]) == len(made) > 2
+    for goal, other, own in zip(goals, made[1:], made, strict=False):
+        product, start, edges, automata = own.args
+        shorter = partial(plan_of, product, start, edges[:-1], automata[:-1])
+        for make in (other, shorter, partial(plan_of, product, start, [*edges[:-1], []], automata)):
+            with pytest.raises(AssertionError, match=r"does not have|is not satisfied|other values"):
+                _ = replace(goal, make=make).plan
 
 
 def test_plans_are_made_when_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    made, plan = list[int](), paths.Paths.plan
+    made = list[int]()
 
-    def counted(tree: paths.Paths, number: int) -> object:
+    def counted(*path: Any) -> object:
         made.append(1)
-        return plan(tree, number)
+        return plan_of(*path)
 
-    monkeypatch.setattr(paths.Paths, "plan", counted)
+    monkeypatch.setattr(driver, "plan_of", counted)
     front = Planner(problem()).front()
     few = front.over(["preference"])
     assert len(front) > 2 and len(front.points) == len(front) and len(few) == 1 and not made[1:]
