@@ -21,6 +21,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.perception.sensors import ObjectPose
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import SKILLS
+from sim.skills.grasp_choice import is_placeable
 from sim.skills.placing import lacking_room
 from sim.skills.skill import Skill, SkillError
 from sim.world.places import under
@@ -88,15 +89,19 @@ class Feasibility:
         start = self._scene.model.initial_state.place[obj]
         actions = f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
         staying = Rehearsal(actions, places, obj, location)
-        brought = self._brought(obj, location, places)
+        placeable = start == location or self._is_placeable(staying)
+        brought = self._brought(obj, location, places) if placeable else None
         if brought is not None and brought.error is None:
             return PlaceCheck(obj, location)
         stayed = self._stayed(staying)
+        if not placeable and stayed.error is None:  # from elsewhere, the hand fits there after all
+            placeable, brought = True, self._brought(obj, location, places)
         arrives = brought is not None and brought.done >= BROUGHT
         if stayed.done >= TAKEN and (arrives or (brought is None and stayed.error is None)):
             return PlaceCheck(obj, location)
         first = stayed if start == location else brought
-        put, put_unless = (True, ()) if arrives else self._bringable(obj, location, places, first)
+        settled = arrives or not placeable
+        put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first)
         if stayed.error is None:
             assert brought is not None
             return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
@@ -137,6 +142,17 @@ class Feasibility:
             if place != location and (lacking_room(shapes[obj], centre, slot.yaw, pose) or 0.0) > PLACED_M:
                 found.append((other, place))
         return tuple(found)
+
+    def _is_placeable(self, staying: Rehearsal) -> bool:
+        """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.
+
+        A rehearsal takes far longer to find that out, and only for the grasps that are possible where it begins.
+        """
+        try:
+            staying.alone(self._scene.model).arrange(self._cell, self._scene)
+        except ModelError:  # fixed objects may rest on movable ones
+            return True
+        return is_placeable(self._cell, staying.obj, staying.location)
 
     def _stayed(self, staying: Rehearsal) -> Attempt:
         """Attempt to grasp an object where it is and to put it back; if the way there is blocked, from elsewhere, too.

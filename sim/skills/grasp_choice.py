@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose, wrap
-from sim.perception.sensors import ObjectPose
+from sim.perception.sensors import DIAGONAL, ObjectPose
 from sim.simulation.workcell import Workcell
 from sim.skills.hand import (
     FINGER_CLEARANCE_M,
@@ -25,7 +25,7 @@ from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
 from sim.world.grasps import MAX_SLOPE, MAX_TILT_RAD, GraspPose, grasps, openings, tilt_of, tilts_of
 from sim.world.places import Slot
-from sim.world.shapes import ObjectShape
+from sim.world.shapes import ObjectShape, about_z
 
 TILT_STEP_RAD = np.radians(15)
 """Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
@@ -97,15 +97,18 @@ def find_grasp(
         unlike: leave out grasps for which the hand points in the direction of one of these poses.
         certain: whether the grasp must be possible there for a standing object, too.
     """
-    slot, others = _next_slot(cell, obj, destination), list[ChosenGrasp]()
+    slot, others = _next_slot(cell, obj, destination), dict[bytes, ChosenGrasp]()
     for choice in _free_grasps(cell, obj, pose, frame_of(pose, yaw), tilted=tilted, like=like, unlike=unlike):
-        if slot is None or _can_place(cell, obj, slot, choice.grasp):
+        if slot is None:
             return choice
-        others.append(choice)
+        alike = _placed_alike(cell.scene.shapes[obj], choice.grasp)
+        if alike not in others and _can_place(cell, obj, slot, choice.grasp):
+            return choice
+        others.setdefault(alike, choice)
     if slot is None or not pose.is_upright or certain:
         return None
-    barely = (other for other in others if _can_place(cell, obj, slot, other.grasp, barely=True))
-    return next(barely, next(iter(others), None))
+    barely = (other for other in others.values() if _can_place(cell, obj, slot, other.grasp, barely=True))
+    return next(barely, next(iter(others.values()), None))
 
 
 def _free_grasps(
@@ -190,6 +193,19 @@ def _placement(
     raise unreachable
 
 
+def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
+    """Return whether the hand fits, in some grasp, where an object that is not held yet is put down at a location."""
+    slot, tried = _next_slot(cell, obj, location), set[bytes]()
+    if slot is None:
+        return True  # what is in the way now may be moved
+    for grasp in ranked(cell, obj, np.eye(3)):
+        alike = _placed_alike(cell.scene.shapes[obj], grasp)
+        if alike not in tried and _can_place(cell, obj, slot, grasp, barely=True):
+            return True
+        tried.add(alike)
+    return False
+
+
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
     """Return how to set down the held object, upright or else as it leans now, and how wide the fingers open there.
 
@@ -255,6 +271,16 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
     usable = [pose for pose in poses if np.isfinite(tilt_of(pose.rotation))]
     for _, group in itertools.groupby(sorted(usable, key=rank), key=rank):
         yield tuple(group)
+
+
+def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
+    """Return a key that is equal for grasps with the same placements: without opening and a round object's turn."""
+    rotation, position = grasp.rotation, grasp.position
+    if shape.is_round:
+        closing = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]
+        turn = about_z(-float(np.arctan2(closing[1], closing[0])))
+        rotation, position = turn @ rotation, turn @ position
+    return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()
 
 
 def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely: bool = False) -> bool:

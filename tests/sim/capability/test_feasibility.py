@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,11 +66,20 @@ def test_a_place_near_the_base_is_tried_not_refused_by_its_distance(distance: fl
     assert Feasibility(scene).check("cube", "near") == PlaceCheck("cube", "near")
 
 
-def test_where_an_object_fits_in_no_grasp_it_is_not_brought() -> None:
+def test_where_an_object_fits_in_no_grasp_it_is_not_brought(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[str] = []
+    run = Rehearsal.run
+
+    def noted(rehearsal: Rehearsal, *args: Any) -> tuple[int, SimulationError | None]:
+        tried.extend(rehearsal.actions)
+        return run(rehearsal, *args)
+
+    monkeypatch.setattr(Rehearsal, "run", noted)
     places = Location("far", at=(0.87, 0.0)), Location("near", at=(0.5, 0.2)), Location("other", at=(0.6, -0.2))
     model = ManipulationModel("home", COSTS, places, (Object("cup", "near"),), robot="panda_suction")
     found = Feasibility(build_scene(model)).check("cup", "far")
     assert (found.take, found.put) == (False, False) and "out of reach" in str(found.reason)
+    assert not any(action.startswith("transport") for action in tried)
 
 
 def test_a_place_too_near_the_base_is_told_with_the_distance_that_is_missing() -> None:
@@ -249,7 +259,10 @@ def test_what_is_brought_without_the_others_and_grasped_again_can_be_grasped_the
     assert answer.take and answer.put and answer.reason == str(wall)
 
 
-def test_what_is_put_down_only_as_it_is_grasped_there_is_not_said_to_be_brought() -> None:
+def test_what_is_put_down_only_as_it_is_grasped_there_is_not_said_to_be_brought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Feasibility, "_is_placeable", lambda *_: False)
     rack = BlockedError.beside_fingers({"fixture rack"})
 
     def tried(rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
