@@ -43,10 +43,6 @@ class Status:
     ended: str | None = None
 
 
-class _Stopped(Exception):
-    """The run was cancelled."""
-
-
 class LiveRun(threading.Thread, Observer):
     """One run of a plan, simulated as fast as possible up to the time allowed.
 
@@ -83,7 +79,7 @@ class LiveRun(threading.Thread, Observer):
             loop.run()
             self._note(ended=loop.execution.reason or "completed")
             cell.recorder.record(cell.data, glow=cell.glowing)
-        except _Stopped:
+        except SystemExit:
             pass
         except Exception as failure:
             # A thread has no caller to raise to: the session checks this attribute.
@@ -133,7 +129,7 @@ class LiveRun(threading.Thread, Observer):
         with self._changed:
             self._changed.wait_for(lambda: self._stopping or now < self._until)
         if self._stopping:
-            raise _Stopped
+            raise SystemExit
         self.pull.action = action = len(run.steps) + 1
         while self.waiting:
             fault = replace(self.waiting.popleft(), action=action)
