@@ -48,8 +48,7 @@ def benchmark(groups: Sequence[str], seeds: int, sizes: Sequence[int], out: Path
 
     Groups:
       table1           the paper's benchmark (Table I), beside its own method in our compiled kernels, with a figure
-      tasks            instances like those of Table I, with many tasks
-      stopped          the same, stopped after some seconds: the gap that is proven by then
+      stopped          instances like those of Table I, stopped after some seconds: the gap that is proven by then
       ablation         the planner without one of its components at a time
       large, measured  manipulation models too large to enumerate, also with measured costs
     """
