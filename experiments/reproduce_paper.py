@@ -1,8 +1,9 @@
 """The paper's examples, case studies and benchmark, computed again, and all values beside the paper's on one page."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import click
@@ -16,7 +17,7 @@ from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say
 from experiments.cli.values import PATH
 from experiments.paper import arm
-from experiments.paper.study import ERRATUM, Report
+from experiments.paper.study import ERRATUM, Study, write_page
 from experiments.paper.table import compare_times
 from prefplan.logic.good_prefix import is_satisfied
 from prefplan.text.layout import condense, number
@@ -43,32 +44,27 @@ def reproduce(out: Path, quick: bool) -> int:
     The exit status is 0 if everything agrees (except for errata of the paper, marked as such), 1 if something differs
     or could not be completed, 2 for a wrong call and 130 after Ctrl-C.
     """
-    report = Report(Console())
     load_planner()
     make_folder(out)
-
-    # Examples 1 to 3: a plan that satisfies three tasks, and the value of a preference function.
-    examples(report, out)
-
-    # Case Study 1: the Pareto front of five tasks, preferred in an order (Figure 3).
-    with report.study(case_study_1.TITLE, case_study_1.ABOUT) as study:
-        case_study_1.reproduce(study, out)
-
-    # Case Study 2: contradicting tasks, relaxed for a price (Figure 4).
-    with report.study(case_study_2.TITLE, case_study_2.ABOUT) as study:
-        case_study_2.reproduce(study, out)
-
-    # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
-    case_study_3(report, out, simulate=not quick)
-
-    # Table I: planning time without and with the heuristic; `python -m experiments.benchmark table1` measures it again.
-    with report.study("Table I", "Planning time without and with the heuristic.") as study:
-        compare_times(study, out)
-
-    page = out / "index.html"
-    report.write(page)
-    say(f"\n{report.reproduced} of {len(report.studies)} reproduced: {page}")
-    return DONE if report.reproduced == len(report.studies) else DIFFERENT
+    console = Console()
+    studies: list[tuple[Study, Callable[[Study, Path], None]]] = [
+        # Examples 1 to 3: a plan that satisfies three tasks, and the value of a preference function.
+        (Study("Examples 1 to 3", "A robot on a 3 x 3 grid collects dirt, a plant and a rock, and charges."), examples),
+        # Case Study 1: the Pareto front of five tasks, preferred in an order (Figure 3).
+        (Study(case_study_1.TITLE, case_study_1.ABOUT), case_study_1.reproduce),
+        # Case Study 2: contradicting tasks, relaxed for a price (Figure 4).
+        (Study(case_study_2.TITLE, case_study_2.ABOUT), case_study_2.reproduce),
+        # Case Study 3: a robot arm carries out both ends of the front (Figure 5).
+        (Study(arm.TITLE, arm.ABOUT), partial(case_study_3, simulate=not quick)),
+        # Table I: planning time without and with the heuristic; `python -m experiments.benchmark table1` measures it.
+        (Study("Table I", "Planning time without and with the heuristic."), compare_times),
+    ]
+    for study, reproduce in studies:
+        study.fill(reproduce, out, console)
+    page, reproduced = out / "index.html", sum(study.reproduced for study, _ in studies)
+    write_page([study for study, _ in studies], page)
+    say(f"\n{reproduced} of {len(studies)} reproduced: {page}")
+    return DONE if reproduced == len(studies) else DIFFERENT
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,34 +72,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return call(reproduce, "python experiments/reproduce_paper.py", arguments)
 
 
-def examples(report: Report, out: Path) -> None:
+def examples(study: Study, out: Path) -> None:
     """Check the plans of Example 2 with the logic alone, and the preference function of Example 3."""
-    with report.study(
-        "Examples 1 to 3", "A robot on a 3 x 3 grid collects dirt, a plant and a rock, and charges."
-    ) as study:
-        scenario = pp.load("example")
-        problem = scenario.problem()
+    scenario = pp.load("example")
+    problem = scenario.problem()
 
-        # A plan gives a trace of labels; a task is satisfied if the trace is a good prefix of its formula.
-        printed, drawn = (unsatisfied_tasks(problem, plan) for plan in (PRINTED_PLAN, DRAWN_PLAN))
-        study.compare("Example 2, plan drawn in Figure 1", "satisfies all tasks", _verdict(drawn), agrees=not drawn)
-        study.compare(
-            "Example 2, plan in the text",
-            "satisfies all tasks",
-            _verdict(printed),
-            agrees=bool(printed) and not drawn,
-            verdict=ERRATUM,
-            remark="the text ends with West, which misses the charger; the figure shows East",
-        )
+    # A plan gives a trace of labels; a task is satisfied if the trace is a good prefix of its formula.
+    printed, drawn = (unsatisfied_tasks(problem, plan) for plan in (PRINTED_PLAN, DRAWN_PLAN))
+    study.compare("Example 2, plan drawn in Figure 1", "satisfies all tasks", _verdict(drawn), agrees=not drawn)
+    study.compare(
+        "Example 2, plan in the text",
+        "satisfies all tasks",
+        _verdict(printed),
+        agrees=bool(printed) and not drawn,
+        verdict=ERRATUM,
+        remark="the text ends with West, which misses the charger; the figure shows East",
+    )
 
-        # The preference function of Example 3 maps task costs to mu.
-        costs, mu = EXAMPLE_3
-        order = pp.Problem(problem.system, problem.tasks, pp.Order()).measure
-        value = order.value([Fraction(cost) for cost in costs], [Fraction(0)] * len(costs))
-        study.compare(f"Example 3, mu of {costs}", str(mu), f"{float(value):g}", agrees=value == mu)
+    # The preference function of Example 3 maps task costs to mu.
+    costs, mu = EXAMPLE_3
+    order = pp.Problem(problem.system, problem.tasks, pp.Order()).measure
+    value = order.value([Fraction(cost) for cost in costs], [Fraction(0)] * len(costs))
+    study.compare(f"Example 3, mu of {costs}", str(mu), f"{float(value):g}", agrees=value == mu)
 
-        # The whole front of the example.
-        study.draw(scenario, pp.pareto_front(problem), out / "figure_1.svg")
+    # The whole front of the example.
+    study.draw(scenario, pp.pareto_front(problem), out / "figure_1.svg")
 
 
 def unsatisfied_tasks(problem: pp.Problem, plan: str) -> list[str]:
@@ -116,38 +109,37 @@ def _verdict(unsatisfied: list[str]) -> str:
     return f"misses {', '.join(unsatisfied)}" if unsatisfied else "satisfies all tasks"
 
 
-def case_study_3(report: Report, out: Path, *, simulate: bool) -> None:
+def case_study_3(study: Study, out: Path, *, simulate: bool) -> None:
     """Compare the model and both ends of the front with the text; if asked, carry both plans out and draw Figure 5."""
-    with report.study(arm.TITLE, arm.ABOUT) as study:
-        scenario = pp.load("case_study_3")
-        front = pp.pareto_front(scenario.problem())
-        arm.compare_plans(study, scenario, front)
-        for name, index in FIGURE_5.items():
-            plan = front[index]
-            values = f"cost {number(plan.cost)}, mu {number(plan.preference)}"
-            study.texts.append(f"{name}: {values}: {condense([*map(plan.display.action, plan.actions)])}")
-        if not simulate:
-            return
+    scenario = pp.load("case_study_3")
+    front = pp.pareto_front(scenario.problem())
+    arm.compare_plans(study, scenario, front)
+    for name, index in FIGURE_5.items():
+        plan = front[index]
+        values = f"cost {number(plan.cost)}, mu {number(plan.preference)}"
+        study.texts.append(f"{name}: {values}: {condense([*map(plan.display.action, plan.actions)])}")
+    if not simulate:
+        return
 
-        # MuJoCo takes a second to load.
-        from experiments.runs.run_plan import run_plan, scene_of
-        from sim.errors import RenderingError
+    # MuJoCo takes a second to load.
+    from experiments.runs.run_plan import run_plan, scene_of
+    from sim.errors import RenderingError
 
-        scene = scene_of(scenario)
-        outcomes = {name: run_plan(scenario, scene, front[index]) for name, index in FIGURE_5.items()}
-        for name, outcome in outcomes.items():
-            rollout = outcome.run
-            done = "carried out in simulation" if rollout.completed else f"stopped {rollout.reason}"
-            study.compare(f"Figure 5, {name} plan", "carried out by the robot", done, agrees=rollout.completed)
+    scene = scene_of(scenario)
+    outcomes = {name: run_plan(scenario, scene, front[index]) for name, index in FIGURE_5.items()}
+    for name, outcome in outcomes.items():
+        rollout = outcome.run
+        done = "carried out in simulation" if rollout.completed else f"stopped {rollout.reason}"
+        study.compare(f"Figure 5, {name} plan", "carried out by the robot", done, agrees=rollout.completed)
 
-        figure = out / "figure_5.png"
-        try:
-            arm.draw_releases(scene, outcomes, figure)
-        except RenderingError as error:
-            study.texts.append(f"No figure: {error}")
-        else:
-            caption = "the moments at which a block is put down, in the cheapest and in the preferred plan"
-            study.figures.append((figure, caption))
+    figure = out / "figure_5.png"
+    try:
+        arm.draw_releases(scene, outcomes, figure)
+    except RenderingError as error:
+        study.texts.append(f"No figure: {error}")
+    else:
+        caption = "the moments at which a block is put down, in the cheapest and in the preferred plan"
+        study.figures.append((figure, caption))
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 import base64
 import mimetypes
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -77,6 +76,14 @@ class Study:
         self.figures.append((figure, "every plan of the front, and the front"))
         self.texts += [f"Plan {i}: {plan.steps}" for i, plan in enumerate(front)]
 
+    def fill(self, reproduce: Callable[["Study", Path], None], out: Path, console: Console) -> None:
+        """Reproduce the study, its figures in a folder, and print it; a PrefplanError is kept as its failure."""
+        try:
+            reproduce(self, out)
+        except PrefplanError as error:
+            self.failure = str(error)
+        self.show(console)
+
     def show(self, console: Console) -> None:
         """Print a table of the findings, the paper and ours side by side, with remarks and figures below."""
         rows = [(one.what, one.paper, one.ours, one.verdict) for one in self.findings]
@@ -96,48 +103,23 @@ def show_alone(study: Study, reproduce: Callable[[Study, Path], None]) -> int:
     """Reproduce a study, its figures in a folder of its name; print it and return 0 if it is reproduced, else 1."""
     out = Path("out", study.title.lower().replace(" ", "_"))
     make_folder(out)
-    reproduce(study, out)
     console = Console()
-    study.show(console)
+    study.fill(reproduce, out, console)
     for text in study.texts:
         console.print(text)
     return 0 if study.reproduced else 1
 
 
-class Report:
-    """All studies, in order."""
+def write_page(studies: Sequence[Study], path: Path) -> None:
+    """Write a page with studies and their pictures.
 
-    def __init__(self, console: Console) -> None:
-        """Begin without studies; each is printed on the console when it ends."""
-        self.studies: list[Study] = []
-        self._console = console
-
-    @contextmanager
-    def study(self, title: str, about: str) -> Iterator[Study]:
-        """Yield a new study to fill; a PrefplanError ends it and is kept as its failure, and the next can follow."""
-        study = Study(title, about)
-        try:
-            yield study
-        except PrefplanError as error:
-            study.failure = str(error)
-        self.studies.append(study)
-        study.show(self._console)
-
-    @property
-    def reproduced(self) -> int:
-        """Number of studies that are reproduced."""
-        return sum(study.reproduced for study in self.studies)
-
-    def write(self, path: Path) -> None:
-        """Write a page with all studies and their pictures.
-
-        Raises:
-            PrefplanError: it cannot be written.
-        """
-        page = template(__package__, "summary.html").render(
-            studies=self.studies, data_url=_data_url, whole=self.reproduced == len(self.studies)
-        )
-        write_bytes(path, page.encode())
+    Raises:
+        PrefplanError: it cannot be written.
+    """
+    page = template(__package__, "summary.html").render(
+        studies=studies, data_url=_data_url, whole=all(study.reproduced for study in studies)
+    )
+    write_bytes(path, page.encode())
 
 
 def _data_url(picture: Path) -> str:

@@ -10,20 +10,14 @@ from types import ModuleType
 import pytest
 
 from experiments import case_study_1, case_study_2, reproduce_paper
-from experiments.cli.console import Console
-from experiments.paper.study import AGREES, DIFFERS, ERRATUM, Report, Study, show_alone
+from experiments.paper.study import AGREES, DIFFERS, ERRATUM, Study, show_alone
 from experiments.runs import run_plan
 from prefplan import PrefplanError, pareto_front
 from prefplan.scenario.decode import load
 
 
-@pytest.fixture
-def report() -> Report:
-    return Report(Console())
-
-
-def verdicts(report: Report) -> list[str]:
-    return [finding.verdict for finding in report.studies[-1].findings]
+def verdicts(study: Study) -> list[str]:
+    return [finding.verdict for finding in study.findings]
 
 
 def test_one_page_holds_everything_and_errata_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -42,12 +36,11 @@ def test_one_page_holds_everything_and_errata_are_named(tmp_path: Path, capsys: 
     assert names >= {"figure_1.svg", "figure_3.svg", "figure_4.svg", "table_1.png"}
 
 
-def test_an_erratum_that_cannot_be_confirmed_differs(
-    report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_erratum_that_cannot_be_confirmed_differs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = Study("Examples", "")
     monkeypatch.setattr(reproduce_paper, "PRINTED_PLAN", reproduce_paper.DRAWN_PLAN)
-    reproduce_paper.examples(report, tmp_path)
-    assert verdicts(report) == [AGREES, DIFFERS, AGREES]
+    reproduce_paper.examples(study, tmp_path)
+    assert verdicts(study) == [AGREES, DIFFERS, AGREES]
 
 
 def test_points_that_are_missing_and_points_too_many_differ() -> None:
@@ -69,7 +62,7 @@ def test_what_differs_and_what_cannot_be_done_is_shown_and_ends_with_status_1(
     monkeypatch.setattr(case_study_1, "PUBLISHED", ((68, 29), (70, 27), (72, 24), (74, 23), (84, 11), (98, 0)))
     monkeypatch.setattr(case_study_2, "reproduce", refuse)
     monkeypatch.setattr(Study, "draw", lambda *arguments: None)
-    monkeypatch.setattr(reproduce_paper, "case_study_3", lambda report, out, *, simulate: None)  # not judged here
+    monkeypatch.setattr(reproduce_paper, "case_study_3", lambda study, out, *, simulate: None)  # not judged here
     assert reproduce_paper.main(["--quick", "--out", str(tmp_path)]) == 1
     said = capsys.readouterr()
     assert re.search(r"Figure 3 \(b\) +cost 70, mu 27 +- +DIFFERS", said.out)
@@ -97,9 +90,7 @@ def test_each_case_study_on_a_grid_is_a_script_of_its_own(
     assert Path("out", name, figure).exists()
 
 
-def test_plans_of_case_study_3_are_carried_out_and_drawn(
-    report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plans_of_case_study_3_are_carried_out_and_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the preferred plan up to the first release; `prefplan demo` carries both out in whole."""
     whole = run_plan.run_plan
     monkeypatch.setattr(
@@ -108,9 +99,10 @@ def test_plans_of_case_study_3_are_carried_out_and_drawn(
         lambda scenario, scene, plan: whole(scenario, scene, replace(plan, actions=plan.actions[:4])),
     )
     monkeypatch.setattr(reproduce_paper, "FIGURE_5", {"preference-optimal": -1})
-    reproduce_paper.case_study_3(report, tmp_path, simulate=True)
-    assert verdicts(report) == [AGREES] * 4
-    ((picture, _),) = report.studies[-1].figures
+    study = Study("Case Study 3", "")
+    reproduce_paper.case_study_3(study, tmp_path, simulate=True)
+    assert verdicts(study) == [AGREES] * 4
+    ((picture, _),) = study.figures
     assert picture.read_bytes().startswith(b"\x89PNG")
-    states = report.studies[-1].findings[2]
+    states = study.findings[2]
     assert states.ours == "10009" and "it has 729," in states.remark
