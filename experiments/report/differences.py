@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, takewhile
 
+from experiments.runs.formula_words import at_words
 from prefplan import Action, Ledger, ManipulationModel
 from prefplan.logic.formula import propositions_of
 from prefplan.models.manipulation.symbolic import at
@@ -13,10 +14,10 @@ from prefplan.scenario.decode import Model
 
 @dataclass(frozen=True)
 class Parking:
-    """An object put down for a while only, where no task asks for it."""
+    """An object put down for a while only, where no task asks for it, such as `on desk`; both as they are shown."""
 
     obj: str
-    place: str
+    where: str
 
 
 def set_aside(model: Model, plan: Ledger, other: Ledger) -> list[Parking]:
@@ -43,7 +44,7 @@ def parkings(model: Model, plan: Ledger) -> tuple[Parking, ...]:
         if action.kind == "release" and str(Action("grasp", action.obj)) in plan.actions[k:]:
             gained = (plan.labels[k] - plan.labels[k - 1]) & marks
             if not gained and k not in advancing:
-                found.append(Parking(action.obj, action.location))
+                found.append(Parking(model.display.obj(action.obj), at_words(action.location, model)))
     return tuple(found)
 
 

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 from experiments.report.differences import Parking, common, landmarks, set_aside
 from experiments.report.preference_words import shares
-from experiments.runs.formula_words import at_words, titles
+from experiments.runs.formula_words import titles
 from prefplan import GraphModel, GridModel, Ledger, ManipulationModel, Order, Plan, Scenario
 from prefplan.exact_costs import Number, exact, to_number
 from prefplan.scenario.decode import Model
@@ -85,8 +85,8 @@ def _means(model: Model, plan: Ledger, other: Ledger) -> str:
     if parked := set_aside(model, plan, other):
         # The first difference explains the others.
         spared = [parking for parking in set_aside(model, other, plan) if parking.obj == parked[0].obj]
-        instead = f" instead of {at_words(spared[0].place, model)}" if spared else ""
-        return _parked(parked[:1] if spared else parked, model) + instead
+        instead = f" instead of {spared[0].where}" if spared else ""
+        return _parked(parked[:1] if spared else parked) + instead
     if isinstance(model, GridModel | GraphModel):
         here, there = landmarks(plan), landmarks(other)
         alike = common(here, there)
@@ -197,13 +197,12 @@ def _actions(model: Model, plan: Ledger, other: Ledger) -> list[str]:
             taken = sorted(extra.elements(), key=one.actions.index)
             found.append(f"Only in {which} plan: {condense([*map(plan.problem.display.action, taken)])}.")
         if parked := set_aside(model, one, another):
-            aside.append(f"For a while, in {which} plan: {_parked(parked, model)}.")
+            aside.append(f"For a while, in {which} plan: {_parked(parked)}.")
     return (found or ["Both take the same actions, in another order."]) + aside
 
 
-def _parked(parked: Sequence[Parking], model: Model) -> str:
-    show = model.display.obj if isinstance(model, ManipulationModel) else str
-    return listed([f"{show(parking.obj)} is put aside {at_words(parking.place, model)}" for parking in parked])
+def _parked(parked: Sequence[Parking]) -> str:
+    return listed([f"{parking.obj} is put aside {parking.where}" for parking in parked])
 
 
 def _minus(one: Number, other: Number) -> Number:

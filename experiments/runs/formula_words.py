@@ -74,10 +74,8 @@ def goal_words(task: Task, model: Model) -> str:
     return words_of(formula) if words is None else f"{_shown(subject, model)}: {words}" if subject else words
 
 
-def at_words(place: str, model: Model) -> str:
+def at_words(place: str, model: ManipulationModel) -> str:
     """Return `in` or `on` and the location."""
-    if not isinstance(model, ManipulationModel):
-        return f"on {place}"
     return f"{'in' if model.location(place).kind == 'bin' else 'on'} {model.display.location(place)}"
 
 

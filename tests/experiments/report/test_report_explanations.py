@@ -203,7 +203,7 @@ def test_a_plan_that_is_not_what_it_says_fails_its_checks(change: dict[str, obje
 def test_what_a_task_asks_for_is_not_parked() -> None:
     scenario, plans = named("kitchen")
     assert parkings(scenario.model, plans[0].ledger) == ()
-    assert parkings(scenario.model, plans[5].ledger) == (Parking("pie", "counter"), Parking("mug", "board"))
+    assert parkings(scenario.model, plans[5].ledger) == (Parking("pie", "on counter"), Parking("mug", "on board"))
 
 
 def test_tasks_are_named_after_the_object_each_alone_is_about() -> None:
