@@ -94,7 +94,7 @@ def ablation(seeds: int) -> Iterator[Search]:
         what: [partial(_with_preference, preference, tasks, seed) for seed in range(seeds)]
         for what, (tasks, preference) in ABLATED.items()
     }
-    problems |= {(FRONT, name): [partial(_shipped, name)] * seeds for name in ("case_study_3", "kitchen")}
+    problems |= {(FRONT, name): [load(name).problem] * seeds for name in ("case_study_3", "kitchen")}
     for (kind, name), instances in problems.items():
         yield from _searches(instances, DEVICES, kind=kind, problem=name)
 
@@ -102,10 +102,6 @@ def ablation(seeds: int) -> Iterator[Search]:
 def _with_preference(preference: Preference | Sequence[NamedPreference], tasks: int, seed: int) -> Problem:
     problem = instance(RANDOM, tasks, seed)
     return Problem(problem.system, problem.tasks, preference)
-
-
-def _shipped(name: str) -> Problem:
-    return load(name).problem()
 
 
 def large(sizes: Mapping[str, Size], seeds: int) -> Iterator[Search]:
