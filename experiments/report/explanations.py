@@ -116,9 +116,9 @@ def _gains(
     """Return what is better for the preference, and what is worse, as clauses."""
     gains, losses = _relaxed(plan.plan, other.plan, name)
     if not gains and isinstance(scenario.preference, Order):
-        order = scenario.preference.order or tuple(name)
-        gains = list(_overtakings(order, plan.ledger, other.ledger, name, "before"))
-        losses = list(_overtakings(order, other.ledger, plan.ledger, name, "after"))
+        groups = scenario.preference.groups(plan.ledger.problem.names)
+        gains = list(_overtakings(groups, plan.ledger, other.ledger, name, "before"))
+        losses = list(_overtakings(groups, other.ledger, plan.ledger, name, "after"))
     if not gains:
         pairs = zip(shares(scenario.preference, plan.plan), shares(scenario.preference, other.plan), strict=True)
         for now, before in pairs:
@@ -135,10 +135,9 @@ def _gains(
 
 
 def _overtakings(
-    order: Sequence[str | tuple[str, ...]], plan: Ledger, other: Ledger, name: Mapping[str, str], side: str
+    groups: Sequence[Sequence[str]], plan: Ledger, other: Ledger, name: Mapping[str, str], side: str
 ) -> Iterator[str]:
     """Yield which tasks are done before tasks preferred later, but not before them in the other plan, as clauses."""
-    groups = [(entry,) if isinstance(entry, str) else entry for entry in order]
     later = defaultdict[str, list[str]](list)
     for first, then in combinations(groups, 2):
         for task, behind in product(first, then):

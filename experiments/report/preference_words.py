@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain
 
 from prefplan import Deadline, Expression, Max, Order, Plan, Preference, Sum, WeightedSum
 from prefplan.exact_costs import Number, exact, to_number
@@ -39,12 +40,10 @@ def in_words(preference: Preference, tasks: Sequence[str], display: DisplayNames
     paid = getattr(preference, "over", "cost") == "violation"
     amount = "violation cost" if paid else "cost"
     match preference:
-        case Order(order):
-            steps = [
-                listed([*map(display.task, _flat([entry]))]) + " in any order" * (len(_flat([entry])) > 1)
-                for entry in order or tasks
-            ]
-            others = [display.task(name) for name in tasks if name not in _flat(order or tasks)]
+        case Order():
+            groups = preference.groups(tasks)
+            steps = [listed([*map(display.task, group)]) + " in any order" * (len(group) > 1) for group in groups]
+            others = [display.task(name) for name in tasks if name not in chain(*groups)]
             also = f" ({', '.join(others)} weigh nothing)" if others else ""
             return (
                 f"Preferred order of the tasks: {', '.join(steps)}{also}. The penalty adds up how late each task is. "
@@ -80,8 +79,8 @@ def shares(preference: Preference, plan: Plan) -> Iterator[Share]:
     paid = getattr(preference, "over", "cost") == "violation"
     amounts = {name: exact(cost) for name, cost in (plan.violation_costs if paid else plan.task_costs).items()}
     match preference:
-        case Order(order):
-            yield from _delays(order or tuple(amounts), amounts)
+        case Order():
+            yield from _delays(preference.groups([*plan.task_costs]), amounts)
         case WeightedSum(weights):
             words = "without relaxation" if paid else "early"
             for name, weight in weights.items():
@@ -96,22 +95,16 @@ def shares(preference: Preference, plan: Plan) -> Iterator[Share]:
                 yield from (replace(share, adds=to_number(weight * exact(share.adds))) for share in mine)
 
 
-def _delays(order: Sequence[str | tuple[str, ...]], costs: Mapping[str, Fraction]) -> Iterator[Share]:
+def _delays(groups: Sequence[tuple[str, ...]], costs: Mapping[str, Fraction]) -> Iterator[Share]:
     """Yield the delay of each task for its place; members of a group take its places in the order they are done."""
-    times, first = sorted(costs[name] for name in _flat(order)), 0
-    for entry in order:
-        members = [entry] if isinstance(entry, str) else sorted(entry, key=costs.__getitem__)
-        last = first + len(members) - 1
+    times, first = sorted(costs[name] for name in chain(*groups)), 0
+    for group in groups:
+        last = first + len(group) - 1
         words = ordinal(first) if first == last else f"{ordinal(first)} to {ordinal(last)}"
-        for place, name in enumerate(members, first):
+        for place, name in enumerate(sorted(group, key=costs.__getitem__), first):
             delay = to_number(max(Fraction(0), costs[name] - times[place]))
             yield Share(name, words, delay, delay)
         first = last + 1
-
-
-def _flat(order: Sequence[str | tuple[str, ...]]) -> list[str]:
-    """Return the tasks of an order, those of groups too."""
-    return [name for entry in order for name in ([entry] if isinstance(entry, str) else entry)]
 
 
 def _limit(by: Number, weight: Number, paid: bool) -> str:

@@ -57,21 +57,23 @@ class Order:
         Form('a list of tasks, such as ["TASK1", "TASK2"], or of groups of tasks', 'a list such as ["TASK1", "TASK2"]'),
     ] = None
 
+    def groups(self, tasks: Sequence[str]) -> list[tuple[str, ...]]:
+        """Return the groups in order, for a problem's tasks; a task on its own is a group."""
+        order = tasks if self.order is None else self.order
+        return [(entry,) if isinstance(entry, str) else tuple(entry) for entry in order]
+
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
         named: list[str] = []
-        groups = []
-        for entry in tasks if self.order is None else self.order:
-            group = (entry,) if isinstance(entry, str) else tuple(entry)
+        for group in self.groups(tasks):
             for name in group:
                 check_known("order", "task", name, tasks, PreferenceError)
                 if name in named:
                     raise PreferenceError(f"order: {name!r} is named twice")
                 named.append(name)
-            groups.append(tuple(tasks.index(name) for name in group))
         if not named:
             raise PreferenceError(f"order: must name at least one task (valid: {', '.join(tasks)})")
-        return [OrderRate(tuple(groups))]
+        return [OrderRate(tuple(tuple(map(tasks.index, group)) for group in self.groups(tasks)))]
 
 
 @dataclass(frozen=True)

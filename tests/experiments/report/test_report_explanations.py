@@ -125,6 +125,12 @@ def test_a_plan_on_a_graph_says_what_it_reaches_in_another_order() -> None:
     )
 
 
+def test_a_rule_has_no_place_in_the_order_of_the_tasks() -> None:
+    scenario = loads(CAMPUS + '[[rules]]\nname = "apart"\nformula = "G !(view & sample)"\n')
+    _, later = page_data(scenario, pp.pareto_front(scenario.problem()), {})["plans"]
+    assert later["explanations"][0]["headline"].endswith("so that look is done before test.")
+
+
 def test_a_plan_that_keeps_a_deadline_says_so() -> None:
     preferred = named("example")[1][-1].plan
     due = Due(preferred.task_costs["phi1"])
