@@ -1,6 +1,6 @@
 """Values of options that need the simulation: `--perturb`, `--fault` and those of videos."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -33,7 +33,8 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
 
 def look_of(scene: Callable[[], Scene], options: LookOptions) -> Look:
     """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
-    quality = QUALITIES[checked("--quality", options["quality"], QUALITIES)]
+    check_known("--quality", "name", options["quality"], QUALITIES, PrefplanError)
+    quality = QUALITIES[options["quality"]]
     size = options["size"] or quality.size
     return {"quality": replace(quality, size=size), "camera": camera_of(options["camera"], scene)}
 
@@ -54,10 +55,4 @@ def camera_of(name: str, scene: Callable[[], Scene]) -> str:
         raise PrefplanError(f"--camera: unknown name {name!r} ({valid})")
     with prefixed("--camera: "):
         read_view(name)
-    return name
-
-
-def checked(option: str, name: str, valid: Collection[str]) -> str:
-    """Return the value of an option if it is a valid name, or raise PrefplanError."""
-    check_known(option, "name", name, valid, PrefplanError)
     return name

@@ -15,7 +15,7 @@ from experiments.cli.progress import Bars
 from experiments.cli.start import load_planner, loading_simulation
 from experiments.cli.status import DONE, INTERRUPTED, tell
 from experiments.cli.values import POSITIVE, WHOLE
-from prefplan.errors import prefixed
+from prefplan.errors import check_known, prefixed
 
 
 @command
@@ -53,7 +53,7 @@ def sweep(
       prefplan sweep case_study_3 --plan preference --rollouts 200 --perturb position=8,angle=10
     """
     with loading_simulation():
-        from experiments.cli.simulation_options import checked, perturbation_of
+        from experiments.cli.simulation_options import perturbation_of
         from experiments.runs.geometry import asking_in
         from experiments.runs.run_plan import scene_of
         from experiments.sweep.faults import ANY, possible_kinds
@@ -68,7 +68,7 @@ def sweep(
     perturbation = perturbation_of(perturb, seed=seed)
     scene = scene_of(loaded, robot=robot)
     if faults is not None:
-        checked("--faults", faults, (ANY, *kinds()))
+        check_known("--faults", "name", faults, (ANY, *kinds()), pp.PrefplanError)
         with prefixed("--faults "):
             possible_kinds(scene.model, faults)
     with Bars() as bars, only_writer(folder):
