@@ -25,12 +25,10 @@ class Playback:
 
     def __init__(self, runs: Sequence[LiveRun] = ()) -> None:
         """Begin paused at the start."""
-        self.runs = tuple(runs)
-        self.time = 0.0
         self.speed = 1.0
-        self.playing = self.sought = False
         self._stop_after: dict[LiveRun, int] = {}
         self._lock = threading.Lock()
+        self.load(runs, playing=False)
 
     @property
     def latest(self) -> float:
