@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 import viser
 
@@ -26,7 +26,7 @@ TO_OBJECT = {"Knock over": "knock", "Move away": "move"}
 TO_ARM = {"Drop what it holds": ("slip", ""), f"Blind {BLIND_S:g} s": ("blind", f"{BLIND_S:g}")}
 """Kinds of faults that happen to the arm, and their arguments, by their buttons."""
 
-COLOURS = {"blue": "#228be6", "orange": "#fd7e14"}
+COLOURS: dict[Literal["blue", "orange"], str] = {"blue": "#228be6", "orange": "#fd7e14"}
 """Colours of the left and the right plan, as viser's names and for HTML."""
 
 HINT = "<div style='padding: 0 1em; font-size: 0.8em'>Drag an object, or Shift-click it to knock it over.</div>"
@@ -54,10 +54,10 @@ class Panel:
         self._text = gui.add_html("")
 
     def update(self, shown: Sequence[int]) -> None:
-        """Show the current time, and the status of the plans with these indices."""
+        """Show the current time, and the status of the plans with these indices; viser sends only what differs."""
         playback = self._playback
-        _set(self._play, visible=not playback.playing)
-        _set(self._pause, visible=playback.playing)
+        self._play.visible = not playback.playing
+        self._pause.visible = playback.playing
         self._time.max = max(round(max(run.latest for run in playback.runs), 2), 0.01)
         # While a user drags the slider, its value is newer than the time shown.
         if not playback.sought:
@@ -65,10 +65,10 @@ class Panel:
         # If both are the same plan, its row has the colour of the left one.
         colours = dict(reversed([*zip(shown, COLOURS, strict=False)]))
         for i, row in enumerate(self._rows):
-            _set(row, color=colours.get(i, "gray"))
+            row.color = colours.get(i, "gray")
         runs = zip(playback.runs, shown, COLOURS.values(), strict=False)
-        text = template(__package__, "panel.html").render(runs=[*runs], time=playback.time, playing=playback.playing)
-        _set(self._text, content=text)
+        page = template(__package__, "panel.html")
+        self._text.content = page.render(runs=[*runs], time=playback.time, playing=playback.playing)
 
     def _add_playback(self) -> None:
         gui, playback, session = self._gui, self._playback, self._session
@@ -110,10 +110,3 @@ class Panel:
         """Show the time to which a user drags the slider; when the program moves it, there is no client."""
         if event.client is not None:
             self._playback.seek(self._time.value)
-
-
-def _set(handle: Any, **properties: Any) -> None:
-    """Set only the properties that differ: each one that is set is sent to every browser."""
-    for name, value in properties.items():
-        if getattr(handle, name) != value:
-            setattr(handle, name, value)

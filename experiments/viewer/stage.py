@@ -118,8 +118,7 @@ class Stage:
         pulled = self._pulled
         if pulled is not None:
             self._line.points = np.array([[self._position(pulled[0]), pulled[1]]], dtype=np.float32)
-        if self._line.visible != (pulled is not None):
-            self._line.visible = pulled is not None
+        self._line.visible = pulled is not None
 
     # viser keeps the events of a drag in order for coroutines only.
     async def _drag(self, event: viser.SceneNodeDragEvent[Any]) -> None:
@@ -176,10 +175,7 @@ class _Lamp:
         model.geom_rgba[geoms, 3] = 0
 
     def shine(self, lit: bool) -> None:
-        intensity = LIGHT_CD if lit else 0.0
-        if intensity == self._light.intensity:
-            return
-        self._light.intensity = intensity
+        self._light.intensity = LIGHT_CD if lit else 0.0
         self._mesh.color = _pixel(self._glow.on if lit else self._glow.off)
 
 
