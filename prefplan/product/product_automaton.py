@@ -27,6 +27,7 @@ TIE_BITS = 18
 """Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
 count cannot overflow. In larger products counting would cost speed."""
 
+NO_STEP = "the search made a step that the model does not have"
 
 READINGS_LIMIT = 2**20
 """Most readings of one label (each task relaxed or not) that the search enumerates."""
@@ -214,8 +215,10 @@ class Product:
         )
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
-        """Return the actions in `system` of a path of (K,) edges from the start on."""
+        """Return the actions in `system` of a path of (K,) edges from the start on; AssertionError if it is none."""
         listed = self.problem.system.listed
+        before = np.array([listed.start, *listed.targets[steps[:-1]]])[: len(steps)]
+        assert ((listed.offsets[before] <= steps) & (steps < listed.offsets[before + 1])).all(), NO_STEP
         return [listed.action_names[action] for action in listed.actions[steps].tolist()]
 
 

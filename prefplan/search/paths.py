@@ -15,9 +15,8 @@ from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import Stats
 from prefplan.ledger import Ledger
 from prefplan.plan import Plan, Purchase
-from prefplan.product.product_automaton import Product, Start
+from prefplan.product.product_automaton import NO_STEP, Product, Start
 
-NO_STEP = "the search made a step that the model does not have"
 UNSATISFIED = "a task is not satisfied"
 OTHER_VALUES = "a plan has other values in the model"
 

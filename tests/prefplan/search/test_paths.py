@@ -9,18 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from prefplan import (
-    Options,
-    Order,
-    Planner,
-    Problem,
-    Relaxation,
-    Rule,
-    Sum,
-    Task,
-    TransitionSystem,
-    WeightedSum,
-)
+from prefplan import Options, Order, Planner, Problem, Relaxation, Rule, Sum, Task, TransitionSystem, WeightedSum
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.search import driver, reference
@@ -89,7 +78,9 @@ def test_a_path_that_is_wrong_is_noticed(kind: str, monkeypatch: pytest.MonkeyPa
     for goal, other, own in zip(goals, made[1:], made, strict=False):
         product, start, edges, automata = own.args
         shorter = partial(plan_of, product, start, edges[:-1], automata[:-1])
-        for make in (other, shorter, partial(plan_of, product, start, [*edges[:-1], []], automata)):
+        *others, last = edges[-1]
+        ends = [], [*others, last + 1], [*others, edges[0][0]]  # none, another edge of the state, one of another state
+        for make in (other, shorter, *(partial(plan_of, product, start, [*edges[:-1], end], automata) for end in ends)):
             with pytest.raises(AssertionError, match=r"does not have|is not satisfied|other values"):
                 _ = replace(goal, make=make).plan
 
