@@ -40,11 +40,16 @@ MEMORY_SHARE = 0.8
 def available_memory() -> int:
     """Return the free memory, bytes, with that of cached files; 2 GiB if it is not known."""
     try:
-        told = MEMORY_INFO.read_text(encoding="ascii")
+        text = MEMORY_INFO.read_text(encoding="ascii")
     except OSError:
-        told = ""
-    found = re.search(r"^MemAvailable: +(\d+) kB", told, re.MULTILINE)
+        text = ""
+    found = re.search(r"^MemAvailable: +(\d+) kB", text, re.MULTILINE)
     return int(found[1]) * 1024 if found else 2**31
+
+
+def usable_memory() -> float:
+    """Return the part of the free memory that may be used by default, bytes."""
+    return MEMORY_SHARE * available_memory()
 
 
 def memory_in_use() -> int:
@@ -70,7 +75,7 @@ class Limits:
     """
 
     seconds: float = math.inf
-    bytes: float = field(default_factory=lambda: MEMORY_SHARE * available_memory())
+    bytes: float = field(default_factory=usable_memory)
     interrupted: bool = False
     _began: float = field(default_factory=time.perf_counter)
     _in_use_before: int = field(default_factory=memory_in_use)
@@ -87,8 +92,7 @@ class Limits:
     @classmethod
     def of(cls, seconds: float | None, bytes: float | None) -> Limits:
         """Return limits, each of them the default if it is None."""
-        default = cls()
-        return cls(default.seconds if seconds is None else seconds, default.bytes if bytes is None else bytes)
+        return cls(math.inf if seconds is None else seconds, usable_memory() if bytes is None else bytes)
 
     @property
     def out_of_time(self) -> bool:
