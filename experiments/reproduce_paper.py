@@ -59,8 +59,8 @@ def reproduce(out: Path, quick: bool) -> int:
         # Table I: planning time without and with the heuristic; `python -m experiments.benchmark table1` measures it.
         (Study("Table I", "Planning time without and with the heuristic."), compare_times),
     ]
-    for study, reproduce in studies:
-        study.fill(reproduce, out, console)
+    for study, script in studies:
+        study.fill(script, out, console)
     page, reproduced = out / "index.html", sum(study.reproduced for study, _ in studies)
     write_page([study for study, _ in studies], page)
     say(f"\n{reproduced} of {len(studies)} reproduced: {page}")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial, reduce
+from itertools import chain
 from operator import mul
 from typing import Annotated, Any, Protocol
 
@@ -64,16 +65,15 @@ class Order:
 
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the one additive term."""
-        named: list[str] = []
-        for group in self.groups(tasks):
-            for name in group:
-                check_known("order", "task", name, tasks, PreferenceError)
-                if name in named:
-                    raise PreferenceError(f"order: {name!r} is named twice")
-                named.append(name)
+        named, groups = list[str](), self.groups(tasks)
+        for name in chain(*groups):
+            check_known("order", "task", name, tasks, PreferenceError)
+            if name in named:
+                raise PreferenceError(f"order: {name!r} is named twice")
+            named.append(name)
         if not named:
             raise PreferenceError(f"order: must name at least one task (valid: {', '.join(tasks)})")
-        return [OrderRate(tuple(tuple(map(tasks.index, group)) for group in self.groups(tasks)))]
+        return [OrderRate(tuple(tuple(map(tasks.index, group)) for group in groups))]
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ class LabelSearch:
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
         settled = [label for label in self._found if self._rank(label) < self._lowest]
-        kept = settled or list(self._found)[-1:] * self.single
+        kept = settled or (list(self._found)[-1:] if self.single else [])
         below = self._lowest if not self._first or self._lowest == math.inf else 0
         return Result(tuple(self._points(self._goals(kept))), ended, below, self.work)
 
@@ -255,12 +255,12 @@ class LabelSearch:
         automata = codes[:, None] // space.automata.strides % space.automata.sizes
         nodes, steps = codes % space.automata.strides[0], self.memory.labels.step[kept].astype(np.int64)
         product, graph, starts = self.product, self.prepared.graph, self._starts
-        told = (nodes if space.edges is None else steps).tolist()
+        taken = (nodes if space.edges is None else steps).tolist()
 
         @cache
         def edges(k: int) -> list[int]:
             if not graph.contracted:
-                return [told[k]]
+                return [taken[k]]
             at = before[k]
             return edges_between(product, graph, nodes[at], nodes[k], automata[at], int(costs[k] - costs[at]))
 

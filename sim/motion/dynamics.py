@@ -14,11 +14,12 @@ class InverseDynamics:
     def __init__(self, model: mujoco.MjModel) -> None:
         """Compute with the model of an arm alone (`Robot.kinematics`)."""
         self._model, self._data = copy(model), mujoco.MjData(model)  # two arms may bear different loads at a time
+        self._load = self._model.body(LOAD)
 
     def inertia(self, q: np.ndarray, *, load: float) -> np.ndarray:
         """Return the (n, n) inertia at (n,) joint angles, rad, with a load, kg; in kg m^2."""
         model, data, inertia = self._model, self._data, np.empty((self._model.nv, self._model.nv))
-        model.body(LOAD).mass, data.qpos[:] = load, q
+        self._load.mass, data.qpos[:] = load, q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_crb(model, data)
@@ -34,7 +35,7 @@ class InverseDynamics:
         """
         model, data = self._model, self._data
         holding, moving = np.empty((2, *positions.shape))
-        model.body(LOAD).mass = load
+        self._load.mass = load
         for k, (q, velocity, acceleration) in enumerate(zip(positions, velocities, accelerations, strict=True)):
             data.qpos[:], data.qvel[:], data.qacc[:] = q, 0.0, acceleration
             mujoco.mj_kinematics(model, data)
