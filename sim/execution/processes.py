@@ -15,6 +15,7 @@ def in_processes(calls: Iterable[Any], *, jobs: int, batch: int = 1) -> Iterator
 
     Raises:
         TerminatedWorkerError: a process was killed.
+        ValueError: it is not called in the main thread, the only one that may handle signals.
     """
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # for the processes, too: this one shuts them down
     try:
