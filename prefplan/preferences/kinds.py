@@ -198,7 +198,8 @@ class Function:
         names, contract = (*tasks, *rules), _contract(self.contract) or "general"
 
         def call(*amounts: Any) -> float:
-            return float(self.function(*np.split(np.array(amounts, dtype=float), 2)))
+            values = np.array(amounts, dtype=float)
+            return float(self.function(values[: len(names)], values[len(names) :]))
 
         costs: list[Tree] = [Variable(i) if i < len(tasks) else Constant(Fraction(0)) for i in range(len(names))]
         tree = Operation(call, (*costs, *(Variable(i, True) for i in range(len(names)))))

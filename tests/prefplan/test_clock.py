@@ -142,7 +142,7 @@ def plan_all(make: Callable[[], Problem]) -> None:
         pytest.param(lambda: on_grid(8, 4, errands, preference=SEVERAL), id="several preferences"),
         pytest.param(lambda: on_grid(8, 4, errands, preference=Expression("t0 * t1")), id="expression"),
         pytest.param(lambda: blocks(3), id="blocks"),
-        pytest.param(lambda: blocks(7), id="blocks that are not listed"),
+        pytest.param(lambda: blocks(6), id="blocks that are not listed"),
     ],
 )
 def test_the_clock_is_looked_at_before_much_work_is_done(make: Callable[[], Problem], clock: WorkClock) -> None:
