@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import re
@@ -29,6 +30,9 @@ MEMORY_CHECK_PERIOD_S = 0.005
 
 CLOCK_PERIOD = 10_000
 """Nodes, edges, lines or entries that are read between two checks of the limits: they take up to 0.2 s."""
+
+MOST_BYTES = 100_000_000
+"""Greatest size of a file that is read at once."""
 
 MEMORY_INFO = Path("/proc/meminfo")
 """What Linux tells of the memory (proc_meminfo(5))."""
@@ -167,6 +171,15 @@ def clocked(value: T) -> T:
     if next(_CALLS) % CLOCK_PERIOD == 0:
         check_limits()
     return value
+
+
+def bounded(path: Path, most: int = MOST_BYTES) -> Path:
+    """Return the path of a file that is to be read at once; raise OSError if that might never end, or is too much."""
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "no regular file", str(path))
+    if path.exists() and path.stat().st_size > most:
+        raise OSError(errno.EFBIG, f"larger than {most} bytes", str(path))
+    return path
 
 
 def run_within_limits(run: Callable[[np.ndarray], T]) -> T:

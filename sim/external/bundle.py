@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+from prefplan.limits import bounded
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import LogError, SimulationError
 from sim.external.user_scene import scene_files
@@ -36,7 +37,7 @@ def _file_names(model: ManipulationModel) -> list[str]:
 
 def _contents(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return bounded(path).read_bytes()
     except OSError as error:
         raise SimulationError(f"{path}: {str(error.strerror).lower()}") from None
 

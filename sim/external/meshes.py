@@ -13,6 +13,7 @@ import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from prefplan.errors import prefixed
+from prefplan.limits import bounded
 from prefplan.models.manipulation.model import Object
 from sim.cache import cache_folder, kept_arrays
 from sim.errors import SimulationError
@@ -94,7 +95,7 @@ def mesh_of(obj: Object, folder: Path) -> MeshParts:
         raise SimulationError(f"{where}: {obj.file!r} is neither an STL nor an OBJ file")
     try:
         with prefixed(f"objects.{obj.name}."):
-            return _loaded(path.read_bytes(), path.suffix.lower()[1:], obj.scale)
+            return _loaded(bounded(path).read_bytes(), path.suffix.lower()[1:], obj.scale)
     except OSError as error:
         raise SimulationError(f"{where}: {path}: {str(error.strerror).lower()}") from None
     except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:

@@ -9,7 +9,11 @@ from math import prod
 from pathlib import Path
 from xml.etree import ElementTree
 
+from prefplan.limits import bounded
 from sim.errors import SimulationError
+
+MAX_BYTES = 20_000_000
+"""Greatest size of a file of MJCF."""
 
 MAX_COPIES = 10_000
 """Most copies that the elements `replicate`, one inside another, make in a file."""
@@ -24,9 +28,11 @@ def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -
     What is no XML, or has other values, MuJoCo refuses itself. Messages start with the scenario's `key`.
     """
     try:
-        root = ElementTree.fromstring(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, ElementTree.ParseError):
+        root = ElementTree.fromstring(bounded(path, MAX_BYTES).read_text(encoding="utf-8-sig"))
+    except (FileNotFoundError, ValueError, ElementTree.ParseError):
         return
+    except OSError as error:
+        raise SimulationError(f"{key}: {path}: {str(error.strerror).lower()}") from None
     for copies, element in _counted(root, 1):
         if copies > MAX_COPIES:
             raise SimulationError(f"{key}: {path}: replicate makes more than {MAX_COPIES} copies")

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import gzip
 import json
+import os
 import resource
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 from hostile_bench import BENCH, write_bench
+from scenario_texts import shipped
 
-from prefplan.errors import LimitError
+from prefplan.errors import LimitError, ModelError
 from prefplan.limits import CLOCK_PERIOD, Limits
+from prefplan.models.manipulation.measured_costs import read_measurements
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import loads
+from prefplan.scenario.files import path_of
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
 
@@ -136,6 +141,27 @@ def test_a_scene_that_asks_for_gigabytes_is_refused_before_it_is_built(
     status, told, taken, used = call("check", str(tmp_path / "bench.toml"))
     assert status == 2 and words in told and "more.xml" in told
     assert used < 1500
+
+
+def test_files_of_a_scene_that_are_too_large_to_be_read_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "endless.xml").symlink_to("/dev/zero")
+    for name, words in (("endless.xml", "no regular file"), ("long.xml", "larger than 20000000 bytes")):
+        model = write_bench(tmp_path, scene=BENCH.replace("light.xml", name)).model
+        os.truncate(tmp_path / "light.xml", 30_000_000)
+        (tmp_path / "light.xml").rename(tmp_path / "long.xml")
+        assert isinstance(model, ManipulationModel)
+        with pytest.raises(SimulationError, match=f"scene: .*{name}: {words}"):
+            build_scene(model)
+
+
+def test_a_file_of_measurements_that_is_too_large_to_be_read_is_refused(tmp_path: Path) -> None:
+    scenario = shipped("kitchen_energy")
+    assert isinstance(scenario.model, ManipulationModel)
+    measured = path_of("kitchen_energy").with_suffix(".measured.json").read_text()
+    for longer, accepted in (("", True), (" " * 4_000_000, False)):
+        (tmp_path / "long.json").write_text(measured + longer)
+        with nullcontext() if accepted else pytest.raises(ModelError, match="cannot be read or is damaged"):
+            read_measurements(tmp_path / "long.json", scenario.model)
 
 
 @pytest.mark.parametrize("element", ['<include file="{0}/light.xml"/>', '<compiler meshdir="{0}"/>'])

@@ -11,6 +11,7 @@ from typing import Any
 
 from prefplan.errors import ModelError, prefixed
 from prefplan.exact_costs import Number
+from prefplan.limits import bounded
 from prefplan.models.costs import Cost
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts, Pair
 from prefplan.models.manipulation.model import ManipulationModel
@@ -22,6 +23,9 @@ IRRELEVANT = frozenset({"rgba", "folder"})
 
 DECIMALS = 3
 """Decimal places of quantities in the file."""
+
+MOST_BYTES = 4_000_000
+"""Greatest size of the file."""
 
 FORMAT = 2
 """Version of the format: since 2, the hand's poses are over slots where a location has several."""
@@ -107,7 +111,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     """
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+        data = json.loads(bounded(path, MOST_BYTES).read_text(encoding="utf-8"), parse_float=Decimal)
         # Format 1 had no key for it.
         if "actions" in data and data.get("format", 1) in range(1, FORMAT):
             raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
