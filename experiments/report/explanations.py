@@ -35,7 +35,7 @@ def explain_cheapest(scenario: Scenario, cheapest: NamedPlan) -> Explanation:
         return f"No plan takes less {first[0]}.", [f"Beside that: {listed(beside)}."]
     headline = "No plan costs less" if plan.actions else "Nothing has to be done: this plan costs nothing"
     details = list[str]()
-    if exact(plan.preference) == 0:
+    if plan.preference == 0:
         headline += ", and no plan is preferred to it"
     adding = [share for share in shares(scenario.preference, plan) if share.adds > 0]
     if adding:

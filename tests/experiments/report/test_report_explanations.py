@@ -183,6 +183,16 @@ def test_the_cheapest_plan_says_what_its_preference_is_made_of(name: str, headli
     assert found == headline and detail in details
 
 
+def test_a_penalty_beyond_all_numbers_of_a_scenario_is_explained() -> None:
+    weights = 'kind = "weighted-sum"\nover = "violation"\nweights = { look = 1e399 }'
+    tasks = task_tables(look="F view", preference=weights).replace('"F view"', '"F view"\nskip = 1e399')
+    scenario = loads(CAMPUS.partition("[[tasks]]")[0] + tasks)
+    problem = scenario.problem()
+    cheapest = pp.pareto_front(problem)[0]
+    found, details = explain_cheapest(scenario, NamedPlan(cheapest, Ledger.of_plan(problem, cheapest), "A"))
+    assert "costs nothing" in found and "1e+798" in details[0]
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_plans_pass_their_checks_and_shares_add_up(name: str) -> None:
     scenario, plans = named(name)
