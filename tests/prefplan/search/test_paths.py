@@ -80,7 +80,10 @@ def test_a_path_that_is_wrong_is_noticed(kind: str, monkeypatch: pytest.MonkeyPa
         shorter = partial(plan_of, product, start, edges[:-1], automata[:-1])
         *others, last = edges[-1]
         ends = [], [*others, last + 1], [*others, edges[0][0]]  # none, another edge of the state, one of another state
-        for make in (other, shorter, *(partial(plan_of, product, start, [*edges[:-1], end], automata) for end in ends)):
+        late = automata.copy()
+        late[:-1, 1] = automata[0, 1]  # `earn` is satisfied by the last label, which is that of no work
+        paths = [([*edges[:-1], end], automata) for end in ends]
+        for make in (other, shorter, *(partial(plan_of, product, start, *path) for path in (*paths, (edges, late)))):
             with pytest.raises(AssertionError, match=r"does not have|is not satisfied|other values"):
                 _ = replace(goal, make=make).plan
 
