@@ -12,6 +12,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from prefplan.errors import FormulaError, choices, describe
+from prefplan.limits import clocked
 from prefplan.text.names import NAME, RESERVED
 
 NESTING = 120
@@ -141,7 +142,7 @@ class _Parser:
 
     def advance(self) -> str:
         """Return the next token, and go on to the one after it."""
-        token, self.end = self.token, self.column + len(self.token)
+        token, self.end = clocked(self.token), self.column + len(self.token)
         self.token, self.column = self.ahead.pop()
         return token
 
@@ -157,13 +158,14 @@ class _Parser:
 
     def binary(self, depth: int, weakest: int = 0) -> Part:
         """Read a formula whose binary operators have at least a precedence level."""
-        start, part, joined = self.column, self.unary(depth), ""
+        start, part = self.column, self.unary(depth)
         while (sign := _INFIX.get(self.token)) and _LEVEL[sign] >= weakest:
-            bounds, to_the_right = self.bounds(sign, self.advance()), sign in _TO_THE_RIGHT
-            below = self.nested(depth + (sign not in _FLAT), start)
-            last = self.binary(below, _LEVEL[sign] + (not to_the_right))
-            parts = (*part.parts, last) if joined == sign and sign in _FLAT else (part, last)
-            part, joined = self.part(sign, parts, start, bounds), sign
+            parts, to_the_right = [part], sign in _TO_THE_RIGHT
+            while len(parts) == 1 or (sign in _FLAT and _INFIX.get(self.token) == sign):
+                bounds = self.bounds(sign, self.advance())
+                below = self.nested(depth + (sign not in _FLAT), start)
+                parts.append(self.binary(below, _LEVEL[sign] + (not to_the_right)))
+            part = self.part(sign, tuple(parts), start, bounds)
             depth = depth if to_the_right else below
         return part
 

@@ -13,7 +13,7 @@ FOLDER = Path(__file__).parents[2] / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
 
 MOST_LETTERS = 4_000_000
-"""Greatest length of a scenario: the parser, which looks at no clock, takes a second for it."""
+"""Greatest length of a scenario: the parser, which looks at no clock, takes one to three seconds for it."""
 
 NEEDED = ("model", "tasks")
 """Top-level keys of every scenario."""

@@ -10,12 +10,14 @@ import subprocess
 import sys
 import time
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 import pytest
 from hostile_bench import BENCH, write_bench
 from scenario_texts import shipped
 
+from prefplan import parse
 from prefplan.errors import LimitError, ModelError
 from prefplan.limits import CLOCK_PERIOD, Limits
 from prefplan.models.manipulation.measured_costs import read_measurements
@@ -102,8 +104,9 @@ def test_a_scenario_without_end_is_refused_and_a_long_one_stays_within_its_time(
     assert status == 2 and "/dev/zero: has more than 4000000 letters" in told and used < 500
     edges = ", ".join(f'{{from = "s{i}", to = "s{i + 1}"}}' for i in range(CLOCK_PERIOD))
     text = ROADS.replace('file = "roads.csv.gz"', f"transitions = [{edges}]")
-    with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
-        loads(text)
+    for read in (partial(loads, text), partial(parse, " | ".join(["a"] * CLOCK_PERIOD))):
+        with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
+            read()
 
 
 def test_a_file_of_a_million_nodes_and_links_stays_within_its_time(tmp_path: Path) -> None:
