@@ -175,7 +175,7 @@ def clocked(value: T) -> T:
 
 def bounded(path: Path, most: int = MOST_BYTES) -> Path:
     """Return the path of a file that is to be read at once; raise OSError if that might never end, or is too much."""
-    if path.exists() and not path.is_file():
+    if path.exists() and not (path.is_file() or path.is_dir()):  # what reads a folder says that it is one
         raise OSError(errno.EINVAL, "no regular file", str(path))
     if path.exists() and path.stat().st_size > most:
         raise OSError(errno.EFBIG, f"larger than {most} bytes", str(path))
