@@ -24,8 +24,8 @@ IRRELEVANT = frozenset({"rgba", "folder"})
 DECIMALS = 3
 """Decimal places of quantities in the file."""
 
-MOST_BYTES = 4_000_000
-"""Greatest size of the file."""
+MOST_BYTES = 20_000_000
+"""Greatest size of the file, which is read in a second; each action takes 150 bytes."""
 
 FORMAT = 2
 """Version of the format: since 2, the hand's poses are over slots where a location has several."""
