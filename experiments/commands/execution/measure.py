@@ -46,6 +46,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     """
     with loading_simulation():
         from joblib import cpu_count
+        from joblib.externals.loky.process_executor import TerminatedWorkerError
 
         from experiments.runs.run_plan import scene_of
         from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
@@ -54,7 +55,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
     loaded = pp.load(scenario, measured=False)
     failures: list[Failure] = []
-    interrupted = False
+    ended = ""
     with Bars() as bars:
         scene = scene_of(loaded, measuring=True)
         # The scene's model may have been completed from the user's MJCF.
@@ -77,7 +78,9 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
                     failures.append(result)
                 bars("measuring", len(done) + len(failures), total, " ".join(result.pair))
         except KeyboardInterrupt:
-            interrupted = True
+            ended = "interrupted"
+        except TerminatedWorkerError:
+            ended = "a process that measured was killed"
         finally:
             contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
@@ -90,11 +93,10 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         _show(Console(), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         tell(f"not measured: {failure.reason}")
-    if interrupted:
+    if ended:
         left = total - len(done) - len(failures)
-        tell(f"interrupted; the same command measures the other {left} actions")
-        return INTERRUPTED
-    return FAILED if failures else DONE
+        tell(f"{ended}; the same command measures the other {left} actions")
+    return INTERRUPTED if ended == "interrupted" else FAILED if ended or failures else DONE
 
 
 def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:

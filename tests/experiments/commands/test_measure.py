@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from command_line import Run
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 from scenario_texts import cup_scenario, shipped_front
 from skill_runs import contacts
 
@@ -89,12 +90,19 @@ def stand_in(limit: int | None = None, end: type[BaseException] = KeyboardInterr
     return measure_all
 
 
-def test_ctrl_c_keeps_what_is_done_and_the_next_run_does_the_rest(
-    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("end", "status", "words"),
+    [(KeyboardInterrupt, 130, "interrupted"), (TerminatedWorkerError, 4, "a process that measured was killed")],
+)
+def test_what_ends_early_keeps_what_is_done_and_the_next_run_does_the_rest(
+    scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch, end: type[BaseException], status: int, words: str
 ) -> None:
-    monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3))
-    status, _, err = run("measure", "cup.toml")
-    assert status == 130 and err == "prefplan: interrupted; the same command measures the other 7 actions\n"
+    monkeypatch.setattr(cost_measurement, "measure_all", stand_in(3, end))
+    result = run("measure", "cup.toml")
+    assert (result.status, result.err) == (
+        status,
+        f"prefplan: {words}; the same command measures the other 7 actions\n",
+    )
     status, _, err = run("front", "cup.toml")
     assert status == 2 and "was not measured; `prefplan measure` measures it" in err
     monkeypatch.setattr(cost_measurement, "measure_all", stand_in())
