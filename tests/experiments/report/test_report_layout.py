@@ -39,7 +39,7 @@ bakery = [14, 14, 14, 14]
 swimming_pool = [13, 0, 14, 1]
 town_hall = [6, 7, 6, 7]
 library = [7, 8, 7, 8]
-train_station = [8, 7, 8, 7]
+the_railway_station_of_the_capital_beside_its_botanical_garden = [8, 7, 8, 7]
 pharmacy = [14, 7, 14, 7]
 park = [2, 10, 5, 12]
 [model.obstacles]
@@ -47,10 +47,10 @@ river = [[3, 3, 3, 8], [10, 5, 10, 11]]
 """ + task_tables(
     collect_the_parcel="F post_office",
     buy_bread_then_sit="!park U (bakery & F park)",
-    swim_after_reading="!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))",
+    swim_in_the_municipal_swimming_pool_after_reading_in_the_library="!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))",
     sign_at_the_town_hall="F town_hall & F (library & F park)",
     fetch_medicine="F (pharmacy & F town_hall)",
-    visit_everything="F train_station & F library & F post_office & F bakery & F pharmacy & F park",
+    visit_everything="F the_railway_station_of_the_capital_beside_its_botanical_garden & F library & F post_office & F bakery & F pharmacy & F park",
 )
 
 ONE_PLAN = """# One plan, whose costs are no integers.
