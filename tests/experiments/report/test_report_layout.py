@@ -47,10 +47,13 @@ river = [[3, 3, 3, 8], [10, 5, 10, 11]]
 """ + task_tables(
     collect_the_parcel="F post_office",
     buy_bread_then_sit="!park U (bakery & F park)",
-    swim_in_the_municipal_swimming_pool_after_reading_in_the_library="!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))",
+    swim_in_the_municipal_swimming_pool_after_reading_in_the_library=(
+        "!swimming_pool U library & F (swimming_pool & F (library & F (post_office | bakery)))"
+    ),
     sign_at_the_town_hall="F town_hall & F (library & F park)",
     fetch_medicine="F (pharmacy & F town_hall)",
-    visit_everything="F the_railway_station_of_the_capital_beside_its_botanical_garden & F library & F post_office & F bakery & F pharmacy & F park",
+    visit_everything="F the_railway_station_of_the_capital_beside_its_botanical_garden & F library & F post_office"
+    " & F bakery & F pharmacy & F park",
 )
 
 ONE_PLAN = """# One plan, whose costs are no integers.
