@@ -106,7 +106,7 @@ def _task_row(task: Mapping[str, Any], shown: str, costs: Sequence[str]) -> list
     if task["skip"] is not None:
         options.append(f"skipped for {number(task['skip'])}")
     least = [unknown if task["costs"] is None else number(task["costs"][name]) for name in costs]
-    return [shown, *least, f"{task['automaton_states']} states", "; ".join(options), task["formula"]]
+    return [shown, *least, f"{task['automaton_states']} states", " or ".join(options), task["formula"]]
 
 
 def _show_places(
