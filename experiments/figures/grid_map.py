@@ -60,5 +60,5 @@ def _rectangle(box: GridBox) -> np.ndarray:
 
 
 def _draw_area(axes: Axes, boxes: Sequence[GridBox], **style: Any) -> None:
-    for x0, y0, x1, y1 in boxes:
-        axes.add_patch(Rectangle((x0 - 0.5, y0 - 0.5), x1 - x0 + 1, y1 - y0 + 1, linewidth=0, zorder=1.5, **style))
+    for left, low, right, high in map(_rectangle, boxes):
+        axes.add_patch(Rectangle((left, low), right - left, high - low, linewidth=0, zorder=1.5, **style))

@@ -16,7 +16,7 @@ from experiments.figures.maps import map_of, svg
 from experiments.figures.plan_map import PlanMap
 from experiments.figures.trail import LANE, LANES, trail
 from prefplan import Order, Plan, Problem, Scenario, Task, cheapest_plan
-from prefplan.models.grid import GridModel
+from prefplan.models.grid import GridModel, Terrain
 
 
 def drawn_map(scenario: Scenario) -> PlanMap:
@@ -85,6 +85,17 @@ def test_a_page_finds_the_parts_of_a_map_by_class(example: Scenario, tmp_path: P
     assert classes["region"] == classes["name"] == 4
     assert classes["goal"] == classes["task"] == len(drawn_map(example).goals(plan))
     assert not any(element.get("id") for element in root.iter())
+
+
+def test_areas_cover_their_cells() -> None:
+    boxes = {"region": (1, 2, 3, 2), "obstacle": (5, 0, 5, 4), "terrain": (0, 4, 2, 5)}
+    ground, wall, mud = ([box] for box in boxes.values())
+    model = GridModel((6, 6), (0, 0), 1, {"far": ground}, {"wall": wall}, terrain={"mud": Terrain(mud, 2)})
+    axes = Figure().subplots()
+    GridMap(Problem(model.transition_system(), [Task("go", "F far")], Order()), model)._draw_ground(axes)
+    drawn = {patch.get_gid(): patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches}
+    for kind, (x0, y0, x1, y1) in boxes.items():
+        assert np.allclose(drawn[kind].extents, [x0 - 0.5, y0 - 0.5, x1 + 0.5, y1 + 0.5])
 
 
 def test_single_cells_are_left_out_where_they_are_too_many(tmp_path: Path) -> None:

@@ -104,5 +104,9 @@ def test_objects_have_their_colours_in_linear_light(file: GlbFile, scene: Scene)
         assert obj.rgba is not None
         (node,) = (node for name, node in file.nodes.items() if name.startswith(f"{obj.name}, geom"))
         material = file.tree["materials"][file.tree["meshes"][node["mesh"]]["primitives"][0]["material"]]
+        geom = int(scene.mujoco.body(obj.name).geomadr[0])
+        shininess = scene.mujoco.mat_shininess[scene.mujoco.geom_matid[geom]]
+        roughness = material["pbrMetallicRoughness"]["roughnessFactor"]
+        assert roughness == pytest.approx((1 + 64 * shininess) ** -0.25, rel=1e-3), "as wide a highlight"
         colour = material["pbrMetallicRoughness"]["baseColorFactor"]
         assert np.allclose(np.array(colour[:3]) ** (1 / 2.2), obj.rgba[:3], atol=0.03) and colour[3] == 1
