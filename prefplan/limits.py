@@ -162,7 +162,7 @@ def check_limits(more_bytes: float = 0) -> None:
     limits = _present.get()
     if limits is not None:
         limits.check(more_bytes)
-    elif more_bytes and more_bytes > available_memory():
+    elif more_bytes and more_bytes > available_memory():  # reading it takes longer than all else
         raise LimitError("memory")
 
 

@@ -282,3 +282,12 @@ def test_memory_that_holds_cached_files_is_free(
     monkeypatch.setattr(limits, "MEMORY_INFO", tmp_path / "meminfo")
     assert limits.available_memory() == free
     assert Limits().bytes == pytest.approx(MEMORY_SHARE * free)
+
+
+def test_without_limits_the_free_memory_is_read_only_if_some_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[int] = []
+    monkeypatch.setattr(limits, "available_memory", lambda: read.append(1) or 1000)
+    limits.check_limits()
+    assert read == []
+    with pytest.raises(LimitError, match="memory"):
+        limits.check_limits(more_bytes=2000)
