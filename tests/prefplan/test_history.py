@@ -24,8 +24,10 @@ from prefplan import (
     Task,
     TransitionSystem,
     WeightedSum,
+    claims,
     pareto_front,
 )
+from prefplan.claims import Claims
 from prefplan.product.reduction import GeneratedProduct, product_of
 from prefplan.replanning import (
     Past,
@@ -101,6 +103,11 @@ def test_past_and_future_together_are_optimal(kind: str, relaxed: bool) -> None:
         for plan in plans:
             assert plan.actions[: len(past.actions)] == past.actions
             assert len(plan.states) == len(plan.actions) + 1
+            _, _, labels, (costs, *_) = system.trajectory(plan.actions[len(past.actions) :])
+            spent, trace = [judge.exact(cost) for cost in (*past.costs, *costs)], [*past.labels, *labels]
+            told = Claims(True, plan.cost, plan.task_costs, plan.violation_costs, plan.preference, plan.relaxations)
+            verdict = claims.judge(told, problem.tasks, problem.preference, trace, spent)
+            assert [check for check in verdict.checks if not check.holds] == []
         found += 1
     assert found > 5
 

@@ -129,6 +129,14 @@ def test_what_need_not_be_moved_costs_nothing() -> None:
     assert states_searched(0) == states_searched(10)
 
 
+def test_what_must_be_moved_first_because_its_location_must_be_empty_is_moved() -> None:
+    places = spot("s0"), spot("s1"), spot("s2"), spot("bin", clear_of=("s0",))
+    model = ManipulationModel("home", COSTS, places, (Object("o0", "s0"), Object("o1", "s1")), listed_states=0)
+    for planner in (Planner, ListedPlanner):
+        (plan,) = planner(Problem(model.transition_system(), [Task("one", "F o1_bin")], Order())).front()
+        assert plan.cost == 20 and plan.actions[1] == "grasp o0"
+
+
 def test_what_need_not_be_moved_is_where_carrying_it_costs_less_than_nothing_in_the_hand() -> None:
     costs = {kind: {"time": time, "energy": 1} for kind, time in COSTS.items()} | {"transit": {"time": 3, "energy": 9}}
     places = (*map(spot, ("shelf", "tray", "s0", "s1")), spot("desk", capacity=2))
