@@ -12,6 +12,7 @@ import numpy as np
 from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met, is_solid, opaque
+from sim.robots.import_mjcf import PREFIX
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp import GraspSkill
 from sim.skills.grasp_choice import ranked
@@ -128,7 +129,7 @@ class FailureDiagnosis:
         return refused.run(cell, scene, self._skills)[1] is None
 
     def _joint_limit(self, refused: Rehearsal) -> str | None:
-        """Return which joints would have to turn how much farther; None if that would not suffice."""
+        """Return which joints would have to move how much farther; None if that would not suffice."""
         refused.arrange(self._cell, self._scene)
         cell, obj = self._cell, refused.obj
         pose = cell.observe(obj)
@@ -141,7 +142,12 @@ class FailureDiagnosis:
         least = min(missing, key=lambda turns: sum(turns.values()))
         robot = self._scene.robot
         wrist = set(least) <= set(robot.joints[len(robot.joints) - robot.wrist_joints :])
-        what = " and ".join(f"{name} lacks {np.degrees(turn):.0f} degrees" for name, turn in least.items())
+        slides = {name for name in least if self._scene.mujoco.joint(name).type == mujoco.mjtJoint.mjJNT_SLIDE}
+        amounts = {
+            name.removeprefix(PREFIX): f"{100 * turn:.0f} cm" if name in slides else f"{np.degrees(turn):.0f} degrees"
+            for name, turn in least.items()
+        }
+        what = " and ".join(f"{name} lacks {amount}" for name, amount in amounts.items())
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
 
 

@@ -210,13 +210,14 @@ class InverseKinematics:
                 break
             jacobian, error = self._frame_residual()
             step = np.linalg.solve(jacobian.T @ jacobian + FREE_DAMPING * np.eye(model.nv), jacobian.T @ error)
-            self._configuration.update(data.qpos + step * min(1.0, MAX_FREE_TURN_RAD / float(np.abs(step).max())))
+            step *= MAX_FREE_TURN_RAD / max(MAX_FREE_TURN_RAD, float(np.abs(step).max()))
+            self._configuration.update(data.qpos + step)
         else:
             return {}
         low, high = model.jnt_range.T
         hinge = model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
-        whole = np.where(hinge, 2 * np.pi, np.inf)
-        q = np.where(hinge, data.qpos - whole * np.round((data.qpos - (low + high) / 2) / whole), data.qpos)
+        whole = np.where(hinge, 2 * np.pi, 0.0)
+        q = data.qpos - whole * np.round((data.qpos - (low + high) / 2) / (2 * np.pi))
         beyond = np.maximum(np.maximum(low - q, q - high), 0.0)
         return {name: float(excess) for name, excess in zip(self.robot.joints, beyond, strict=True) if excess > 0}
 

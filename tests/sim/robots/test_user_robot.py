@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from dataclasses import fields, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from prefplan.claims import Claims
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup
 from prefplan.scenario.decode import load
+from sim.capability.feasibility import Feasibility
 from sim.errors import SimulationError
 from sim.evidence.log import log_of
 from sim.evidence.replay import RecordedWorld
@@ -67,6 +69,36 @@ def test_it_carries_out_a_plan(file: Path) -> None:
     log = log_of(scene, rollout, claims, scenario="crane", text=file.read_text())
     assert RecordedWorld(log).robot.name == "crane", "the log tells where the MJCF is"
     assert rollout.placement_error < 0.003
+
+
+def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Path) -> None:
+    text = (setup.folder / "crane.xml").read_text()
+    ranges = []
+    for time, high in enumerate(("0.6", "0.7")):
+        (tmp_path / "crane.xml").write_text(text.replace("0 0.6", f"0 {high}"))
+        os.utime(tmp_path / "crane.xml", (time, time))
+        robot = robot_for(replace(setup, folder=tmp_path))
+        ranges.append(float(robot.ranges(robot.spec().compile())[1, 1]))
+    assert ranges == [0.6, 0.7]
+
+
+@pytest.mark.parametrize(
+    ("joint", "narrow", "bearing", "words"),
+    [
+        ('range="0 0.6"', 'range="0.15 0.6"', 0, "lift lacks 11 cm"),
+        ('range="-150 150"', 'range="-100 70"', 90, "turn lacks 20 degrees"),
+        ("", "", 165, "the arm cannot point down"),  # so far behind it the search without limits fails, too
+    ],
+)
+def test_a_joint_that_cannot_move_far_enough_is_named(
+    file: Path, tmp_path: Path, joint: str, narrow: str, bearing: float, words: str
+) -> None:
+    (tmp_path / "crane.xml").write_text((file.parent / "crane.xml").read_text().replace(joint, narrow))
+    at = 0.5 * np.cos(np.radians(bearing)), 0.5 * np.sin(np.radians(bearing))
+    (tmp_path / "crane.toml").write_text(file.read_text().replace("[0.5, 0.0]", str([*map(float, at)])))
+    model = load(tmp_path / "crane.toml").model
+    assert isinstance(model, ManipulationModel)
+    assert words in str(Feasibility(build_scene(model)).check("cup", "desk").reason)
 
 
 @pytest.mark.parametrize(
