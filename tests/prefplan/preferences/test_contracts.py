@@ -107,6 +107,8 @@ def test_a_sum_has_the_weakest_contract_that_covers_its_terms(parts: Sequence[Pr
         ("phi1 * phi2", "additive"),
         ("phi1 * phi2", "convex"),
         ("max(3*phi1, phi3) + 2*phi2", "convex"),
+        # Only labels with equal mu grow unequally.
+        ("min(phi1, max(0, phi2 - 10), 0.01)", "convex"),
     ],
 )
 def test_a_declared_contract_that_fails_is_refuted_by_a_pair_of_labels(expression: str, contract: str) -> None:

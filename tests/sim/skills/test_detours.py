@@ -50,10 +50,10 @@ def test_a_slow_movement_is_followed_only_if_there_is_no_quicker_one(
     over = transfer._over
 
     def slowly(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[JointTrajectory]:
-        for movement in over(cell, ends, height):
+        for movement, share in zip(over(cell, ends, height), (1.8, 1.2, 1.8), strict=False):
             path = np.vstack([cell.reference, movement.positions])
             curve = CubicSpline(np.linspace(0, movement.seconds, len(path)), path, bc_type="clamped")
-            yield sampled(curve, movement.seconds, slower=2 * transfer.SLOW_S / movement.seconds)
+            yield sampled(curve, movement.seconds, slower=share * transfer.SLOW_S / movement.seconds)
 
     monkeypatch.setattr(transfer, "_over", slowly)
     quick = Workcell(table, initial_state(table))
@@ -62,7 +62,7 @@ def test_a_slow_movement_is_followed_only_if_there_is_no_quicker_one(
     monkeypatch.setattr(transfer, "_planned", lambda *_: iter(()))
     slow = Workcell(table, initial_state(table))
     perform(slow, "transit a")
-    assert slow.data.time > transfer.SLOW_S
+    assert transfer.SLOW_S < slow.data.time < 1.5 * transfer.SLOW_S, "the quickest of them"
     assert_clean(slow)
 
 
