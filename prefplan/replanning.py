@@ -84,8 +84,8 @@ def achievable(
 ) -> tuple[Problem, Plan] | None:
     """Return a problem with tasks that can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict with each other the last one is left out first; of tasks that conflict with a rule, the last
-    that does so by itself. The preference of the smaller problem is always 0.
+    Of tasks that conflict with each other the last one is left out first; of tasks that conflict with a rule, all that
+    do so by themselves. The preference of the smaller problem is always 0.
 
     Args:
         problem: the problem with all tasks.
@@ -107,8 +107,8 @@ def achievable(
 
 
 def _breaking(problem: Problem, past: Past, system: System) -> str:
-    """Return the name of the last task that no plan satisfies by itself within the rules, or else of the last task."""
-    for task in reversed(problem.tasks):
+    """Return the name of a task that no plan satisfies by itself within the rules, or else of the last task."""
+    for task in problem.tasks:
         try:
             continue_cheaply(_changed(problem, tasks=(task,)), past, system)
         except NoPlanError:

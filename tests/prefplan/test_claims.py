@@ -52,3 +52,10 @@ def test_what_is_paid_for_a_rule_is_its_price_when_it_is_broken(
 def test_what_is_paid_for_a_task_is_no_price_of_a_rule() -> None:
     found = refuted(OVER, Purchase("clean", 1, None, 2))
     assert (found["relaxations"], found["rule clean"]) == ("there is no task clean", "broken by action 1")
+
+
+def test_a_claim_may_be_off_by_the_rounding_of_its_sum_and_by_no_more() -> None:
+    for error, wrong in ((1e-10, []), (1e-8, ["total cost"])):
+        claims = Claims(True, 3 + error, {"arrive": 3}, {}, 0)
+        verdict = judge(claims, [Task("arrive", "F desk")], WeightedSum({"arrive": 0}), [frozenset(), frozenset({"desk"})], [Fraction(3)])
+        assert [check.name for check in verdict.checks if not check.holds] == wrong

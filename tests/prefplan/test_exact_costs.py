@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from prefplan import (
@@ -82,6 +82,7 @@ def test_whole_numbers_are_printed_as_integers() -> None:
 
 
 @given(st.fractions(min_value=0, max_value=10**6, max_denominator=10**20))
+@example(1 + Fraction(1, 2**53))  # midway between two floats, of which 1.0 is printed
 def test_a_bound_admits_just_what_is_printed_as_no_more(value: Fraction) -> None:
     number = to_number(value)
     for bound in (number, Decimal(str(number)), np.float64(number)):

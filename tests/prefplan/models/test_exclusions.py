@@ -9,7 +9,7 @@ import judge
 import pytest
 from judge.planners import ListedPlanner
 from random_manipulation import random_problem, random_several
-from small_models import COSTS, spot
+from small_models import COSTS, measured, spot
 
 from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Task, TransitionSystem
 from prefplan.models.manipulation.symmetry import Symmetry
@@ -132,6 +132,16 @@ def test_a_plan_moves_first_what_stands_in_the_way() -> None:
     (plan,) = Planner(Problem(fewer, [Task("t", "F o0_bin")], Order())).front()
     assert plan.cost == 2 * (COSTS["transit"] + COSTS["grasp"] + COSTS["transport"] + COSTS["release"])
     assert "release o1 s2" not in plan.actions and plan.actions[-1] == "release o0 bin"
+
+
+def test_what_is_excluded_at_a_location_is_so_in_each_of_its_slots() -> None:
+    spots = spot("s0"), spot("bin", capacity=2)
+    model = ManipulationModel("home", COSTS, spots, (Object("o0", "bin"), Object("o1", "bin")), listed_states=0)
+    system = measured(model).transition_system()  # measured costs tell slots apart
+    fewer = system.without([(frozenset({f"{obj}_bin"}), f"grasp {obj}") for obj in ("o0", "o1")])
+    for obj in ("o0", "o1"):
+        problem = Problem(system, [Task("t", f"F {obj}_s0")], Order())
+        assert Planner(problem).front() and not Planner(over(problem, fewer)).front()
 
 
 def test_an_exclusion_that_is_no_action_is_refused() -> None:
