@@ -57,5 +57,11 @@ def test_what_is_paid_for_a_task_is_no_price_of_a_rule() -> None:
 def test_a_claim_may_be_off_by_the_rounding_of_its_sum_and_by_no_more() -> None:
     for error, wrong in ((1e-10, []), (1e-8, ["total cost"])):
         claims = Claims(True, 3 + error, {"arrive": 3}, {}, 0)
-        verdict = judge(claims, [Task("arrive", "F desk")], WeightedSum({"arrive": 0}), [frozenset(), frozenset({"desk"})], [Fraction(3)])
+        verdict = judge(
+            claims,
+            [Task("arrive", "F desk")],
+            WeightedSum({"arrive": 0}),
+            [frozenset(), frozenset({"desk"})],
+            [Fraction(3)],
+        )
         assert [check.name for check in verdict.checks if not check.holds] == wrong
