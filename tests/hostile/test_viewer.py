@@ -51,10 +51,10 @@ class Viewer:
     def host(self) -> str:
         return f"127.0.0.1:{self.port}"
 
-    def status(self, path: str, **headers: str) -> int:
+    def status(self, path: str, *more: tuple[str, str], **headers: str) -> int:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=TIMEOUT_S)
         connection.putrequest("GET", path, skip_host=True)
-        for name, value in ({"Host": self.host} | headers).items():
+        for name, value in (*({"Host": self.host} | headers).items(), *more):
             connection.putheader(name, value)
         connection.endheaders()
         return connection.getresponse().status
@@ -90,6 +90,8 @@ def test_another_host_or_origin_is_refused(viewer: Viewer) -> None:
     assert viewer.status(path, Host=f"evil.example:{viewer.port}") == 403, "DNS rebinding"
     assert viewer.status(path, Host="127.0.0.1") == 403
     assert viewer.status(path, Origin="http://evil.example") == 403
+    assert viewer.status(path, ("Host", f"evil.example:{viewer.port}")) == 403, "a second host"
+    assert viewer.status(path, ("Origin", "http://evil.example"), Origin=f"http://{viewer.host}") == 403
     assert viewer.status(path, Host=f"localhost:{viewer.port}") == 200
     assert viewer.status(path, Origin=f"http://{viewer.host}") == 200
 

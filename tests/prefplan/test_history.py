@@ -182,6 +182,18 @@ def test_of_tasks_that_are_lost_the_others_can_still_be_done() -> None:
     assert achievable(Problem(SYSTEM, [Task("never", "F c")], Order()), past, replace(SYSTEM, start=1)) is None
 
 
+def test_of_tasks_that_conflict_with_each_other_the_last_is_left_out_first() -> None:
+    both = [Task("one", "!b U a"), Task("other", "!a U b")]
+    there_and_back = TransitionSystem.from_transitions(
+        [("s", "to a", "x", 1), ("s", "to b", "y", 1), ("x", "on", "y", 1), ("y", "back", "x", 1)],
+        start="s",
+        labels={"x": ["a"], "y": ["b"]},
+    )
+    for tasks in (both, both[::-1]):
+        found = achievable(Problem(there_and_back, tasks, Order()), Past(), there_and_back)
+        assert found is not None and found[0].names == (tasks[0].name,)
+
+
 DETOUR = TransitionSystem.from_transitions(
     [("s", "short", "t", 1), ("s", "long", "u", 5), ("t", "on", "v", 1), ("s", "aside", "w", 1), ("w", "back", "s", 1)],
     start="s",

@@ -14,8 +14,10 @@ from report_pages import ERRANDS, data, page, pictures_for_tests
 from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
+from experiments.commands.execution.report import _status
 from experiments.report import recordings
 from experiments.runs import run_plan
+from prefplan import load
 from prefplan.planner import Planner
 from sim.errors import RenderingError
 from sim.execution import executor
@@ -183,3 +185,10 @@ def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.M
     assert result.status == 4 and "execution of plan 0 failed" in result.err
     assert run["completed"] is False and run["as_planned"] is False
     assert run["reason"] in result.err
+
+
+def test_one_run_that_fails_among_others_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    planner = Planner(load("example").problem())
+    outcomes = {0: {"completed": True}, 1: {"completed": False, "reason": "the cup fell"}}
+    assert _status(planner, planner.front(), outcomes) == 4
+    assert capsys.readouterr().err == "prefplan: execution of plan 1 failed the cup fell\n"

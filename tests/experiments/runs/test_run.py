@@ -18,6 +18,7 @@ from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
 from experiments import case_study_3
+from experiments.cli.status import INTERRUPTED
 from experiments.runs import run_plan
 from experiments.runs.outcome import outcome_json
 from prefplan import ManipulationModel, load, pareto_front
@@ -258,3 +259,17 @@ def test_the_demo_carries_both_plans_out(
     assert opened == [(cup / "shown" / "index.html").as_uri()]
     page = (cup / "shown" / "index.html").read_text(encoding="utf-8")
     assert '"video": "cost.mp4"' in page and '"video": "preference.mp4"' in page
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "pages"), [([], 0, 1), (["--no-open"], 0, 0), ([], INTERRUPTED, 0), (["--no-open"], 130, 0)]
+)
+def test_the_demo_opens_its_page_unless_told_not_to_or_interrupted(
+    cup: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], status: int, pages: int
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    monkeypatch.setattr(case_study_3, "main", lambda folder: status)
+    assert main(["demo", "--out", "shown", *options]) == status
+    assert len(opened) == pages

@@ -18,6 +18,7 @@ from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
 from sim.evidence.certificate import certify
+from sim.execution import closed_loop
 from sim.execution.faults.fault import read_fault
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.simulation.workcell import Workcell
@@ -85,6 +86,18 @@ def test_a_grasp_that_never_works_is_given_up(pursue: Callable[..., Outcome]) ->
     assert outcome.executed[1:4] == ("grasp pink",) * 3
     assert "the fingers closed without a firm grip on pink" in str(outcome.run.reason)
     assert "given up after 3 attempts" in str(outcome.run.reason)
+
+
+def test_a_run_is_planned_again_only_so_many_times(
+    pursue: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    faults = dict(FAULTY)["preference"]
+    outcome = pursue(*faults, choice="preference", seed=41)
+    assert outcome.run.completed and outcome.run.replans > 1
+    monkeypatch.setattr(closed_loop, "MAX_REPLANS", outcome.run.replans - 1)
+    fewer = pursue(*faults, choice="preference", seed=41)
+    assert f"given up after {outcome.run.replans - 1} new plans" in str(fewer.run.reason)
+    assert fewer.run.replans == outcome.run.replans - 1 and not fewer.run.completed
 
 
 def test_with_noise_of_a_millimetre_blocks_are_still_placed_well(pursue: Callable[..., Outcome]) -> None:

@@ -13,6 +13,8 @@ from forged_logs import telling
 from scenario_texts import CUP, PLACES_NEARBY, cup_scenario
 
 from experiments.runs import evidence
+from experiments.runs.certificates import Proof, certificate_json
+from sim.evidence.certificate import certify
 from sim.evidence.log import encode, read_log
 
 
@@ -53,6 +55,15 @@ def test_a_run_leaves_its_certificate(run_log: Path, tmp_path: Path, run: Run) -
     assert printed["confirmed"] and printed["task_costs"] == {"tidy": 10}
     assert printed["setting"] == {"seed": 3, "perturbation": "position=5,angle=5"}
     assert all(check["holds"] for check in printed["checks"])
+
+
+def test_what_is_claimed_is_told_apart_from_what_is_found(run_log: Path) -> None:
+    log = read_log(run_log)
+    found = certify(log)
+    for claimed, completed in ((True, False), (False, True)):
+        told = telling(log, claims=replace(log.about.claims, completed=claimed))
+        printed = certificate_json(Proof(run_log, told, replace(found, completed=completed)))
+        assert (printed["claimed"], printed["completed"]) == (claimed, completed)
 
 
 def test_people_see_every_check_also_in_a_log_of_another_version(run_log: Path, tmp_path: Path, run: Run) -> None:

@@ -14,7 +14,18 @@ from judge.planners import PlannerOf, ReferencePlanner
 from judge.several import COST_NAMES, SeveralProblem, bounds_of, random_several, replayed, several_front
 from judge.verdict import printed, relaxations
 
-from prefplan import NoPlanError, Options, Planner, Problem, Task, TransitionSystem, UnfinishedError, pareto_front
+from prefplan import (
+    Expression,
+    NoPlanError,
+    Options,
+    Planner,
+    Problem,
+    Task,
+    TransitionSystem,
+    UnfinishedError,
+    load,
+    pareto_front,
+)
 from prefplan.heuristics.prepare import Prepared
 from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
@@ -131,3 +142,15 @@ def test_of_two_bounds_of_one_objective_the_lower_holds(name: str, key: str) -> 
     for one, other in ((values[0], values[-1]), (values[-1], values[0])):
         front = pareto_front("example", **{key: one, "at_most": {name: other}})  # type: ignore[arg-type]
         assert [plan.objectives[name] for plan in front] == [values[0]]
+
+
+@pytest.mark.parametrize("expression", ["{0} + 2 * {1} + 30", "{0} + {1} / 7 + 30", "max({0}, 2 * {1}) + 61 / 2"])
+def test_a_bound_counts_the_constant_of_a_preference(expression: str) -> None:
+    example = load("example").problem()
+    problem = Problem(example.system, example.tasks, Expression(expression.format(*example.names)))
+    whole = pareto_front(problem)
+    for plan in whole:
+        front = pareto_front(problem, max_preference=plan.preference)
+        assert [each.preference for each in front] == [
+            each.preference for each in whole if each.preference <= plan.preference
+        ]

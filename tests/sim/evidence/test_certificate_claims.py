@@ -127,3 +127,13 @@ def test_measured_costs_are_checked_by_where_the_hand_goes() -> None:
     from_bin = f"action {[action.action for action in actions].index('release pink bin1') + 2}"
     honest = telling(log, events=(Event(0.0, "replan", {}), *log.about.events))
     assert from_bin not in refutations(honest)
+
+
+@pytest.mark.usefixtures("claims_alone")
+@pytest.mark.parametrize(("kinds", "answered"), [(("mismatch", "retry"), True), (("retry", "mismatch"), False)])
+def test_a_surprise_is_answered_by_what_comes_after_it(arch_log: Log, kinds: tuple[str, str], answered: bool) -> None:
+    first = arch_log.about.actions[0]
+    times = np.linspace(first.start, first.end, 4)[1:3]
+    events = tuple(Event(float(time), kind, {}) for time, kind in zip(times, kinds, strict=True))
+    check = certify(telling(arch_log, events=events)).check("action 1")
+    assert ("no event says what was done about it" not in check.words) == answered
