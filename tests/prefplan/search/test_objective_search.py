@@ -144,13 +144,17 @@ def test_of_two_bounds_of_one_objective_the_lower_holds(name: str, key: str) -> 
         assert [plan.objectives[name] for plan in front] == [values[0]]
 
 
-@pytest.mark.parametrize("expression", ["{0} + 2 * {1} + 30", "{0} + {1} / 7 + 30", "max({0}, 2 * {1}) + 61 / 2"])
-def test_a_bound_counts_the_constant_of_a_preference(expression: str) -> None:
-    example = load("example").problem()
-    problem = Problem(example.system, example.tasks, Expression(expression.format(*example.names)))
-    whole = pareto_front(problem)
-    for plan in whole:
-        front = pareto_front(problem, max_preference=plan.preference)
-        assert [each.preference for each in front] == [
-            each.preference for each in whole if each.preference <= plan.preference
-        ]
+@pytest.mark.parametrize("expression", ["{0} + 2 * {1}", "{0} + {1} / 7", "max({0}, 2 * {1})"])
+def test_a_constant_moves_bounds_of_a_preference_and_no_label_is_expanded_for_it(expression: str) -> None:
+    example = load("case_study_1").problem()
+    plain, moved = (
+        Problem(example.system, example.tasks, Expression(expression.format(*example.names) + constant))
+        for constant in ("", " + 61")
+    )
+    for plan, same in zip(pareto_front(plain), pareto_front(moved), strict=True):
+        front, more = (
+            pareto_front(plain, max_preference=plan.preference),
+            pareto_front(moved, max_preference=same.preference),
+        )
+        assert more.points == [(cost, pytest.approx(preference + 61)) for cost, preference in front.points]
+        assert more.points[0] == (same.cost, same.preference) and more.stats.expanded == front.stats.expanded
