@@ -142,13 +142,14 @@ class FailureDiagnosis:
         least = min(missing, key=lambda turns: sum(turns.values()))
         robot = self._scene.robot
         wrist = set(least) <= set(robot.joints[len(robot.joints) - robot.wrist_joints :])
-        slides = {name for name in least if self._scene.mujoco.joint(name).type == mujoco.mjtJoint.mjJNT_SLIDE}
-        amounts = {
-            name.removeprefix(PREFIX): f"{100 * turn:.0f} cm" if name in slides else f"{np.degrees(turn):.0f} degrees"
-            for name, turn in least.items()
-        }
-        what = " and ".join(f"{name} lacks {amount}" for name, amount in amounts.items())
+        what = " and ".join(self._lacking(name, excess) for name, excess in least.items())
         return f"{'wrist' if wrist else 'joint'} limit: {what}"
+
+    def _lacking(self, joint: str, excess: float) -> str:
+        """Return by how much, rad or m, a joint would have to move farther, in words."""
+        slides = self._scene.mujoco.joint(joint).type == mujoco.mjtJoint.mjJNT_SLIDE
+        amount = f"{100 * excess:.0f} cm" if slides else f"{np.degrees(excess):.0f} degrees"
+        return f"{joint.removeprefix(PREFIX)} lacks {amount}"
 
 
 def _least(helps: Callable[[int], bool], most: int) -> int | None:

@@ -55,7 +55,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
 
     loaded = pp.load(scenario, measured=False)
     failures: list[Failure] = []
-    ended = ""
+    ended, why = DONE, ""
     with Bars() as bars:
         scene = scene_of(loaded, measuring=True)
         # The scene's model may have been completed from the user's MJCF.
@@ -78,25 +78,28 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
                     failures.append(result)
                 bars("measuring", len(done) + len(failures), total, " ".join(result.pair))
         except KeyboardInterrupt:
-            ended = "interrupted"
+            ended, why = INTERRUPTED, "interrupted"
         except TerminatedWorkerError:
-            ended = "a process that measured was killed"
+            ended, why = FAILED, "a process that measured was killed"
         finally:
             contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
             write_json(file, contents)
     if as_json:
-        names = "action", "from", "to"
-        failed = [dict(zip(names, one.pair, strict=True)) | {"reason": one.reason} for one in failures]
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
-        output.print_json(told | {"actions": contents["actions"], "failed": failed})
+        output.print_json(told | {"actions": contents["actions"], "failed": [*map(_failed, failures)]})
     else:
         _show(Console(), loaded.name, file, done, kinds=scene.model.kinds, before=before)
     for failure in failures:
         tell(f"not measured: {failure.reason}")
     if ended:
         left = total - len(done) - len(failures)
-        tell(f"{ended}; the same command measures the other {left} actions")
-    return INTERRUPTED if ended == "interrupted" else FAILED if ended or failures else DONE
+        tell(f"{why}; the same command measures the other {left} actions")
+    return ended or (FAILED if failures else DONE)
+
+
+def _failed(failure: Failure) -> dict[str, str]:
+    """Return an action that could not be measured as the documented JSON object."""
+    return dict(zip(("action", "from", "to"), failure.pair, strict=True)) | {"reason": failure.reason}
 
 
 def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:

@@ -18,7 +18,7 @@ from scenario_texts import PLACES, cup_scenario
 from skill_runs import displaced
 
 from experiments import case_study_3
-from experiments.cli.status import INTERRUPTED
+from experiments.cli.status import DONE, INTERRUPTED
 from experiments.runs import run_plan
 from experiments.runs.outcome import outcome_json
 from prefplan import ManipulationModel, load, pareto_front
@@ -262,7 +262,8 @@ def test_the_demo_carries_both_plans_out(
 
 
 @pytest.mark.parametrize(
-    ("options", "status", "pages"), [([], 0, 1), (["--no-open"], 0, 0), ([], INTERRUPTED, 0), (["--no-open"], 130, 0)]
+    ("options", "status", "pages"),
+    [([], DONE, 1), (["--no-open"], DONE, 0), ([], INTERRUPTED, 0), (["--no-open"], INTERRUPTED, 0)],
 )
 def test_the_demo_opens_its_page_unless_told_not_to_or_interrupted(
     cup: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], status: int, pages: int
