@@ -18,7 +18,8 @@ const audit = (() => {
       const range = document.createRange();
       range.selectNodeContents(node);
       const whole = element.closest("svg") ? [element.getBoundingClientRect()] : [...range.getClientRects()];
-      for (const rect of whole) found.push({ element, text: node.data.trim().slice(0, 40), rect, shown: cut(rect, element) });
+      const text = node.data.trim().slice(0, 40), broken = whole.length > 1 && /^\S{1,20}$/.test(text);
+      for (const rect of whole) found.push({ element, text, rect, shown: cut(rect, element), broken });
     }
     return found;
   }
@@ -42,7 +43,8 @@ const audit = (() => {
   function* cutOff(all) {
     const page = document.documentElement;
     if (page.scrollWidth > page.clientWidth) yield `the page is ${page.scrollWidth} wide in a window of ${page.clientWidth}`;
-    for (const { element, text, rect } of all) {
+    for (const { element, text, rect, broken } of all) {
+      if (broken) yield `"${text}" is broken into lines`;
       const svg = element.closest("svg");
       const box = svg ? svg.getBoundingClientRect() : null;
       if (box && (rect.left < box.left - 1 || rect.right > box.right + 1 || rect.top < box.top - SLACK || rect.bottom > box.bottom + SLACK)) {
