@@ -32,9 +32,9 @@ FINGER_CLEARANCE_M = 0.0015
 FORESEEN_CLEARANCE_M = 0.003
 """The same for a tilted hand at the placement of an object that is not held yet: its pose in the hand will differ."""
 
-DRAWN_BACK_M, LIFTED_M = 0.08, np.array([0.0, 0.0, 0.02])
+DRAWN_BACK_M, MIN_LIFT_M = 0.08, 0.02
 """Pre-grasp pose of a tilted hand that cannot approach from above: its (backward) distance along the axis of the hand,
-and the (3,) shift upwards, m."""
+and the least height above the grasp, which a level hand's would not have, m."""
 
 APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
 """Number of IK steps along a straight approach, and how far a joint may turn in each, rad."""
@@ -132,7 +132,8 @@ def straight_move(cell: Workcell, goal: ToolPose, *, seconds: float) -> JointTra
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
     """Return pre-grasp poses, from which the hand moves straight to a pose: above it, or behind a tilted hand."""
     above = pose.shifted([0.0, 0.0, HOVER_HEIGHT_M])
-    return (above,) if pose.points_down else (above, pose.shifted(DRAWN_BACK_M * -pose.rotation[:, 2] + LIFTED_M))
+    back = DRAWN_BACK_M * -pose.rotation[:, 2]
+    return (above,) if pose.points_down else (above, pose.shifted(np.maximum(back, [-np.inf, -np.inf, MIN_LIFT_M])))
 
 
 def free_pose(

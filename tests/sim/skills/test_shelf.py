@@ -17,6 +17,7 @@ from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills import grasp
 from sim.skills.catalogue import perform
+from sim.skills.hand import pregrasps
 from sim.skills.regrasp import find_regrasp
 from sim.world.scene import build_scene, initial_state
 
@@ -30,6 +31,14 @@ def test_the_hand_takes_what_stands_under_a_board_from_the_front_and_puts_it_dow
         perform(cell, action)
     assert_clean(cell)
     assert_placed(cell, "jam", "aside")
+
+
+def test_a_tilted_hand_that_cannot_come_from_above_comes_along_its_axis_and_a_level_one_from_a_little_above() -> None:
+    for tilt in np.radians([30, 60, 90]):
+        pose = ToolPose(np.zeros(3), Rotation.from_euler("y", np.pi - tilt).as_matrix())
+        back, axis = pregrasps(pose)[1].position, pose.rotation[:, 2]
+        assert back[2] >= 0.02 and np.allclose(back[:2], -0.08 * axis[:2])
+        assert np.allclose(np.cross(back, axis), 0) or np.isclose(tilt, np.pi / 2)
 
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
