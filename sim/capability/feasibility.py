@@ -210,7 +210,7 @@ class Feasibility:
         found = [other for other in by if other in self._movable and other in places]
         if not found:
             failing = attempt.rehearsal if attempt.done >= TAKEN else attempt.rehearsal.beginning(TAKEN)
-            found = culprits(failing, self._cell, self._scene, self._skills)
+            found = culprits(failing, self._cell, self._scene, self._skills) or []
         stations = (attempt.rehearsal.location, *(places[other] for other in found))
         alone = all(self._scene.model.location(place).capacity == 1 for place in stations)
         return tuple((other, places[other]) for other in found if other != obj) if alone else ()

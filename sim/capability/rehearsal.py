@@ -86,17 +86,17 @@ def dispensable(rehearsal: Rehearsal, model: ManipulationModel) -> list[str]:
     return [other for other, place in rehearsal.places.items() if other in movable and place not in carriers]
 
 
-def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> list[str]:
+def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> list[str] | None:
     """Return movable objects because of which a rehearsal fails, while without any one of them it would succeed.
+
+    There are none if it fails without all of them. None if it succeeds.
 
     They are found by a deletion filter (J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint
     sets in linear programs", 1991).
-
-    Nothing if it succeeds, or fails without all of them.
     """
-    found = list[str]()
     if failing.run(cell, scene, skills)[1] is None:
-        return found
+        return None
+    found = list[str]()
     for other in dispensable(failing, scene.model):
         fewer = replace(failing, places={name: place for name, place in failing.places.items() if name != other})
         try:

@@ -225,7 +225,8 @@ class Execution:
     def _hindering(self, action: Action, ahead: Sequence[Action]) -> tuple[str, ...]:
         """Return the objects because of which an action fails, in a rehearsal without any one of which it would not.
 
-        Of several objects that are in the way of different grasps, a few may be the cause.
+        Of several objects that are in the way of different grasps, a few may be the cause. The first is the object that
+        it moves or moves to, which alone is the cause where the hand cannot get to it wherever it comes from.
         """
         before, obj = self._states(self.state), action.obj
         via = before.hand if before.hand in self.scene.slots else ""
@@ -241,10 +242,14 @@ class Execution:
             return ()
         try:
             scene = self._as_observed(before)
-            found = culprits(failing, KinematicCell(scene, initial_state(scene)), scene, self._skills)
+            cell = KinematicCell(scene, initial_state(scene))
+            found = culprits(failing, cell, scene, self._skills)
+            if not found and action.kind == "transit":
+                alone = replace(failing, via="").alone(scene.model)
+                found = None if alone.run(cell, scene, self._skills)[1] is None else found
         except (ModelError, SimulationError):  # something lies off every location, or where there is no room for it
             return ()
-        return (obj, *found) if found else ()
+        return () if found is None else (obj, *found)
 
     def _as_observed(self, state: ManipulationState) -> Scene:
         """Return the scene with each location of one slot moved to where the object is observed that rests there."""

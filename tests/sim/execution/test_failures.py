@@ -14,7 +14,7 @@ from prefplan.models.manipulation.model import Location, ManipulationModel, Mani
 from prefplan.models.manipulation.symbolic import Action
 from prefplan.planner import Planner
 from prefplan.replanning import continue_cheaply
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.execution.closed_loop import ClosedLoop
 from sim.execution.executor import Execution
 from sim.execution.failures import Failures
@@ -35,14 +35,24 @@ class ShortArm(TransitSkill):
         super().perform(cell, action, ahead)
 
 
-def test_a_place_out_of_reach_is_not_tried_again_after_moving_objects_that_do_not_matter() -> None:
+class Walled(TransitSkill):
+    """A wall keeps the hand from the location `far`, in rehearsals, too."""
+
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
+        if action.location == "far":
+            raise BlockedError.on_the_way({"wall"})
+        super().perform(cell, action, ahead)
+
+
+@pytest.mark.parametrize("skill", [ShortArm(), Walled()])
+def test_a_place_out_of_reach_is_not_tried_again_after_moving_objects_that_do_not_matter(skill: TransitSkill) -> None:
     at = {"far": (0.6, 0.25), "beside": (0.52, 0.17), "here": (0.45, -0.2), "there": (0.55, -0.3), "rest": (0.4, 0.1)}
     costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
     objects = Object("cup", "far"), Object("low", "beside"), Object("box", "here")
     model = ManipulationModel("home", costs, tuple(Location(name, at=point) for name, point in at.items()), objects)
     problem = Problem(model.transition_system(), [Task("cup", "F cup_rest"), Task("box", "F box_there")], Order())
     scene = build_scene(model)
-    run = Execution(scene, initial_state(scene), skills=SKILLS | {"transit": ShortArm()})
+    run = Execution(scene, initial_state(scene), skills=SKILLS | {"transit": skill})
     ClosedLoop(run, problem, Planner(problem).cheapest(), go_on=continue_cheaply).run()
     actions = [step.action for step in run.steps]
     assert actions.count("transit far") == 1 and actions[-1] == "release box there"
