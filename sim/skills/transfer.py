@@ -8,7 +8,7 @@ import numpy as np
 from sim.errors import BlockedError, SimulationError
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.planning import EDGE_STEPS_M
-from sim.motion.timing import along, begun_late
+from sim.motion.timing import along
 from sim.motion.trajectory import ToolPose
 from sim.simulation.collision import MAX_NEARING_M
 from sim.simulation.workcell import Workcell
@@ -37,8 +37,10 @@ OVERLAPS = (0.5, 0.25, 0.0)
 def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
     """Move the tool to one of several distant poses along the first path that is free of collisions.
 
-    Paths over all objects, which the tool passes at a height, m, come first: they look natural and need no search. If
-    all of them collide, one is planned. From the goal, the tool then moves straight `onward`, if that is known.
+    Paths over all objects, which the tool passes at a height, m, come first: they look natural and need no search, and
+    the arm need not stop before them. If all of them collide, it comes to rest, and they are tried again: its previous
+    movement may end nearer to bodies than a path may be. Then a path is planned. From the goal, the tool moves straight
+    `onward`, if that is known.
 
     Raises:
         BlockedError: no path is free of collisions.
@@ -47,8 +49,8 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
     blockers, slow = set[str](), None
     ends = _ends(cell, goals, onward, blockers)
     first = list(itertools.islice(ends, 1))
-    paths = itertools.chain(_over(cell, first, height), _planned(cell, itertools.chain(first, ends), blockers))
-    for movement in paths:
+    planned = () if len(cell.ending) else _planned(cell, itertools.chain(first, ends), blockers)
+    for movement in itertools.chain(_over(cell, first, height), planned):
         try:
             if onward is not None:
                 goal = movement.positions[-1]
@@ -63,6 +65,10 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
             cell.follow(movement, within=BLEND_M)
             return
         slow = movement if slow is None else min(slow, movement, key=len)
+    if len(cell.ending):
+        cell.settle()
+        travel(cell, goals, height=height, onward=onward)
+        return
     if slow is not None:
         cell.follow(slow, within=BLEND_M)
         return
@@ -139,13 +145,12 @@ def _planned(
             reached.append((goal, pose))
             limits = cell.arm.limits(path[0], path[-1], load=cell.load)
             for overlap in OVERLAPS:
-                movement = along(limits, path, overlap=overlap)
-                yield begun_late(limits, movement, cell.reference, cell.ending)
+                yield along(limits, path, overlap=overlap)
         ends = reached
 
 
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
-    """Return a path, (K, n) rad, to a goal from where the arm rests, or will rest when its movement ends.
+    """Return a path, (K, n) rad, to a goal from where the arm rests.
 
     What is within the clearance at the start may come as near as a movement along the path may
     (`CollisionChecker.blockers`).

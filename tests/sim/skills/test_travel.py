@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from skill_runs import assert_clean, assert_good, assert_placed, contacts, perform_all
 
-from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.model import Fixture, Location, ManipulationModel, Object
 from sim.capability.feasibility import Feasibility
 from sim.capability.place_check import PlaceCheck
 from sim.errors import BlockedError
@@ -15,7 +15,7 @@ from sim.execution.executor import execute
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import perform
-from sim.skills.hand import PATH_CLEARANCE_M, move_tool
+from sim.skills.hand import BLEND_M, PATH_CLEARANCE_M, move_tool, straight_move
 from sim.skills.transfer import travel
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -69,6 +69,28 @@ def test_the_hand_is_lowered_straight_where_joints_turn_fast() -> None:
     move_tool(cell, low)
     cell.settle()
     assert cell.arm.tool(cell.angles).position == pytest.approx(low.position, abs=0.001)
+
+
+def test_the_arm_comes_to_rest_first_where_its_movement_ends_too_near_to_a_wall_for_a_path() -> None:
+    wall = Fixture("wall", "box", at=(0.5, 0.3, 0.2), size=(0.4, 0.02, 0.4))
+    scene = build_scene(
+        ManipulationModel("home", COSTS, (Location("a", at=(0.4, -0.3)),), (Object("cup", "a"),), fixtures=(wall,))
+    )
+    cell = Workcell(scene, initial_state(scene))
+    beside = ToolPose.down(np.array([0.5, 0.2, 0.25]), 0.0)
+    travel(cell, [beside], height=0.25)
+    cell.settle()
+    for _ in range(5):
+        q = straight_move(cell, beside, seconds=0.0).positions[-1]
+        near = cell.collision_checker().distances(q, within=0.1)
+        beside = beside.shifted([0.0, min(near[pair] for pair in near if "wall" in pair[1]) - 0.004, 0.0])
+    move_tool(cell, beside, within=BLEND_M)
+    assert len(cell.ending)
+    aside = beside.shifted([-0.2, -0.01, 0.0])
+    travel(cell, [aside], height=0.25)
+    cell.settle()
+    assert cell.arm.tool(cell.angles).position == pytest.approx(aside.position, abs=0.001)
+    assert_clean(cell)
 
 
 @pytest.mark.slow
