@@ -3,7 +3,8 @@
 For a set K of tasks, the projection keeps the objects that occur in K's propositions. Objects left out never block an
 action: preconditions on them, and supports, are dropped, and slots are not told apart. All locations of capacity one
 that K does not mention may be merged. Every step of the model maps to a step of the projection or to none: an action on
-an object left out moves at most the hand.
+an object left out moves at most the hand. Exclusions that concern kept objects and locations that are not merged hold
+in the projection, too, so that a task that needs what is excluded everywhere is known to be impossible.
 """
 
 import math
@@ -20,8 +21,9 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.successors import canonical, unpack
-from prefplan.models.manipulation.symbolic import ManipulationState
+from prefplan.models.manipulation.symbolic import ManipulationState, at, marked
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
@@ -47,6 +49,7 @@ class Projection:
         """Find what the tasks see of a product's model."""
         self.tasks, self._problem = tasks, product.problem
         self._whole, self._start = product.model.space, product.model.start
+        self._barred = product.model.symmetry.barred
         self.names: frozenset[str] = frozenset().union(*(product.automata[i].propositions for i in tasks))
         model = self._whole.model
         seen = {obj.name: {name for name, _ in model.propositions_of(obj.name)} & self.names for obj in model.objects}
@@ -64,7 +67,17 @@ class Projection:
     @cached_property
     def symmetry(self) -> Symmetry:
         """The smaller model, and its locations that are merged."""
-        return Symmetry(_without(self.view, self.kept, self._start), self.names, places_alike=bool(self.view.neutral))
+        model, merged = _without(self.view, self.kept, self._start), self.view.neutral_locations
+        unclear = {at(obj, place) for obj in self.kept for place in merged}
+        unclear |= {marked(obj, mark) for obj in self.kept for mark in model.marks}
+        actions = [(conditions, text, read_action(text)) for conditions, text in self._barred]
+        # A transit here also stands for transports of objects left out.
+        barred = [
+            (conditions, text)
+            for conditions, text, action in actions
+            if action.obj and action.location not in merged and unclear.isdisjoint(conditions)
+        ]
+        return Symmetry(model, self.names, barred, places_alike=bool(merged))
 
     @cached_property
     def space(self) -> StateCodes:

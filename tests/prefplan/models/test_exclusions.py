@@ -11,7 +11,7 @@ from judge.planners import ListedPlanner
 from random_manipulation import random_problem, random_several
 from small_models import COSTS, measured, spot
 
-from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Task, TransitionSystem
+from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Reason, Task, TransitionSystem
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Barred
@@ -103,6 +103,14 @@ def model_of(places: int, objects: int) -> ManipulationModel:
     return ManipulationModel(
         "home", COSTS, spots, tuple(Object(f"o{k}", f"s{k}") for k in range(objects)), listed_states=0
     )
+
+
+@pytest.mark.parametrize("condition", [{"holding_o0"}, set[str]()])
+def test_a_task_that_exclusions_make_impossible_needs_no_search(condition: set[str]) -> None:
+    system = model_of(14, 10).transition_system().without([(frozenset(condition), "release o0 bin")])
+    problem = Problem(system, [Task("a", "F o0_bin"), Task("b", "F (o1_bin & o2_s1 & o3_s2 & o4_s3 & o5_s4)")], Order())
+    front = Planner(problem).front(max_memory=1e9)
+    assert front.complete and not list(front) and front.reason == Reason("task", ("a",))
 
 
 def test_objects_and_locations_stay_alike_where_the_same_is_excluded() -> None:
