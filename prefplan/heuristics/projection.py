@@ -7,8 +7,9 @@ an object left out moves at most the hand. Exclusions that concern kept objects 
 in the projection, too, so that a task that needs what is excluded everywhere is known to be impossible.
 """
 
+import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -21,9 +22,8 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.successors import canonical, unpack
-from prefplan.models.manipulation.symbolic import ManipulationState, at, marked
+from prefplan.models.manipulation.symbolic import Action, ManipulationState, at, holding
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
@@ -49,15 +49,21 @@ class Projection:
         """Find what the tasks see of a product's model."""
         self.tasks, self._problem = tasks, product.problem
         self._whole, self._start = product.model.space, product.model.start
-        self._barred = product.model.symmetry.barred
         self.names: frozenset[str] = frozenset().union(*(product.automata[i].propositions for i in tasks))
         model = self._whole.model
         seen = {obj.name: {name for name, _ in model.propositions_of(obj.name)} & self.names for obj in model.objects}
         self.kept = [obj for obj in seen if seen[obj]]
         locations = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
         relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
-        for merges in (False, True) if isinstance(model.costs, MeasuredCosts) else (True,):
-            self.view = Symmetry(relaxed, self.names, places_alike=merges)
+        self._exclusions = [
+            (action, pairs)
+            for action, pairs in product.model.symmetry.exclusions
+            if action.obj in self.kept and all(obj in self.kept and what not in model.marks for obj, what in pairs)
+        ]
+        named = {at(action.obj, place) for action, pairs in self._exclusions for place in _places(action, pairs)}
+        merging = (False, True) if isinstance(model.costs, MeasuredCosts) else (True,)
+        for apart_names, merges in itertools.product((named, set[str]()), merging):
+            self.view = Symmetry(relaxed, self.names | apart_names, places_alike=merges)
             apart, objects = len(locations) - len(self.view.neutral_locations), len(self.kept)
             states = (apart + 2) ** objects * (apart + objects + 2)
             self.entries: int = states * math.prod(product.sizes[list(tasks)].tolist())
@@ -68,16 +74,12 @@ class Projection:
     def symmetry(self) -> Symmetry:
         """The smaller model, and its locations that are merged."""
         model, merged = _without(self.view, self.kept, self._start), self.view.neutral_locations
-        unclear = {at(obj, place) for obj in self.kept for place in merged}
-        unclear |= {marked(obj, mark) for obj in self.kept for mark in model.marks}
-        actions = [(conditions, text, read_action(text)) for conditions, text in self._barred]
-        # A transit here also stands for transports of objects left out.
         barred = [
-            (conditions, text)
-            for conditions, text, action in actions
-            if action.obj and action.location not in merged and unclear.isdisjoint(conditions)
+            (frozenset(at(obj, what) if what else holding(obj) for obj, what in pairs), str(action))
+            for action, pairs in self._exclusions
+            if _places(action, pairs).isdisjoint(merged)
         ]
-        return Symmetry(model, self.names, barred, places_alike=bool(merged))
+        return Symmetry(model, self.view.visible, barred, places_alike=bool(merged))
 
     @cached_property
     def space(self) -> StateCodes:
@@ -120,6 +122,11 @@ class Projection:
         pairs = zip(self._whole.hands, self._whole.over, strict=True)
         elsewhere = len(self.places)
         return [self.space.hands.index(hand) if x == elsewhere else self.places[x] for hand, x in pairs]
+
+
+def _places(action: Action, pairs: Iterable[tuple[str, str]]) -> set[str]:
+    """Return the locations that an exclusion names; the hand (`IN_HAND`) and none are empty."""
+    return {place for place in (action.location, *(what for _, what in pairs)) if place}
 
 
 def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> ManipulationModel:

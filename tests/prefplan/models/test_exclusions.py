@@ -105,9 +105,12 @@ def model_of(places: int, objects: int) -> ManipulationModel:
     )
 
 
-@pytest.mark.parametrize("condition", [{"holding_o0"}, set[str]()])
-def test_a_task_that_exclusions_make_impossible_needs_no_search(condition: set[str]) -> None:
-    system = model_of(14, 10).transition_system().without([(frozenset(condition), "release o0 bin")])
+@pytest.mark.parametrize(
+    ("condition", "action"),
+    [({"holding_o0"}, "release o0 bin"), (set[str](), "release o0 bin"), ({"o0_s0"}, "grasp o0")],
+)
+def test_a_task_that_exclusions_make_impossible_needs_no_search(condition: set[str], action: str) -> None:
+    system = model_of(14, 10).transition_system().without([(frozenset(condition), action)])
     problem = Problem(system, [Task("a", "F o0_bin"), Task("b", "F (o1_bin & o2_s1 & o3_s2 & o4_s3 & o5_s4)")], Order())
     front = Planner(problem).front(max_memory=1e9)
     assert front.complete and not list(front) and front.reason == Reason("task", ("a",))
