@@ -19,8 +19,9 @@ CHECK_STEP_M = 0.008
 """Bound on how far a point of the robot or its load moves between two checks along a path (or twice the clearance if
 that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
 
-LINK_CLEARANCE_M = 0.003
-"""Least clearance of the arm's links, if any is asked for: braking, the stretched arm overshoots by 2 mm."""
+LINK_CLEARANCE_M, LINK_RESERVE_M = 0.003, 0.0005
+"""Least clearance of the arm's links, if any is asked for: braking, the stretched arm overshoots by 2 mm. What is added
+for a single configuration: the movement there, from a pose that is measured again, ends a little off."""
 
 MAX_NEARING_M = 0.001
 """By how much the arm may approach a body that is within the clearance at the start, and its load what carries it at
@@ -113,12 +114,12 @@ class CollisionChecker:
     ) -> frozenset[tuple[str, str]]:
         """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
-        Bodies nearer than a clearance, m, count (`LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
+        Bodies nearer than a clearance, m, count (see `LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
         checks.
         """
         if width is not None:
             self._data.qpos[self._widths] = self._robot.gripper.positions(width)
-        self._keep(clearance)
+        self._keep(clearance, links=LINK_CLEARANCE_M + LINK_RESERVE_M)
         self._place(q)
         body, names = self._model.geom_bodyid, self._names
         return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._data.contact.geom))
@@ -201,16 +202,16 @@ class CollisionChecker:
         model.body_conaffinity[model.geom_bodyid[is_load]] = 1
         self._moving = np.flatnonzero(is_load | (self._is_robot & (model.geom_contype != 0)))
         self._known: dict[bytes, frozenset[tuple[int, int]]] = {}
-        self._clearance = np.nan
+        self._clearances = np.nan, np.nan
 
-    def _keep(self, clearance: float) -> None:
+    def _keep(self, clearance: float, *, links: float = LINK_CLEARANCE_M) -> None:
         """Set the margins so that contacts within a clearance, m, of the robot and its load are found."""
-        if clearance != self._clearance:
-            self._clearance = clearance
+        if (clearance, links) != self._clearances:
+            self._clearances = clearance, links
             margins = np.zeros(self._model.ngeom)
             margins[self._moving] = clearance
             if clearance > 0:
-                margins[self._is_link] = max(clearance, LINK_CLEARANCE_M)
+                margins[self._is_link] = max(clearance, links)
             set_margins(self._model, margins)
 
     def _place(self, q: np.ndarray) -> None:
