@@ -114,7 +114,7 @@ class CollisionChecker:
     ) -> frozenset[tuple[str, str]]:
         """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
-        Bodies nearer than a clearance, m, count (see `LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
+        Bodies nearer than a clearance, m, count (`LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
         checks.
         """
         if width is not None:
