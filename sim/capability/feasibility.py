@@ -109,8 +109,8 @@ class Feasibility:
         unless = self._neighbours(stayed)
         if stayed.done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(stayed.rehearsal, stayed.error)}"
-            return PlaceCheck(obj, location, reason, put=put or take, put_unless=unless)
-        reason = self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error)
+            return PlaceCheck(obj, location, _while(reason, unless), put=put or take, put_unless=unless)
+        reason = _while(self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error), unless)
         return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
 
     def _brought(self, obj: str, location: str, places: Places) -> Attempt | None:
@@ -242,6 +242,12 @@ class Feasibility:
 
     def _run(self, rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return rehearsal.run(self._cell, self._scene, self._skills)
+
+
+def _while(reason: str, unless: Neighbours) -> str:
+    """Return a reason with the objects that have to stand where they do, as far as it does not name them."""
+    others = [f"{obj} is at {place}" for obj, place in unless if obj not in reason.replace(",", " ").split()]
+    return f"{reason} while {' and '.join(others)}" if others else reason
 
 
 def _is_at_goal(error: SimulationError | None) -> bool:

@@ -201,6 +201,7 @@ def test_a_pile_over_which_the_hand_does_not_come_excludes_a_grasp_while_it_is_t
     model = ManipulationModel("home", COSTS, places, (box, *pile, Object("cup", "here")))
     answer = Feasibility(build_scene(model)).check("box", "far")
     assert answer.barred == [({"box_far", "post_pile"}, "grasp box")]
+    assert answer.reason is not None and answer.reason.endswith(" while post is at pile")
 
 
 @dataclass(frozen=True)
