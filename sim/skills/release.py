@@ -7,7 +7,7 @@ import numpy as np
 
 from prefplan.models.manipulation.operators import Release
 from prefplan.models.manipulation.symbolic import Action
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
 from sim.skills.grasp_choice import choose_placement_of_held
@@ -25,7 +25,7 @@ from sim.skills.hand import (
 )
 from sim.skills.placing import check_free, free_slot, resting_centre
 from sim.skills.skill import Skill
-from sim.skills.transfer import leave
+from sim.skills.transfer import leave, travel
 from sim.world.grasps import openings
 from sim.world.places import Slot
 from sim.world.shapes import about_z
@@ -67,8 +67,14 @@ class ReleaseSkill(Release, Skill):
         pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.detach()
-        width = width or _free_opening(cell, obj, pose)
-        lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
+        try:
+            width = width or _free_opening(cell, obj, pose)
+            lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
+        except BlockedError as blocked:
+            if blocked.at_goal:  # something has come there meanwhile
+                raise
+            pose, before, width = _go_to_another(cell, obj, slot)
+            lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
         cell.unload()
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
         cell.set_width(width, opening)
@@ -110,7 +116,26 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
     return LOWER_DURATION_S * np.sqrt(max(1.0, (pose.position[2] - lowest) / DROP_HEIGHT_M))
 
 
-def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float | None]:
+def _go_to_another(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose, float]:
+    """Move to the pre-grasp pose of another placement; return the placement, that pose, and a width, m.
+
+    It is chosen for the object as it is in the hand now: beside a wall, a millimetre decides.
+
+    Raises:
+        BlockedError: no placement is free of collisions.
+        SimulationError: the arm reaches none.
+    """
+    cell.attach(obj)
+    pose, width = _placing_pose(cell, obj, slot, chosen=True)
+    before = _preplace(cell, pose)
+    travel(cell, [before], height=float(before.position[2]), onward=pose)
+    cell.settle()
+    cell.detach()
+    assert width is not None
+    return pose, before, width
+
+
+def _placing_pose(cell: Workcell, obj: str, slot: Slot, *, chosen: bool = False) -> tuple[ToolPose, float | None]:
     """Return the tool's pose that sets the held object, as it is in the hand, upright into a slot, and a width, m.
 
     The hand can open to this width there; None if it has not been determined. The object's lowest point sets the
@@ -120,7 +145,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, float
     if cell.sensor.samples > 1 or not cell.arm.tool(cell.reference).points_down:
         cell.settle()
     held, tool, shape = cell.measure(obj), cell.arm.tool(cell.angles), cell.scene.shapes[obj]
-    if held.is_upright and not (shape.pairs or shape.seats):
+    if held.is_upright and not (shape.pairs or shape.seats or chosen):
         turn, width = about_z(slot.yaw - shape.yaw_near(held.yaw, slot.yaw)), None
     else:
         # A leaning object, or a mesh held away from its middle, leaves less space for the hand.

@@ -221,3 +221,14 @@ def test_a_pyramid_is_built_and_a_neighbour_on_the_same_level_carries_nothing() 
     assert_clean(cell)
     for obj, place in (("k2", "m2"), ("top", "t")):
         assert_placed(cell, obj, place)
+
+
+def test_another_placement_is_chosen_where_the_object_is_not_in_the_hand_as_foreseen() -> None:
+    walls = (
+        Fixture("near", "box", at=(0.266, 0.247, 0.175), size=(0.08, 0.08, 0.35), yaw=62),
+        Fixture("far", "box", at=(0.329, 0.062, 0.15), size=(0.05, 0.05, 0.3), yaw=21),
+    )
+    can = Object("can", "here", kind="cylinder", size=(0.058, 0.068), mass=0.0225)
+    places = Location("here", at=(0.15, -0.34)), Location("there", at=(0.489, 0.108))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (can,), fixtures=walls))
+    assert_good(execute(scene, ["transit here", "grasp can", "transport can there", "release can there"], seed=1))
