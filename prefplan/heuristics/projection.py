@@ -9,7 +9,7 @@ in the projection, too, so that a task that needs what is excluded everywhere is
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
@@ -23,15 +23,15 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.successors import canonical, unpack
-from prefplan.models.manipulation.symbolic import Action, ManipulationState, at, holding
-from prefplan.models.manipulation.symmetry import Symmetry
+from prefplan.models.manipulation.symbolic import ManipulationState, at
+from prefplan.models.manipulation.symmetry import IN_HAND, Symmetry, read_exclusions
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
 
 APART_ENTRIES = 400_000
 """Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound: merging
-them always, fronts of three and four objects take 1.1 and 2.2 times as long."""
+them always, fronts of three and four objects take 1.1 and 2.2 times as long. So are those that exclusions name."""
 
 
 class Projection:
@@ -55,12 +55,14 @@ class Projection:
         self.kept = [obj for obj in seen if seen[obj]]
         locations = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
         relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
-        self._exclusions = [
-            (action, pairs)
-            for action, pairs in product.model.symmetry.exclusions
+        # What may be barred here, too, each with the locations that it names.
+        self._barred = {
+            one: {action.location, *(what for _, what in pairs)} - {"", IN_HAND}
+            for one in product.model.symmetry.barred
+            for action, pairs in read_exclusions(model, [one])
             if action.obj in self.kept and all(obj in self.kept and what not in model.marks for obj, what in pairs)
-        ]
-        named = {at(action.obj, place) for action, pairs in self._exclusions for place in _places(action, pairs)}
+        }
+        named = {at(obj, place) for obj in self.kept for place in set[str]().union(*self._barred.values())}
         merging = (False, True) if isinstance(model.costs, MeasuredCosts) else (True,)
         for apart_names, merges in itertools.product((named, set[str]()), merging):
             self.view = Symmetry(relaxed, self.names | apart_names, places_alike=merges)
@@ -74,11 +76,7 @@ class Projection:
     def symmetry(self) -> Symmetry:
         """The smaller model, and its locations that are merged."""
         model, merged = _without(self.view, self.kept, self._start), self.view.neutral_locations
-        barred = [
-            (frozenset(at(obj, what) if what else holding(obj) for obj, what in pairs), str(action))
-            for action, pairs in self._exclusions
-            if _places(action, pairs).isdisjoint(merged)
-        ]
+        barred = [one for one, places in self._barred.items() if places.isdisjoint(merged)]
         return Symmetry(model, self.view.visible, barred, places_alike=bool(merged))
 
     @cached_property
@@ -122,11 +120,6 @@ class Projection:
         pairs = zip(self._whole.hands, self._whole.over, strict=True)
         elsewhere = len(self.places)
         return [self.space.hands.index(hand) if x == elsewhere else self.places[x] for hand, x in pairs]
-
-
-def _places(action: Action, pairs: Iterable[tuple[str, str]]) -> set[str]:
-    """Return the locations that an exclusion names; the hand (`IN_HAND`) and none are empty."""
-    return {place for place in (action.location, *(what for _, what in pairs)) if place}
 
 
 def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> ManipulationModel:

@@ -244,9 +244,9 @@ class Execution:
             scene = self._as_observed(before)
             cell = KinematicCell(scene, initial_state(scene))
             found = culprits(failing, cell, scene, self._skills)
-            if not found and action.kind == "transit":
-                alone = replace(failing, via="").alone(scene.model)
-                found = None if alone.run(cell, scene, self._skills)[1] is None else found
+            if found == [] and action.kind == "transit":
+                from_home = replace(failing, via="").alone(scene.model)
+                found = None if from_home.run(cell, scene, self._skills)[1] is None else found
         except (ModelError, SimulationError):  # something lies off every location, or where there is no room for it
             return ()
         return () if found is None else (obj, *found)

@@ -132,8 +132,11 @@ def straight_move(cell: Workcell, goal: ToolPose, *, seconds: float) -> JointTra
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
     """Return pre-grasp poses, from which the hand moves straight to a pose: above it, or behind a tilted hand."""
     above = pose.shifted([0.0, 0.0, HOVER_HEIGHT_M])
-    back = DRAWN_BACK_M * -pose.rotation[:, 2]
-    return (above,) if pose.points_down else (above, pose.shifted(np.maximum(back, [-np.inf, -np.inf, MIN_LIFT_M])))
+    if pose.points_down:
+        return (above,)
+    back = -DRAWN_BACK_M * pose.rotation[:, 2]
+    back[2] = max(back[2], MIN_LIFT_M)
+    return above, pose.shifted(back)
 
 
 def free_pose(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
@@ -67,14 +68,14 @@ class ReleaseSkill(Release, Skill):
         pose, width = _placing_pose(cell, obj, slot)
         check_held(cell, obj)
         cell.detach()
+        width, watch = width or _free_opening(cell, obj, pose), partial(_check, cell, obj, slot)
         try:
-            width = width or _free_opening(cell, obj, pose)
-            lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
+            lower(cell, obj, pose, watch=watch)
         except BlockedError as blocked:
             if blocked.at_goal:  # something has come there meanwhile
                 raise
             pose, before, width = _go_to_another(cell, obj, slot)
-            lower(cell, obj, pose, watch=lambda: _check(cell, obj, slot))
+            lower(cell, obj, pose, watch=watch)
         cell.unload()
         opening, rising = (OPEN_DURATION_S, LET_GO_DURATION_S) if pose.points_down else TILTED_DURATIONS_S
         cell.set_width(width, opening)

@@ -46,10 +46,10 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
         BlockedError: no path is free of collisions.
         SimulationError: the goals, or `onward`, are out of reach.
     """
-    blockers, slow = set[str](), None
+    blockers, slow, moving = set[str](), None, len(cell.ending) > 0
     ends = _ends(cell, goals, onward, blockers)
     first = list(itertools.islice(ends, 1))
-    planned = () if len(cell.ending) else _planned(cell, itertools.chain(first, ends), blockers)
+    planned = () if moving else _planned(cell, itertools.chain(first, ends), blockers)
     for movement in itertools.chain(_over(cell, first, height), planned):
         try:
             if onward is not None:
@@ -65,7 +65,7 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
             cell.follow(movement, within=BLEND_M)
             return
         slow = movement if slow is None else min(slow, movement, key=len)
-    if len(cell.ending):
+    if moving:
         cell.settle()
         travel(cell, goals, height=height, onward=onward)
         return
