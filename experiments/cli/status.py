@@ -14,6 +14,9 @@ QUIET = "prefplan.quiet"
 FOREIGN_BREAK = re.compile(r"\n(?! {4})")
 """A line break that no message has: its further lines are indented by four, those of a table or a verdict by less."""
 
+LONGEST_LINE = 2000
+"""Most characters of a line of a message; a longer one, such as that of a formula of a megabyte, loses its middle."""
+
 
 def is_quiet() -> bool:
     """Return whether the present command, if any, was called with `-q`."""
@@ -30,8 +33,13 @@ def say(text: object, *, end: str = "\n") -> None:
 
 def tell(message: object, *, who: str = "prefplan") -> None:
     """Print a message on stderr, after the name of what tells it, with its control characters escaped."""
-    text = printable_lines(FOREIGN_BREAK.sub(r"\\n", str(message)))
+    text = "\n".join(map(_shortened, printable_lines(FOREIGN_BREAK.sub(r"\\n", str(message))).split("\n")))
     try:
         print(f"{printable(who)}: {text}", file=sys.stderr, flush=True)
     except OSError:  # a full disk; what is lost does not change the exit status, nor is it tried again at the end
         sys.stderr = open(os.devnull, "w")
+
+
+def _shortened(line: str) -> str:
+    half = LONGEST_LINE // 2
+    return line if len(line) <= LONGEST_LINE else f"{line[:half]} ... {line[-half:]}"

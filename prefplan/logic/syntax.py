@@ -21,6 +21,9 @@ NESTING = 120
 MOST_STEPS = 1000
 """Greatest bound of a counting operator: the automaton has about as many states."""
 
+COLUMNS_BESIDE = 100
+"""Most columns of a formula that an error shows on either side of the one that it points at."""
+
 _PREFIX = {"!": "!", "~": "!", "not": "!", "X": "X", "()": "X", "F": "F", "<>": "F", "G": "G", "[]": "G"}
 _INFIX = {
     **dict.fromkeys(("->", "=>", "-->", "implies"), "->"),
@@ -77,7 +80,10 @@ class Part:
 
 def error_at(text: str, message: str, column: int) -> FormulaError:
     """Return an error that points at a column of a formula, from 0; the message counts from 1."""
-    return FormulaError(f"{message}, at column {column + 1}\n    {text}\n    {' ' * column}^")
+    first, last = max(0, column - COLUMNS_BESIDE), column + COLUMNS_BESIDE
+    before, after = "... " if first else "", " ..." if last < len(text) else ""
+    pointer = " " * (len(before) + column - first) + "^"
+    return FormulaError(f"{message}, at column {column + 1}\n    {before}{text[first:last]}{after}\n    {pointer}")
 
 
 def one_line(text: str) -> str:

@@ -7,6 +7,7 @@ import gc
 import gzip
 import io
 import json
+import sys
 import warnings
 import zlib
 from array import array
@@ -14,12 +15,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from sys import intern
 from typing import IO, TYPE_CHECKING, Any, cast
 from xml.etree.ElementTree import ParseError
 
 from prefplan.errors import ModelError, check_known, prefixed
-from prefplan.limits import check_limits, clocked
+from prefplan.limits import bounded, check_limits, clocked
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -89,15 +89,16 @@ def read(folder: Path, name: str, key: str) -> Listing:
         except FileNotFoundError:
             raise ModelError("no such file beside the scenario") from None
         except (OSError, EOFError, zlib.error, ValueError) as error:
-            raise ModelError(f"cannot be read: {error}") from None
+            raise ModelError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
         finally:
             if collects:
                 gc.enable()
 
 
 def _contents(path: Path) -> bytes:
-    """Return what is in a file, within the limits: 3 MB of zeros may be 3 GB when they are unpacked."""
+    """Return what is in a regular file, within the limits: 3 MB of zeros may be 3 GB when they are unpacked."""
     chunks: list[bytes] = []
+    path = bounded(path, most=sys.maxsize)
     opened = gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")
     with cast(IO[bytes], opened) as file:
         while not chunks or chunks[-1]:
@@ -197,7 +198,7 @@ def _table(rows: Iterable[tuple[int, list[str]]], names: Sequence[str], key: str
             raise ModelError(f"line {line}: {len(row)} columns, where there must be {len(names)}: {' '.join(names)}")
         lines.append(line)
         for column, value in zip(columns, row, strict=True):
-            column.append(intern(value))
+            column.append(sys.intern(value))
     table = dict(zip(names, columns, strict=True))
     return Listing(edges=table, lines=lines) if key == "file" else Listing(nodes=table, lines=lines)
 

@@ -11,8 +11,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from sim.external.user_scene import UserScene, bounds, scene_files
+from sim.external.user_scene import UserScene, bounds
 from sim.geometry.mjcf import as_utf8
+from sim.geometry.mjcf_limits import mjcf_files
 
 
 def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[str, bool]]) -> list[str]:
@@ -91,7 +92,7 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
 
 def _find_files(world: mujoco.MjSpec, path: Path) -> None:
     """Replace the file names of meshes, textures and height fields by absolute paths."""
-    known = [part.resolve() for part in scene_files(path)]
+    known = [part.resolve() for part in mjcf_files(path)]
 
     def found(file: str, beside: str) -> str:
         """Return the path of a file, which a nested model may give relative to its own folder."""

@@ -13,8 +13,7 @@ from xml.etree import ElementTree
 from prefplan.limits import bounded
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.errors import LogError, SimulationError
-from sim.external.user_scene import scene_files
-from sim.geometry.mjcf_limits import is_relative, paths
+from sim.geometry.mjcf_limits import is_relative, mjcf_files, paths
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
@@ -30,7 +29,7 @@ def _file_names(model: ManipulationModel) -> list[str]:
     found = {os.path.normpath(obj.file) for obj in model.objects if obj.file is not None}
     for name in filter(None, (model.scene, model.robot_setup.mjcf)):
         beside, path = os.path.dirname(name), model.folder / name
-        parts = (os.path.relpath(part, path.parent) for part in scene_files(path))
+        parts = (os.path.relpath(part, path.parent) for part in mjcf_files(path))
         found |= {os.path.normpath(os.path.join(beside, part)) for part in parts}
     return sorted(found)
 

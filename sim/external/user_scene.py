@@ -83,16 +83,6 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     return UserScene(path, compiled, data)
 
 
-def scene_files(path: Path) -> list[Path]:
-    """Return the files that a user's scene consists of; raise `SimulationError` if one is missing, or no XML."""
-    if not os.path.isfile(path):
-        raise SimulationError(f"{path}: no such file")
-    try:
-        return sorted(Path(os.fsdecode(name.encode())) for name in mujoco.mju_getXMLDependencies(as_utf8(path)))
-    except mujoco.FatalError as error:
-        raise SimulationError(f"{path}: {' '.join(str(error).split())}") from None
-
-
 def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
     """Return a model whose locations have their positions in the scene, and whose objects the sizes of its bodies.
 

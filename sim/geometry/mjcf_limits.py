@@ -5,12 +5,16 @@ A log holds the files of its scene, so that anyone can check it: their paths are
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from xml.etree import ElementTree
 
+import mujoco
+
 from prefplan.limits import bounded
 from sim.errors import SimulationError
+from sim.geometry.mjcf import as_utf8
 
 MAX_BYTES = 20_000_000
 """Greatest size of a file of MJCF."""
@@ -22,17 +26,47 @@ MAX_CELLS = 10_000_000
 """Most cells of a height field, and most pixels of a side of a texture: 40 MB."""
 
 
-def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -> None:
-    """Raise SimulationError if a file, or one that it includes, asks for more than a scene has, or for files elsewhere.
+def check_file(path: Path, key: str) -> None:
+    """Raise SimulationError if a file, or one that it names, asks for more than a scene has, or for files elsewhere.
 
     What is no XML, or has other values, MuJoCo refuses itself. Messages start with the scenario's `key`.
     """
+    _check_mjcf(path, key, frozenset())
     try:
-        root = ElementTree.fromstring(bounded(path, MAX_BYTES).read_text(encoding="utf-8-sig"))
-    except (FileNotFoundError, ValueError, ElementTree.ParseError):
+        named = mjcf_files(path)
+    except SimulationError:
         return
+    for file in named:
+        with _told(file, key):
+            bounded(file)
+
+
+def mjcf_files(path: Path) -> list[Path]:
+    """Return the files of an MJCF, such as meshes, and itself; raise `SimulationError` if one is missing, or no XML."""
+    if not os.path.isfile(path):
+        raise SimulationError(f"{path}: no such file")
+    try:
+        return sorted(Path(os.fsdecode(name.encode())) for name in mujoco.mju_getXMLDependencies(as_utf8(path)))
+    except mujoco.FatalError as error:
+        raise SimulationError(f"{path}: {' '.join(str(error).split())}") from None
+
+
+@contextmanager
+def _told(path: Path, key: str) -> Iterator[None]:
+    """Raise SimulationError if a file cannot be read."""
+    try:
+        yield
     except OSError as error:
         raise SimulationError(f"{key}: {path}: {str(error.strerror).lower()}") from None
+
+
+def _check_mjcf(path: Path, key: str, within: frozenset[Path]) -> None:
+    """Check a file of MJCF, which files `within` include, and those that it includes."""
+    try:
+        with _told(path, key):
+            root = ElementTree.fromstring(bounded(path, MAX_BYTES).read_text(encoding="utf-8-sig"))
+    except (ValueError, ElementTree.ParseError):
+        return
     for copies, element in _counted(root, 1):
         if copies > MAX_COPIES:
             raise SimulationError(f"{key}: {path}: replicate makes more than {MAX_COPIES} copies")
@@ -43,7 +77,7 @@ def check_file(path: Path, key: str, *, within: frozenset[Path] = frozenset()) -
             if element.tag == kind and prod(_number(element, side) for side in sides) > MAX_CELLS:
                 raise SimulationError(f"{key}: {path}: {kind}: {' x '.join(sides)} is more than {MAX_CELLS}")
         if element.tag == "include" and (other := path.parent / element.get("file", "")) not in within:
-            check_file(other, key, within=within | {path})
+            _check_mjcf(other, key, within | {path})
 
 
 def paths(element: ElementTree.Element) -> list[str]:

@@ -17,8 +17,8 @@ import pytest
 from hostile_bench import BENCH, write_bench
 from scenario_texts import shipped
 
-from prefplan import parse
-from prefplan.errors import LimitError, ModelError
+from prefplan import load, parse
+from prefplan.errors import LimitError, ModelError, ScenarioError
 from prefplan.limits import CLOCK_PERIOD, Limits
 from prefplan.models.manipulation.measured_costs import read_measurements
 from prefplan.models.manipulation.model import ManipulationModel
@@ -155,6 +155,23 @@ def test_files_of_a_scene_that_are_too_large_to_be_read_are_refused(tmp_path: Pa
         assert isinstance(model, ManipulationModel)
         with pytest.raises(SimulationError, match=f"scene: .*{name}: {words}"):
             build_scene(model)
+
+
+def test_a_mesh_that_is_too_large_to_be_read_is_refused(tmp_path: Path) -> None:
+    mesh = '<asset><mesh file="endless.stl"/></asset>'
+    model = write_bench(tmp_path, scene=BENCH.replace("<worldbody>", f"{mesh}<worldbody>")).model
+    (tmp_path / "endless.stl").symlink_to("/dev/zero")
+    assert isinstance(model, ManipulationModel)
+    with pytest.raises(SimulationError, match="scene: .*endless.stl: no regular file"):
+        build_scene(model)
+
+
+@pytest.mark.parametrize("name", ["roads.csv", "roads.csv.gz"])
+def test_a_graph_that_is_no_regular_file_is_refused(name: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / name)  # opening it would wait for a writer
+    (tmp_path / "roads.toml").write_text(ROADS.replace("roads.csv.gz", name))
+    with pytest.raises(ScenarioError, match=rf"model.file: {name}: cannot be read: no regular file"):
+        load(tmp_path / "roads.toml").problem()
 
 
 def test_a_file_of_measurements_that_is_too_large_to_be_read_is_refused(tmp_path: Path) -> None:

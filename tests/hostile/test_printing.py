@@ -114,6 +114,19 @@ def test_arguments_are_text(capsys: pytest.CaptureFixture[str]) -> None:
         shown(capsys, *arguments)
 
 
+def test_of_a_formula_of_a_megabyte_a_message_shows_a_part(capsys: pytest.CaptureFixture[str]) -> None:
+    many = " & ".join(["a"] * 100_000)
+    for formula, words in ((f"F ({many} & & b)", "not '&', at column"), ("F " + "a" * 10**6 + " b", "not 'b', at")):
+        assert main(["automaton", formula]) == 2
+        told = capsys.readouterr().err
+        assert words in told and len(told) < 500
+        _, shown, pointer = told.rstrip("\n").split("\n")
+        assert shown[pointer.index("^")] == words[5]
+    assert main(["automaton", f"F a{'b' * 10**6} &"]) == 2
+    assert main(["front", "case_study_1", "--at-most", "a" * 10**6]) == 2
+    assert len(capsys.readouterr().err) < 5000
+
+
 PLACES = (
     *("scenario", "action", "label", "event", "fault", "contact"),
     *("task", "robot", "version", "perturbation", "file", "text"),
