@@ -60,7 +60,7 @@ class Feasibility:
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
         self._immovable: dict[str, Attempt] = {}  # how bringing an object went that cannot be grasped at its start
-        self._movable = {obj.name for obj in scene.model.objects if not obj.fixed}
+        self._movable = scene.model.movable
         self._scene, self._skills = scene, skills
         self._cell = KinematicCell(scene, initial_state(scene))
         self._diagnosis = FailureDiagnosis(scene, self._cell, skills)

@@ -82,8 +82,8 @@ def bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
 def dispensable(rehearsal: Rehearsal, model: ManipulationModel) -> list[str]:
     """Return the movable objects in a rehearsal other than its own and those that carry it."""
     carriers = {*under(model, rehearsal.location), *under(model, rehearsal.places[rehearsal.obj])}
-    movable = {obj.name for obj in model.objects if not obj.fixed} - {rehearsal.obj}
-    return [other for other, place in rehearsal.places.items() if other in movable and place not in carriers]
+    others = model.movable - {rehearsal.obj}
+    return [other for other, place in rehearsal.places.items() if other in others and place not in carriers]
 
 
 def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> list[str] | None:

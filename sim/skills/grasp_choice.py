@@ -1,7 +1,7 @@
 """Choice of a grasp: the arm must reach it without a collision, where the object is and where it is put down next."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -58,11 +58,11 @@ def choose_grasp(
     found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike)
     if found is not None:
         return found
-    frame, blockers = frame_of(pose, yaw), set[str]()
-    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, blockers=blockers)):
+    frame, ways = frame_of(pose, yaw), list[Collection[str]]()
+    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, blocked=ways)):
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
-    if blockers:
-        raise BlockedError.beside_fingers(blockers)
+    if ways:
+        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
     if next(ranked(cell, obj, frame), None) is None:
         raise SimulationError(f"{obj} stands or lies so that no grasp can pick it up and set it upright")
     raise SimulationError(f"{obj} is out of reach")
@@ -120,24 +120,24 @@ def _free_grasps(
     tilted: bool,
     like: ToolPose | None = None,
     unlike: Sequence[ToolPose],
-    blockers: set[str] | None = None,
+    blocked: list[Collection[str]] | None = None,
 ) -> Iterator[ChosenGrasp]:
     """Yield grasps that the arm reaches without a collision where the object is.
 
-    The arguments are those of `find_grasp`, with the object's (3, 3) axes. All bodies in the way of other grasps are
-    added to `blockers`, if given; that takes longer.
+    The arguments are those of `find_grasp`, with the object's (3, 3) axes. The bodies in each way to take it in other
+    grasps are added to `blocked`, if given; that takes longer.
     """
     for grasp in ranked(cell, obj, frame):
         tool = grasp.at(pose.position, frame)
         if (tilted and tool.points_down) or (like is not None and not _points_alike(tool, like)):
             continue
-        if blockers is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
+        if blocked is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
             continue
         try:
             choice = freely(cell, obj, pose, frame, grasp)
         except BlockedError as error:
-            if blockers is not None:
-                blockers.update(error.by)
+            if blocked is not None:
+                blocked += error.ways
         except SimulationError:
             continue
         else:
@@ -174,7 +174,7 @@ def _placement(
 
     If the object is `foreseen`, that is not held yet, errors need not name all that is in the way.
     """
-    blockers: set[str] = set()
+    ways: list[Collection[str]] = []
     unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
@@ -184,12 +184,12 @@ def _placement(
                 poses = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
                 return ChosenGrasp(option, *poses)
             except BlockedError as error:
-                blockers.update(error.by)
+                ways += error.ways
             except SimulationError as error:
                 unreachable = error
                 break
-    if blockers:
-        raise BlockedError.beside_fingers(blockers)
+    if ways:
+        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
     raise unreachable
 
 

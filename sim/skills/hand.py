@@ -167,8 +167,9 @@ def free_pose(
         BlockedError: bodies are in the way of the hand.
         SimulationError: the arm reaches none of the poses.
     """
-    blockers: set[str] = set()
+    ways: list[set[str]] = []
     for options in zip(*map(pregrasps, goals), strict=True):
+        postures: list[set[str]] = []
         for q, before in cell.arm.configurations(options, near=near, margin=margin):
             pose = goals[next(i for i, option in enumerate(options) if option is before)]
             beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
@@ -184,11 +185,13 @@ def free_pose(
             met = [(part, other) for part, other in touches if other != obj]
             if not met:
                 return before, pose
-            blockers |= {other for _, other in met}
-            if any(map(cell.touches_hand, met)):
-                break  # these bodies are in the way of the hand whatever the elbow does
-    if blockers:
-        raise BlockedError.beside_fingers(blockers)
+            postures.append({other for _, other in met})
+            if at_hand := {pair[1] for pair in met if cell.touches_hand(pair)}:
+                postures = [at_hand]  # they are in the way whatever the elbow does
+                break
+        ways += postures
+    if ways:
+        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach
     raise SimulationError(RECONFIGURED)
 

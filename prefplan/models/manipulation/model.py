@@ -90,6 +90,11 @@ class ManipulationModel:
         _ = self.display
 
     @property
+    def movable(self) -> frozenset[str]:
+        """The objects that are not fixed."""
+        return frozenset(obj.name for obj in self.objects if not obj.fixed)
+
+    @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of actions."""
         return tuple(operator.kind for operator in self.operators)

@@ -247,7 +247,7 @@ def test_what_has_been_satisfied_is_not_said_to_be_possible_still(
 
     def never(cell: Workcell, obj: str, slot: Slot) -> object:
         if obj == "cup":
-            raise BlockedError.beside_fingers({"post"})
+            raise BlockedError.beside_fingers([{"post"}])
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", never)
@@ -358,16 +358,20 @@ def test_what_failed_for_another_object_is_not_tried_again_while_that_one_stands
     assert outcome.run.replans == 1 and outcome.run.retries == 0
 
 
+@pytest.mark.parametrize("ways", [[{"post"}], [{"post"}, {"jug"}]])
 def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
-    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+    ways: list[set[str]], small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the grasp at the desk the hand cannot bring the cup to the tray; in a grasp at another location it can."""
+    """In the grasp at the desk the hand cannot bring the cup to the tray; in a grasp at another location it can.
+
+    It could not, either, if the jug were not in one of its ways there.
+    """
     scenario = small(fixtures="rack = { at = [0.35, 0.30] }")
     choose = transport.choose_placement_of_held
 
     def from_desk(cell: Workcell, obj: str, slot: Slot) -> object:
         if (obj, slot.location) == ("cup", "tray") and not any(event.kind == "placed" for event in cell.events):
-            raise BlockedError.beside_fingers({"post"})
+            raise BlockedError.beside_fingers(ways, movable={"jug"})
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", from_desk)
@@ -387,7 +391,7 @@ def test_where_there_is_no_way_round_a_fixture_the_other_tasks_are_done(
 
     def never(cell: Workcell, obj: str, slot: Slot) -> object:
         if (obj, slot.location) == ("cup", "tray"):
-            raise BlockedError.beside_fingers({"post"})
+            raise BlockedError.beside_fingers([{"post"}])
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", never)

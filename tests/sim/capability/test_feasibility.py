@@ -119,8 +119,9 @@ def test_neighbours_that_leave_no_room_for_the_fingers_are_told_with_the_distanc
     assert match is not None and found.take, found.reason  # a plan may move the others first
     beside = {f"in_{name}_{name}" for name in "bde"}
     [(conditions, action)] = found.barred
-    assert action == "grasp in_a" and {"in_a_a", "in_b_b"} <= conditions <= {"in_a_a", *beside}
-    assert check(-float(match[1]) / 100 - 0.002).reason is None
+    # Of those beside it in the other closing direction, one that stays is enough.
+    assert action == "grasp in_a" and {"in_a_a", "in_b_b"} <= conditions < {"in_a_a", *beside}
+    assert check(-float(match[1]) / 100).reason is None
 
 
 @pytest.mark.parametrize("slots", [1, 2])
@@ -265,7 +266,7 @@ def test_what_is_put_down_only_as_it_is_grasped_there_is_not_said_to_be_brought(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(Feasibility, "_is_placeable", lambda *_: False)
-    rack = BlockedError.beside_fingers({"fixture rack"})
+    rack = BlockedError.beside_fingers([{"fixture rack"}])
 
     def tried(rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
         return (2, rack) if len(rehearsal.actions) > BROUGHT else (3, None)
@@ -341,7 +342,7 @@ def test_what_walls_alone_keep_from_the_hand_is_refused_though_an_object_is_in_t
     model = ManipulationModel("home", COSTS, places, objects, fixtures=tuple(walls), robot="panda_suction")
     found = Feasibility(build_scene(model)).check("cup", "here")
     assert not found.take and not found.put
-    assert found.reason == "no room for the fingers: they would touch fixture a and fixture b and table"
+    assert found.reason == "no room for the fingers: they would touch fixture a and fixture b"
 
 
 def test_the_joints_that_would_have_to_turn_farther_are_named() -> None:
