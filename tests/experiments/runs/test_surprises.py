@@ -380,6 +380,7 @@ def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     cup = [action for action in outcome.executed if "cup" in action]
     tray = ["transport cup tray", "release cup tray"]
     assert cup == ["grasp cup", tray[0], "transport cup rack", "release cup rack", "grasp cup", *tray]
+    assert outcome.executed.index("grasp jug") > outcome.executed.index("release cup tray")
     assert outcome.run.replans == 1
 
 
