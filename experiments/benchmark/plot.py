@@ -33,11 +33,8 @@ def draw(found: Sequence[Cell], path: Path) -> None:
             for axes, kind in zip(row, KINDS, strict=True):
                 cells = [cell for cell in found if (cell.what["family"], cell.what["kind"]) == (family, kind)]
                 _panel(axes, cells, kind)
-                axes.set_title(f"{TITLES[kind]}, {family}")
-        for axes in panels[-1]:
-            axes.set_xlabel("tasks")
-        for axes in panels[:, 0]:
-            axes.set_ylabel("seconds")
+                axes.set(title=f"{TITLES[kind]}, {family}", xlabel="tasks", ylabel="seconds", yscale="log")
+                axes.label_outer()
         marks = {
             label: line for axes in panels.flat for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
@@ -62,4 +59,3 @@ def _panel(axes: Axes, cells: list[Cell], kind: str) -> None:
         if published:
             times = PUBLISHED[kind, method]
             axes.plot(list(times), list(times.values()), "--", color=colour, linewidth=1, label=published)
-    axes.set_yscale("log")

@@ -8,19 +8,8 @@ from typing import Any, TypedDict
 import click
 
 from experiments import scenarios
+from experiments.cli import values
 from experiments.cli.choice import Wanted
-from experiments.cli.values import (
-    PATH,
-    POSITIVE,
-    WHOLE,
-    files,
-    megabytes,
-    named_number,
-    number,
-    picture_size,
-    seconds,
-    which_plan,
-)
 
 Function = Callable[..., Any]
 Decorator = Callable[[Function], Function]
@@ -43,8 +32,8 @@ def gathered(name: str, make: Callable[..., Any], **options: Decorator) -> Decor
 
     def decorate(function: Function) -> Function:
         @wraps(function)
-        def called(**values: Any) -> Any:
-            return function(**{name: make(**{key: values.pop(key) for key in options})}, **values)
+        def called(**given: Any) -> Any:
+            return function(**{name: make(**{key: given.pop(key) for key in options})}, **given)
 
         added: Function = called
         for option in reversed(options.values()):
@@ -61,7 +50,7 @@ def objective_names(context: click.Context, parameter: click.Parameter, incomple
 
 scenario = click.argument(
     "scenario",
-    shell_complete=files(".toml", scenarios.names),
+    shell_complete=values.files(".toml", scenarios.names),
     help="Name of a scenario that `prefplan list` shows, or path of a TOML file.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
@@ -76,14 +65,14 @@ abstract = click.option(
 )
 max_cost = click.option(
     "--max-cost",
-    type=number,
+    type=values.number,
     metavar="C",
     help="Greatest total cost of a plan; required if the preference's contract is general.",
 )
-max_preference = click.option("--max-preference", type=number, metavar="M", help="Greatest penalty of a plan.")
+max_preference = click.option("--max-preference", type=values.number, metavar="M", help="Greatest penalty of a plan.")
 at_most = click.option(
     "--at-most",
-    type=named_number,
+    type=values.named_number,
     multiple=True,
     callback=lambda context, parameter, pairs: dict(pairs),
     metavar="NAME=VALUE",
@@ -94,7 +83,7 @@ which = gathered(
     Wanted,
     plan=click.option(
         "--plan",
-        type=which_plan,
+        type=values.which_plan,
         default="cost",
         metavar="cost|preference|INDEX",
         help="Which plan of the front: the cheapest, the preferred (these words do as well), or by its number from 0 "
@@ -155,24 +144,24 @@ look = gathered(
     ),
     camera=camera,
     size=click.option(
-        "--size", type=picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
+        "--size", type=values.picture_size, metavar="WxH", help="Width and height in pixels (default: the quality's)."
     ),
 )
 """How videos are rendered, which a command gets as `look`."""
 
 no_open = click.option("--no-open", is_flag=True, help="Print the address of the page, but open no browser.")
-jobs = click.option("--jobs", type=POSITIVE, metavar="N", help="Number of processes (default: one per core).")
+jobs = click.option("--jobs", type=values.POSITIVE, metavar="N", help="Number of processes (default: one per core).")
 
 
 def seed(starts: str = "at random by up to 5 mm and 5 degrees") -> Decorator:
     """Return `--seed`, whose help says where objects start."""
     told = f"Start each object off its nominal pose, {starts} (default: nominal poses)."
-    return click.option("--seed", type=WHOLE, metavar="N", help=told)
+    return click.option("--seed", type=values.WHOLE, metavar="N", help=told)
 
 
 def out(default: str = "out/SCENARIO") -> Decorator:
     """Return `--out`, whose help says where results go without it."""
-    return click.option("--out", type=PATH, metavar="DIR", help=f"Folder for the results (default: {default}).")
+    return click.option("--out", type=values.PATH, metavar="DIR", help=f"Folder for the results (default: {default}).")
 
 
 def limits(found: str = "what is known by then") -> Decorator:
@@ -184,8 +173,8 @@ def limits(found: str = "what is known by then") -> Decorator:
     return gathered(
         "limits",
         _limits,
-        max_seconds=click.option("--max-seconds", type=seconds, metavar="S", help=time),
-        max_memory=click.option("--max-memory", type=megabytes, metavar="MiB", help=memory),
+        max_seconds=click.option("--max-seconds", type=values.seconds, metavar="S", help=time),
+        max_memory=click.option("--max-memory", type=values.megabytes, metavar="MiB", help=memory),
     )
 
 

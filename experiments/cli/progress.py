@@ -3,15 +3,7 @@
 import sys
 from collections.abc import Callable
 
-from rich.progress import (
-    BarColumn,
-    Progress,
-    Task,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, Task, TaskID, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
 from experiments.cli.console import Console
@@ -38,12 +30,12 @@ class Bars(Progress):
         """Begin without bars; with `-q`, none is ever drawn."""
         console = Console(stderr=True)
         super().__init__(
-            TextColumn("{task.description:>12}"),
+            "{task.description:>12}",
             BarColumn(),
-            TextColumn("{task.fields[count]}"),
+            "{task.fields[count]}",
             TimeElapsedColumn(),
             _TimeLeft(),
-            TextColumn("{task.fields[what]}"),
+            "{task.fields[what]}",
             console=console,
             transient=True,
             # What is printed on stdout meanwhile goes there, unless it has to share a terminal with the bars.

@@ -1,6 +1,6 @@
 """Values of options that need the simulation: `--perturb`, `--fault` and those of videos."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
@@ -8,7 +8,7 @@ from experiments.cli.options import LookOptions
 from prefplan import ManipulationModel, PrefplanError, Scenario
 from prefplan.errors import check_known, prefixed
 from sim import Fault, Perturbation, Scene, read_fault
-from sim.rendering.cameras import CAMERAS, camera_names, read_view
+from sim.rendering.cameras import camera_names, read_view
 from sim.rendering.quality import QUALITIES, Look
 from sim.world.randomization import read_perturbation
 
@@ -31,25 +31,20 @@ def faults_of(texts: Sequence[str], scenario: Scenario) -> tuple[Fault, ...]:
         return tuple(read_fault(text, scenario.model) for text in texts)
 
 
-def look_of(scene: Callable[[], Scene], options: LookOptions) -> Look:
-    """Return the values of `--quality`, `--size` and `--camera`; see `camera_of` for the scene."""
+def look_of(scene: Scene, options: LookOptions) -> Look:
+    """Return the values of `--quality`, `--size` and `--camera`, or raise PrefplanError."""
     check_known("--quality", "name", options["quality"], QUALITIES, PrefplanError)
     quality = QUALITIES[options["quality"]]
     size = options["size"] or quality.size
     return {"quality": replace(quality, size=size), "camera": camera_of(options["camera"], scene)}
 
 
-def camera_of(name: str, scene: Callable[[], Scene]) -> str:
-    """Return the value of `--camera`, a name or `az,el,dist`, or raise PrefplanError.
-
-    The scene, whose MJCF may have more cameras, is built only if the name is not one that every scene has.
-    """
-    if name in CAMERAS:
+def camera_of(name: str, scene: Scene) -> str:
+    """Return the value of `--camera`, the name of a scene's camera or `az,el,dist`, or raise PrefplanError."""
+    names = camera_names(scene)
+    if name in names:
         return name
     if "," not in name:
-        names = camera_names(scene())
-        if name in names:
-            return name
         near = [f"did you mean {each!r}? " for each in get_close_matches(name, names, n=1)]
         valid = f"{''.join(near)}valid: {', '.join(names)}, or a view such as 156,-28,1.2"
         raise PrefplanError(f"--camera: unknown name {name!r} ({valid})")

@@ -81,16 +81,8 @@ class CommandLine(click.Group):
                 formatter.write_dl([(str(one.name), str(one.help)) for one in commands if one is not None])
 
 
-def _show_version(context: click.Context, parameter: click.Parameter, value: bool) -> None:
-    if value:
-        click.echo(f"prefplan {prefplan.__version__}")
-        context.exit()
-
-
 @click.group("prefplan", cls=CommandLine, invoke_without_command=True, epilog=verbatim(EPILOG), params=[quiet_option()])
-@click.option(
-    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show the version."
-)
+@click.custom_version_option(lambda context: f"prefplan {prefplan.__version__}", help="Show the version.")
 @click.pass_context
 def program(context: click.Context) -> int:
     """Plan temporal tasks at the best trade-offs of cost and preference, and carry the plans out."""

@@ -69,8 +69,7 @@ def draw_front(
     costs, mu, _ = np.array(best).T
     left, right = _limits(np.array(points)[:, 0], before=MARGIN if brief else MARGIN_FOR_LABEL)
     low, high = _limits(np.array(points)[:, 1])
-    axes.set_xlim(left, right)
-    axes.set_ylim(low, high)
+    axes.set(xlim=(left, right), ylim=(low, high))
     # Extend the border of the dominated region to the edges of the picture.
     x, y = np.array([costs[0], *costs, right]), np.array([high, *mu, mu[-1]])
     axes.fill_between(x, y, high, step="post", color="C0", alpha=0.10, linewidth=0, label="dominated")

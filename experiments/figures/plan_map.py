@@ -102,13 +102,10 @@ class PlanMap:
 
     def draw(self, axes: Axes, plan: Plan) -> None:
         """Draw the map with a plan: the path with its direction, the start and where tasks are satisfied; no text."""
-        axes.set_aspect("equal")
-        axes.set_xlim(-0.5, self.size[0] - 0.5)
-        axes.set_ylim(-0.5, self.size[1] - 0.5)
-        axes.grid(False)
+        right, top = np.array(self.size) - 0.5
+        axes.set(aspect="equal", xlim=(-0.5, right), ylim=(-0.5, top), xticks=[], yticks=[])
         axes.patch.set_gid("ground")
         axes.spines[:].set_visible(True)
-        axes.set(xticks=[], yticks=[])
         self._draw_ground(axes)
         trail = self.trail(plan)
         axes.plot(

@@ -13,7 +13,7 @@ from experiments.cli.progress import Tell
 from experiments.runs.certificates import Proof, certificate_json
 from experiments.runs.evidence import proof_of, prove
 from experiments.runs.outcome import Outcome, outcome_json
-from experiments.runs.run_plan import run_plan, scene_of
+from experiments.runs.run_plan import run_plan
 from prefplan import Plan, Scenario
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from sim import DRAFT, LogError, Quality, RenderingError, Scene
@@ -45,13 +45,13 @@ Recorded = tuple[dict[int, Recording], tuple[str, ...], bool]
 
 def record_all(
     scenario: Scenario,
+    scene: Scene,
     plans: Mapping[int, Plan],
     folder: Path,
     *,
-    seed: int | None = None,
-    robot: str | None = None,
-    video: bool = True,
-    tell: Tell = lambda stage, done, total, what: None,
+    seed: int | None,
+    video: bool,
+    tell: Tell,
     **look: Unpack[Look],
 ) -> Recorded:
     """Carry plans, by their numbers on the front, out and render their videos, until the user interrupts.
@@ -60,7 +60,6 @@ def record_all(
     `run_plan`.
 
     Raises:
-        ScenarioError: the arm cannot work in the scene.
         PrefplanError: a file cannot be written.
     """
     notices: tuple[str, ...] = ()
@@ -69,7 +68,7 @@ def record_all(
             check_rendering()
         except RenderingError as error:
             video, notices = False, (f"no videos: {error}",)
-    scene, found = scene_of(scenario, robot=robot), dict[int, Recording]()
+    found = dict[int, Recording]()
 
     def record(i: int, plan: Plan) -> Recording:
         """Carry a plan out, unless that was done before; KeyboardInterrupt: the user ended it."""

@@ -63,10 +63,10 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
     return replace(scenario, feasible=AskedArm(Capability(scenario.model), scenario.path))
 
 
-def asking_in(scenario: pp.Scenario, scene: Scene | None, *, robot: str | None = None) -> pp.Scenario:
+def asking_in(scenario: pp.Scenario, scene: Scene, *, robot: str | None = None) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do in its scene, also if it says that it is abstract.
 
-    The scene is built if it is None, with a robot by name or, if that is None, the scenario's.
+    The scene is that of a robot by name or, if that is None, of the scenario's.
     """
     from sim.capability.answers import Capability
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from decimal import Decimal
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,8 +73,9 @@ def report(
             from experiments.runs.geometry import asking_in
             from experiments.runs.run_plan import scene_of
 
-        loaded = asking_in(loaded, None, robot=robot)
-        view = look_of(partial(scene_of, loaded, robot=robot), look)
+        scene = scene_of(loaded, robot=robot)
+        loaded = asking_in(loaded, scene, robot=robot)
+        view = look_of(scene, look)
     folder = out or Path("out", loaded.name)
     with Bars() as bars:
         bars("planning", 0, 0, "")
@@ -87,9 +87,7 @@ def report(
         recorded: Recorded = {}, (), front.ended == "interrupt"
         with only_writer(folder):
             if arm and front and front.ended != "interrupt":
-                recorded = record_all(
-                    loaded, chosen, folder, seed=seed, robot=robot, video=not no_video, tell=bars, **view
-                )
+                recorded = record_all(loaded, scene, chosen, folder, seed=seed, video=not no_video, tell=bars, **view)
             recordings, notices, interrupted = recorded
             if planner.geometry is not None and (left_out := planner.geometry.note):
                 notices = (left_out, *notices)

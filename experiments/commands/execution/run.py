@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,8 +67,8 @@ def run(
         "faults": simulation.faults_of(faults, loaded),
         "choice": wanted.continuation,
     }
-    view = simulation.look_of(partial(scene_of, loaded, robot=robot), look)
     scene = scene_of(loaded, robot=robot, faults=conditions["faults"])
+    view = simulation.look_of(scene, look)
     loaded = asking_in(loaded, scene, robot=robot)
     with Bars() as bars, only_writer(path.parent):
         bars("planning", 0, 0, "")

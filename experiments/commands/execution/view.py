@@ -72,7 +72,7 @@ def view(
     injected = faults_of(faults, loaded)
     with Bars() as bars:
         scene = scene_of(loaded, robot=robot, faults=injected)
-        camera = camera_of(camera, lambda: scene)
+        camera = camera_of(camera, scene)
         bars("planning", 0, 0, "")
         problem = asking_in(loaded, scene, robot=robot).problem()
         planner = pp.Planner(problem)

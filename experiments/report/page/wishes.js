@@ -30,8 +30,8 @@ class Wishes {
     return Math.min(...plans.map((plan) => plan[k]));
   }
 
-  within(bounds, plans = this.ranks) {
-    return plans.filter((plan) => plan.every((at, k) => at <= bounds[k]));
+  within(bounds) {
+    return this.ranks.filter((plan) => plan.every((at, k) => at <= bounds[k]));
   }
 
   // What the wishes cost, in words that are true also of the plans found by a search that was not completed.

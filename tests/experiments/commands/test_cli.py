@@ -196,7 +196,7 @@ def test_what_is_printed_beside_bars_stays_on_stdout(
     assert capsys.readouterr().out == "{}\n"
 
 
-def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
+def test_a_bar_says_how_much_time_is_left_until_its_stage_ends_and_shows_brackets(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -209,8 +209,9 @@ def test_a_bar_says_how_much_time_is_left_until_its_stage_ends(
         assert "left" in drawn(bars, capsys)
         bars("rendering", 400, 400, "")
         assert "left" not in drawn(bars, capsys)
-        bars("checking", 0, 0, "the log")
-        assert "left" not in drawn(bars, capsys)
+        bars("checking", 0, 0, "the [b]log")
+        last = drawn(bars, capsys)
+        assert "left" not in last and "the [b]log" in last
 
 
 def drawn(bars: Bars, capsys: pytest.CaptureFixture[str]) -> str:
