@@ -6,7 +6,7 @@ system.without(answer.barred)                   # the model without what the arm
 """
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -32,7 +32,10 @@ PLACED_M = 0.001
 """Usual error of an object's position at a location, m: what is too close by less may fit."""
 
 MORE_ORIGINS = 2
-"""Number of near locations from which an object is brought, or the hand comes, before that is said to be impossible."""
+"""Number of near locations from which an object is brought, or the hand comes, before that is said to be impossible.
+
+An object that can be put back where it is grasped is brought from all others: some grasps do.
+"""
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,8 @@ class Feasibility:
             return PlaceCheck(obj, location)
         first = stayed if start == location else brought
         settled = arrives or not placeable
-        put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first)
+        origins = self._beside(location, start)[: None if stayed.error is None else MORE_ORIGINS]
+        put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first, origins)
         if stayed.error is None:
             assert brought is not None
             return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
@@ -162,7 +166,7 @@ class Feasibility:
         stayed = self._attempt(staying)
         if not stayed.for_good:
             return stayed
-        for via in self._beside(staying.location) if isinstance(stayed.error, BlockedError) else ():
+        for via in self._beside(staying.location)[:MORE_ORIGINS] if isinstance(stayed.error, BlockedError) else ():
             if stayed.done:
                 break
             other = self._attempt(replace(stayed.rehearsal, via=via))
@@ -172,17 +176,19 @@ class Feasibility:
             return replace(stayed, done=TAKEN)
         return stayed
 
-    def _bringable(self, obj: str, location: str, places: Places, first: Attempt | None) -> tuple[bool, Neighbours]:
+    def _bringable(
+        self, obj: str, location: str, places: Places, first: Attempt | None, origins: Iterable[str]
+    ) -> tuple[bool, Neighbours]:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
-        It may also be put down at one of the nearest locations in between, without the objects there: where it starts,
+        It may also be put down at one of several locations in between, without the objects there: where it starts,
         walls may leave only grasps that do not fit at the location. `first` is how it went from its start, if tried.
         """
         start = self._scene.model.initial_state.place[obj]
         if first is not None and first.done < TAKEN:
             return start != location, ()  # what cannot be grasped at its start is never brought anywhere
         may_change = first is not None and not first.for_good
-        for origin in self._beside(location, start):
+        for origin in origins:
             with suppress(ModelError):  # fixed objects may stand there
                 other = self._attempt(bringing(obj, origin, location, vacated(self._scene.model, places, origin)))
                 if other.done >= BROUGHT or not (may_change or other.for_good):
@@ -190,12 +196,12 @@ class Feasibility:
         return may_change, self._neighbours(first) if first is not None else ()
 
     def _beside(self, location: str, *tried: str) -> list[str]:
-        """Return the nearest other locations that rest on no objects, apart from those that were tried."""
+        """Return the other locations that rest on no objects, apart from those that were tried, the nearest first."""
         slots, model = self._scene.slots, self._scene.model
         taken = {location, *under(model, location), *tried}
         others = [place.name for place in model.locations if place.name not in taken and not place.on]
         here = slots[location][0].position
-        return sorted(others, key=lambda other: float(np.linalg.norm(slots[other][0].position - here)))[:MORE_ORIGINS]
+        return sorted(others, key=lambda other: float(np.linalg.norm(slots[other][0].position - here)))
 
     def _neighbours(self, attempt: Attempt) -> Neighbours:
         """Return the movable objects because of which an attempt fails, each with its location.

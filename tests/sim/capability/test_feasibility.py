@@ -389,3 +389,21 @@ def test_what_the_arm_cannot_do_is_left_out_of_the_model() -> None:
         state, _ = system.step(state, action)
     with pytest.raises(ModelError, match="release cup far"):
         system.step(state, "release cup far")
+
+
+def test_what_can_be_put_back_where_it_is_grasped_is_brought_from_wherever_that_can_be_done() -> None:
+    """Only the grasps that are possible at `far` fit at the goal, too."""
+    tried = list[str]()
+
+    def only_from_far(rehearsal: Rehearsal) -> tuple[int, SimulationError | None]:
+        if len(rehearsal.actions) < BROUGHT:
+            return len(rehearsal.actions), None
+        tried.append(rehearsal.actions[0].removeprefix("transit "))
+        return (5, None) if tried[-1] == "far" else (2, BlockedError.beside_fingers([{"fixture wall"}]))
+
+    names = "goal", "start", "beside", "near", "next", "far", "farther"
+    places = (Location(name, at=(0.5, 0.1 * k - 0.3)) for k, name in enumerate(names))
+    model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "start"),))
+    answer = asked(build_scene(model), only_from_far).check("cup", "goal")
+    assert answer.put and answer.take and answer.reason is not None
+    assert list(dict.fromkeys(tried)) == ["start", "beside", "near", "next", "far"]
