@@ -108,7 +108,8 @@ class Feasibility:
         put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first, origins)
         if stayed.error is None:
             assert brought is not None
-            return PlaceCheck(obj, location, f"from {start}: {brought.error}", put=put, put_unless=put_unless)
+            reason = _while(f"from {start}: {brought.error}", put_unless)
+            return PlaceCheck(obj, location, reason, put=put, put_unless=put_unless)
         take = not stayed.for_good or (brought is not None and brought.succeeds_alone)
         unless = self._neighbours(stayed)
         if stayed.done >= TAKEN:
