@@ -225,8 +225,8 @@ class Execution:
     def _hindering(self, action: Action, ahead: Sequence[Action]) -> tuple[str, ...]:
         """Return the objects because of which an action fails, in a rehearsal without any one of which it would not.
 
-        Of several objects that are in the way of different grasps, a few may be the cause. The first is the object that
-        it moves or moves to, which alone is the cause where the hand cannot get to it wherever it comes from.
+        The first is the object that it moves or moves to, which alone is the cause where the hand cannot get to it
+        wherever it comes from. None are found where a rehearsal would tell no more than the error does.
         """
         before, obj = self._states(self.state), action.obj
         via = before.hand if before.hand in self.scene.slots else ""
@@ -236,8 +236,6 @@ class Execution:
         elif action.kind == "transit" and ahead and ahead[0].kind == "grasp":
             obj = ahead[0].obj
             failing = Rehearsal((str(action), str(ahead[0])), before.place, obj, action.location, via)
-        elif action.kind == "grasp" and len(others) > 1:
-            failing = Rehearsal((f"transit {via}", str(action)), before.place, obj, via)
         else:
             return ()
         try:
