@@ -13,7 +13,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
-from experiments.cli.choice import plan_at
+from experiments.cli.choice import bounds_of, plan_at
 from experiments.cli.command import command
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 @options.scenario
 @options.out()
 @options.max_cost
+@options.at_most
 @options.limits("a report of the front so far")
 @click.option(
     "--plans",
@@ -45,6 +46,7 @@ def report(
     scenario: str,
     out: Path | None,
     max_cost: Decimal | None,
+    at_most: dict[str, Decimal],
     limits: Limits,
     plans: tuple[int, ...] | None,
     seed: int | None,
@@ -81,7 +83,8 @@ def report(
         bars("planning", 0, 0, "")
         with limits:
             planner = pp.Planner(loaded.problem())
-            front = planner.front(max_cost=max_cost, keep_on_interrupt=True)
+            bounds = bounds_of(planner.problem, at_most)
+            front = planner.front(max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
         chosen = {i: plan_at(front, i, "--plans") for i in (range(len(front)) if plans is None else plans)}
         recorded: Recorded = {}, (), front.ended == "interrupt"
