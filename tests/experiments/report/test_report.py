@@ -147,6 +147,18 @@ def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monk
     assert data("out/shelf")["plans"][0]["run"]["video"] is None
 
 
+def test_a_plan_is_kept_to_as_by_a_run_of_its_number(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a mismatch, a preferred plan is not given up for a cheap one."""
+    chosen = []
+
+    def noted(*arguments: Any, choice: str | int = "cost", **options: Any) -> Any:
+        chosen.append(choice)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recordings, "run_plan", noted)
+    assert report("shelf.toml", "--no-video").status == 130 and chosen == [0]
+
+
 def interrupted(*arguments: Any, **options: Any) -> Any:
     raise KeyboardInterrupt
 
