@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+import click
+from click.core import ParameterSource
+
 import prefplan as pp
 from prefplan.errors import choices
 
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number
+
+
+FOR_ARMS = ("plans", "seed", "robot")
+"""Parameters of commands for all models that only an arm has a use for; how videos look, if there are any, is none."""
 
 
 class Wanted(NamedTuple):
@@ -87,6 +94,17 @@ def bounds_of(
             raise pp.PrefplanError(f"--max-preference: there is no preference {choices('', problem.objective_names)}")
         given.append((problem.preferences[0].name, max_preference))
     return {name: min(bound for other, bound in given if other == name) for name, _ in given}
+
+
+def check_arm_options(scenario: pp.Scenario) -> None:
+    """Raise PrefplanError if this command was given an option that only an arm has a use for, and there is none."""
+    if isinstance(scenario.model, pp.ManipulationModel):
+        return
+    context = click.get_current_context()
+    for option in context.command.params:
+        if option.name in FOR_ARMS and context.get_parameter_source(option.name) is ParameterSource.COMMANDLINE:
+            kind = f"{scenario.path} has a {scenario.model.kind} model"
+            raise pp.PrefplanError(f"{option.opts[-1]}: only for the arm of a manipulation model, and {kind}")
 
 
 def plan_at(front: pp.Front, index: int, option: str) -> pp.Plan:

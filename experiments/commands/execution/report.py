@@ -13,7 +13,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
-from experiments.cli.choice import bounds_of, plan_at
+from experiments.cli.choice import bounds_of, check_arm_options, plan_at
 from experiments.cli.command import command
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
@@ -68,6 +68,7 @@ def report(
     load_planner()
     with limits:
         loaded = pp.load(scenario)
+    check_arm_options(loaded)
     arm = isinstance(loaded.model, pp.ManipulationModel)
     if arm:  # MuJoCo takes a second to load, and may not be installed
         with loading_simulation():

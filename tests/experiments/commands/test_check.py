@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import Run
+from command_line import Run, assert_is_error
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
@@ -305,6 +305,10 @@ def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Ru
     assert result.status == 0 and "out of reach by 5 cm" in result.out
     (tmp_path / "cell.toml").write_text(text.replace("0.9, 0.3", "0.75, 0.25"))
     assert "out of reach" not in run("check", "cell.toml").out
+
+
+def test_a_robot_is_refused_for_a_model_without_an_arm(run: Run) -> None:
+    assert_is_error(run("check", "rover", "--robot", "fetch"), "--robot: only for the arm of a manipulation model, and")
 
 
 def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp_path: Path) -> None:

@@ -49,6 +49,8 @@ def rendered() -> Iterator[list[Path]]:
         (["shelf.toml", "--quality", "fine"], "--quality: unknown name 'fine' (did you mean 'final'?)"),
         (["shelf.toml", "--size", "big"], "'big' is not a size such as 1280x720"),
         (["shelf.toml", "--out", "shelf.toml"], "shelf.toml: cannot be made"),
+        (["errands.toml", "--seed", "1"], "--seed: only for the arm of a manipulation model, and errands.toml has a"),
+        (["errands.toml", "--plans", "0"], "--plans: only for the arm of a manipulation model"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(report: Run, words: list[str], message: str) -> None:
