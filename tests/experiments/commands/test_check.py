@@ -75,9 +75,15 @@ def test_the_list_has_every_scenario_that_ships(run: Run) -> None:
     assert all(one["summary"].endswith(".") for one in found.values())
 
 
-def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
+def test_the_list_has_one_line_each_where_nothing_wraps(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS")
     lines = run("list").out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == scenarios.names()
+
+
+def test_a_pipe_is_as_wide_as_the_environment_says(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    assert max(map(len, run("list").out.splitlines())) == 60
 
 
 def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
