@@ -166,6 +166,14 @@ def check_limits(more_bytes: float = 0) -> None:
         raise LimitError("memory")
 
 
+def left() -> tuple[float, float]:
+    """Return the time, s, and the memory, bytes, that the present limits leave; without any, the free memory."""
+    limits = _present.get()
+    if limits is None:
+        return math.inf, available_memory()
+    return limits.seconds_left, limits.bytes - limits.bytes_taken
+
+
 def clocked(value: T) -> T:
     """Return a value, such as a line of a file, and check the limits at every so many calls."""
     if next(_CALLS) % CLOCK_PERIOD == 0:

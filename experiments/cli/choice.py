@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+import click
+from click.core import ParameterSource
+
 import prefplan as pp
-from prefplan.errors import check_known, choices
+from prefplan.errors import choices
 
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number
+
+
+FOR_ARMS = ("plans", "seed", "robot")
+"""Parameters of commands for all models that only an arm has a use for; how videos look, if there are any, is none."""
 
 
 class Wanted(NamedTuple):
@@ -45,7 +52,7 @@ def choose(
     bounds = bounds_of(planner.problem, at_most or {}, max_preference)
     limits: pp.FrontLimits = {"max_cost": max_cost, "at_most": bounds}
     if isinstance(index, str):
-        name = objective_name(planner.problem, index)
+        name = objective_name(planner.problem, index, "--objective")
         return planner.best(name, keep_on_interrupt=keep_on_interrupt, **limits)
     front = planner.front(keep_on_interrupt=keep_on_interrupt, **limits)
     if front.reason:
@@ -58,8 +65,11 @@ def choose(
     return plan_at(front, index, "--plan")
 
 
-def objective_name(problem: pp.Problem, name: str) -> str:
-    """Return the name of an objective, or raise PrefplanError; `cost` and `preference` are the first of each."""
+def objective_name(problem: pp.Problem, name: str, option: str) -> str:
+    """Return the name of an objective, or raise PrefplanError that names the option.
+
+    `cost` and `preference` are the first of each.
+    """
     names = problem.objective_names
     if name in names:
         return name
@@ -67,25 +77,34 @@ def objective_name(problem: pp.Problem, name: str) -> str:
         return names[0]
     if name == "preference" and problem.preferences:
         return problem.preferences[0].name
-    raise pp.PrefplanError(f"--objective: unknown objective {name!r} {choices(name, names)}")
+    raise pp.PrefplanError(f"{option}: unknown objective {name!r} {choices(name, names)}")
 
 
 def bounds_of(
-    problem: pp.Problem, at_most: Mapping[str, Number], max_preference: Number | None
+    problem: pp.Problem, at_most: Mapping[str, Number], max_preference: Number | None = None
 ) -> Mapping[str, Number]:
-    """Return the bounds of `--at-most` and `--max-preference` by objective.
+    """Return the bounds of `--at-most` and `--max-preference` by objective; of two of one objective, the lesser.
 
     Raises:
         PrefplanError: the problem has no such objective.
     """
-    for name in at_most:
-        check_known("--at-most", "objective", name, problem.objective_names, pp.PrefplanError)
-    if max_preference is None:
-        return at_most
-    if not problem.preferences:
-        raise pp.PrefplanError(f"--max-preference: there is no preference {choices('', problem.objective_names)}")
-    name = problem.preferences[0].name
-    return {**at_most, name: min(max_preference, at_most.get(name, max_preference))}
+    given = [(objective_name(problem, name, "--at-most"), bound) for name, bound in at_most.items()]
+    if max_preference is not None:
+        if not problem.preferences:
+            raise pp.PrefplanError(f"--max-preference: there is no preference {choices('', problem.objective_names)}")
+        given.append((problem.preferences[0].name, max_preference))
+    return {name: min(bound for other, bound in given if other == name) for name, _ in given}
+
+
+def check_arm_options(scenario: pp.Scenario) -> None:
+    """Raise PrefplanError if this command was given an option that only an arm has a use for, and there is none."""
+    if isinstance(scenario.model, pp.ManipulationModel):
+        return
+    context = click.get_current_context()
+    for option in context.command.params:
+        if option.name in FOR_ARMS and context.get_parameter_source(option.name) is ParameterSource.COMMANDLINE:
+            kind = f"{scenario.path} has a {scenario.model.kind} model"
+            raise pp.PrefplanError(f"{option.opts[-1]}: only for the arm of a manipulation model, and {kind}")
 
 
 def plan_at(front: pp.Front, index: int, option: str) -> pp.Plan:

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from experiments.cli.files import FullDiskError
 from experiments.cli.start import missing
 from experiments.cli.status import BAD_INPUT, FAILED, INTERRUPTED, QUIET, tell
 from prefplan.errors import LimitError, PrefplanError
@@ -67,7 +68,7 @@ def call(command: click.Command, name: str, arguments: Sequence[str] | None) -> 
         from prefplan.front import UnfinishedError  # loads numpy, which other errors may do without
 
         tell(error)
-        return FAILED if isinstance(error, (UnfinishedError, LimitError)) else BAD_INPUT
+        return FAILED if isinstance(error, (UnfinishedError, LimitError, FullDiskError)) else BAD_INPUT
     except MemoryError:
         tell("out of memory")
         return FAILED

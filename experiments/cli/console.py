@@ -1,5 +1,6 @@
 """Text output: framed tables and colour on a terminal, plain columns elsewhere; foreign text is escaped everywhere."""
 
+import os
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NoReturn
 
@@ -10,7 +11,7 @@ from rich.table import Table
 from prefplan.text.layout import printable_lines
 
 UNLIMITED = 10_000
-"""Line width without a terminal, so that nothing wraps."""
+"""Line width without a terminal, so that nothing wraps; unless the environment has COLUMNS, as for all other text."""
 
 NARROWEST = 8
 """Letters of its longest cell that a column has space for, also where a table is then wider than the terminal."""
@@ -28,7 +29,7 @@ class Console(rich.console.Console):
     def __init__(self, *, stderr: bool = False) -> None:
         """Write to stdout, or to stderr, where lines wrap; a string is text, whatever brackets and colons are in it."""
         super().__init__(soft_wrap=not stderr, stderr=stderr, markup=False, emoji=False, highlight=False)
-        if not self.is_terminal:
+        if not self.is_terminal and not os.environ.get("COLUMNS", "").isdigit():
             self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:

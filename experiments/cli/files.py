@@ -1,5 +1,6 @@
 """Results on disk."""
 
+import errno
 import fcntl
 import json
 import os
@@ -16,12 +17,26 @@ DRAFT = re.compile(r"\..+\.(\d+)\.part|\.(?:video|clip)-(\d+)-.*")
 """Names of files and folders that a process writes until they are complete, with its number."""
 
 
+DISK_IS_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What an error of writing says if neither the user nor the program is to blame."""
+
+
+class FullDiskError(PrefplanError):
+    """A result for which the disk has no space."""
+
+
+def cannot_be(done: str, path: Path, error: OSError) -> PrefplanError:
+    """Return the error to raise if something cannot be `done`, made or written, at a path."""
+    kind = FullDiskError if error.errno in DISK_IS_FULL else PrefplanError
+    return kind(f"{path}: cannot be {done} ({error.strerror})")
+
+
 def make_folder(path: Path) -> None:
     """Make a folder for results, or raise PrefplanError; remove what killed processes have left in it."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise PrefplanError(f"{path}: cannot be made ({error.strerror})") from None
+        raise cannot_be("made", path, error) from None
     if not os.access(path, os.W_OK | os.X_OK):
         raise PrefplanError(f"{path}: cannot be written to")
     for entry in path.iterdir():
@@ -71,7 +86,7 @@ def write_bytes(path: Path, data: bytes) -> None:
     except OSError as error:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
-        raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
+        raise cannot_be("written", path, error) from None
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from reprlib import repr as brief
 from typing import Any
 
+from experiments.cli.files import cannot_be
 from prefplan.errors import PrefplanError
 
 
@@ -34,7 +35,7 @@ class Journal:
                 whole = content.rfind(b"\n") + 1
                 file.truncate(whole)
         except OSError as error:
-            raise PrefplanError(f"{path}: cannot be written ({error.strerror})") from None
+            raise cannot_be("written", path, error) from None
         if whole:
             self._read(content[:whole].splitlines(), header)
         else:
@@ -72,4 +73,4 @@ class Journal:
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 os.fsync(file.fileno())
         except OSError as error:
-            raise PrefplanError(f"{self.path}: cannot be written ({error.strerror})") from None
+            raise cannot_be("written", self.path, error) from None

@@ -1,6 +1,5 @@
 """The command line: one program, `prefplan`."""
 
-import errno
 import os
 import pkgutil
 import sys
@@ -13,6 +12,7 @@ from click.shell_completion import BashComplete, add_completion_class, shell_com
 
 import prefplan
 from experiments.cli.command import Command, call, quiet_option, verbatim
+from experiments.cli.files import DISK_IS_FULL
 from experiments.cli.status import DONE, FAILED, tell
 
 SECTIONS = {"planning": "Planning", "execution": "Carrying plans out", "machine": "This machine"}
@@ -22,9 +22,6 @@ FOLDERS = {
     module.name: folder for folder in SECTIONS for module in pkgutil.iter_modules([str(Path(__file__).parent / folder)])
 }
 """The folder of each command."""
-
-DISK_IS_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""What an error of writing says if not the program is to blame."""
 
 COMPLETE = "_PREFPLAN_COMPLETE"
 """Environment variable in which a shell's script asks for completions."""

@@ -84,7 +84,7 @@ def record_all(
             tell(f"{name} {stage}", done, total, what)
 
         # The page itself shows what captions would.
-        outcome = run_plan(scenario, scene, plan, seed=seed, video=file, captioned=False, tell=told, **look)
+        outcome = run_plan(scenario, scene, plan, seed=seed, choice=i, video=file, captioned=False, tell=told, **look)
         if outcome.interrupted:
             raise KeyboardInterrupt
         told("checking", 0, 0, "the log")

@@ -40,12 +40,12 @@ class Conditions(TypedDict, total=False):
 
 
 def scene_of(
-    scenario: Scenario, *, robot: str | None = None, faults: Sequence[Fault] = (), measuring: bool = False
+    scenario: Scenario, *, robot: str | None = None, faults: Sequence[Fault] = (), any_costs: bool = False
 ) -> Scene:
     """Return the scene of a scenario's manipulation model.
 
-    It has the spare objects that faults need. The robot is one of `sim.robots.catalogue.ROBOTS`, or the scenario's. If
-    actions are only measured, a scenario may have several costs and preferences.
+    It has the spare objects that faults need. The robot is one of `sim.robots.catalogue.ROBOTS`, or the scenario's. For
+    what carries no plan out, a scenario may have `any_costs`: several, with several preferences.
 
     Raises:
         ScenarioError: the scenario has another kind of model, several costs or preferences, or a scene in which the arm
@@ -57,7 +57,7 @@ def scene_of(
             f"{scenario.path}: model.kind: only a manipulation model can be carried out; try `prefplan front` or "
             "`prefplan plan` with this scenario"
         )
-    if not measuring and (len(scenario.model.cost_names) > 1 or len(scenario.preferences or (None,)) != 1):
+    if not any_costs and (len(scenario.model.cost_names) > 1 or len(scenario.preferences or (None,)) != 1):
         raise ScenarioError(
             f"{scenario.path}: only plans of one cost and one preference are carried out; try `prefplan front` or "
             "`prefplan plan` with this scenario"

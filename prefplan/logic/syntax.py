@@ -247,7 +247,8 @@ class _Parser:
                 what += f" (the '(' at column {self.opened[-1] + 1} is never closed)"
             raise self.error(f"expected a formula, {what}", column)
         if names is not None and name not in names:
-            hint = choices(name, names) if names else "(there are none; `labels` says which hold in a state)"
+            none = "(there are none: `labels` of a graph, or `regions` of a grid, give them)"
+            hint = choices(name, names) if names else none
             raise self.error(f"unknown proposition {name!r} {hint}", column)
         return self.part("name", (), column)
 

@@ -11,6 +11,7 @@ planner derives hold by construction.
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -165,6 +166,8 @@ def value_at(vector: CostLists, formula: OpaqueTerm, tasks: Sequence[str], where
     try:
         value = formula.value(*vector)
         number = float(value)
+    except OverflowError:
+        number = math.inf
     except Exception as error:
         raise PreferenceError(
             f"{where}: fails at {text_of_costs(vector, tasks)}: {error} (it gets two arrays, costs and violations, "

@@ -138,9 +138,9 @@ _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
 _NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _FOREIGN = re.compile(r"[^\w\s.+\-*/(),]", re.ASCII)
 _SYMBOLS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
-_LENGTH = 400
+_LENGTH, _LETTERS = 400, 4000
 _MAGNITUDE = 30
-"""Limits that keep trees shallow enough for recursion and exact numbers small."""
+"""Limits that keep trees shallow enough for recursion, exact numbers small and messages short."""
 
 
 class _Reader:
@@ -156,8 +156,9 @@ class _Reader:
         return self.error(f"{part!r} is not allowed (only + - * / min max abs, numbers, brackets, tasks)", column)
 
     def read(self) -> Tree:
-        if len(re.findall(r"\w+|\S", self.text)) > _LENGTH:
-            raise PreferenceError(f"expression: longer than {_LENGTH} names, numbers and symbols")
+        if len(self.text) > _LETTERS or len(re.findall(r"\w+|\S", self.text)) > _LENGTH:
+            most = f"{_LENGTH} names, numbers and symbols, or {_LETTERS} letters"
+            raise PreferenceError(f"expression: longer than {most}")
         if foreign := _FOREIGN.search(self.text):
             raise self.foreign(foreign[0], foreign.start())
         # The name of a task may be a keyword of Python, such as `pass`.

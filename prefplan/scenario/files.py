@@ -63,7 +63,7 @@ def text_of(path: Path) -> str:
         ScenarioError: it cannot be read, or is too large.
     """
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             text = file.read(MOST_LETTERS + 1)
         if len(text) > MOST_LETTERS:
             own = 'a large graph has a file of its own, such as file = "graph.csv" in [model]'

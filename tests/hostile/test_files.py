@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -74,6 +75,15 @@ def test_a_full_disk_is_told_in_a_sentence(command: list[str]) -> None:
         done = subprocess.run([*PROGRAM, "-q", *command], stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 4
     assert done.stderr == "prefplan: cannot be written: standard output (No space left on device)\n"
+
+
+def test_results_for_which_there_is_no_space_have_the_status_of_a_full_disk(tmp_path: Path) -> None:
+    limit = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200));"
+    command = [PROGRAM[0], PROGRAM[1], limit + PROGRAM[2], "-q", "report", "example", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 4 and re.fullmatch(r"prefplan: .*: cannot be written \(File too large\)\n", done.stderr)
+    assert not (tmp_path / "index.html").exists()
 
 
 @pytest.mark.parametrize(("command", "status"), [(["front", "nowhere.toml"], 2), (["plan", "example", "--rush"], 2)])

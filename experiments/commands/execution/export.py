@@ -43,13 +43,13 @@ def export(source: str, to: str, out: Path | None, robot: str | None, force: boo
     if to == "mjcf":
         if run.suffix == ".npz":
             raise PrefplanError(f"{source}: --to mjcf takes a scenario's name or file, not the log of a run")
-        scenario = pp.load(source)
+        scenario = pp.load(source, measured=False)
         folder = out or Path("out", scenario.name, "mjcf")
         check_new(folder, force=force)
         from experiments.runs.run_plan import scene_of
         from sim.export.mjcf import encode_mjcf
 
-        for name, data in encode_mjcf(scene_of(scenario, robot=robot)).items():
+        for name, data in encode_mjcf(scene_of(scenario, robot=robot, any_costs=True)).items():
             path = folder / name
             make_folder(path.parent)
             write_bytes(path, data)

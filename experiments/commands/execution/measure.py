@@ -57,7 +57,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     failures: list[Failure] = []
     ended, why = DONE, ""
     with Bars() as bars:
-        scene = scene_of(loaded, measuring=True)
+        scene = scene_of(loaded, any_costs=True)
         # The scene's model may have been completed from the user's MJCF.
         model = loaded.model
         assert isinstance(model, pp.ManipulationModel)

@@ -12,7 +12,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
-from experiments.cli.choice import plan_at
+from experiments.cli.choice import bounds_of, check_arm_options, plan_at
 from experiments.cli.command import command
 from experiments.cli.files import only_writer
 from experiments.cli.progress import Bars
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 @options.scenario
 @options.out()
 @options.max_cost
+@options.at_most
 @options.limits("a report of the front so far")
 @click.option(
     "--plans",
@@ -44,6 +45,7 @@ def report(
     scenario: str,
     out: Path | None,
     max_cost: Decimal | None,
+    at_most: dict[str, Decimal],
     limits: Limits,
     plans: tuple[int, ...] | None,
     seed: int | None,
@@ -65,6 +67,7 @@ def report(
     load_planner()
     with limits:
         loaded = pp.load(scenario)
+    check_arm_options(loaded)
     arm = isinstance(loaded.model, pp.ManipulationModel)
     if arm:  # MuJoCo takes a second to load, and may not be installed
         with loading_simulation():
@@ -73,7 +76,8 @@ def report(
             from experiments.runs.geometry import asking_in
             from experiments.runs.run_plan import scene_of
 
-        scene = scene_of(loaded, robot=robot)
+        with limits:
+            scene = scene_of(loaded, robot=robot)
         loaded = asking_in(loaded, scene, robot=robot)
         view = look_of(scene, look)
     folder = out or Path("out", loaded.name)
@@ -81,7 +85,8 @@ def report(
         bars("planning", 0, 0, "")
         with limits:
             planner = pp.Planner(loaded.problem())
-            front = planner.front(max_cost=max_cost, keep_on_interrupt=True)
+            bounds = bounds_of(planner.problem, at_most)
+            front = planner.front(max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
         bars("planning", 1, 1, "")
         chosen = {i: plan_at(front, i, "--plans") for i in (range(len(front)) if plans is None else plans)}
         recorded: Recorded = {}, (), front.ended == "interrupt"

@@ -11,6 +11,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options, output
+from experiments.cli.choice import check_arm_options
 from experiments.cli.command import command
 from experiments.cli.console import Console, table
 from experiments.cli.progress import Bars
@@ -44,6 +45,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     load_planner()
     with limits:
         loaded = pp.load(scenario)
+    check_arm_options(loaded)
     with Bars() as bars:
         found = checkup.check(loaded, robot=robot, quick=quick, limits=limits, tell=bars)
     stopped = not found["complete"] and (found["interrupted"] or limits.out_of_time)

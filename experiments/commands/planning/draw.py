@@ -10,6 +10,7 @@ import click
 import prefplan as pp
 from experiments.checks.no_plan import no_plan
 from experiments.cli import options
+from experiments.cli.choice import bounds_of
 from experiments.cli.command import command
 from experiments.cli.start import load_planner
 from experiments.cli.status import DONE, say, tell
@@ -29,8 +30,11 @@ if TYPE_CHECKING:
 @options.scenario
 @click.argument("file", type=click.Path(), help="The picture to write; it ends in .png, .svg or .pdf.")
 @options.max_cost
+@options.at_most
 @options.limits("the plans found by then")
-def draw(what: str, scenario: str, file: str, max_cost: Decimal | None, limits: Limits) -> int:
+def draw(
+    what: str, scenario: str, file: str, max_cost: Decimal | None, at_most: dict[str, Decimal], limits: Limits
+) -> int:
     """Draw a scenario's plans or its tasks' automata.
 
     Examples:
@@ -57,7 +61,7 @@ def draw(what: str, scenario: str, file: str, max_cost: Decimal | None, limits: 
             )
         load_planner()
         planner = pp.Planner(loaded.problem())
-        front = planner.front(max_cost=max_cost)
+        front = planner.front(max_cost=max_cost, at_most=bounds_of(planner.problem, at_most))
     if front.reason:
         return no_plan(front.reason, planner)
     if front:

@@ -72,7 +72,7 @@ def front(
         found = asking(pp.load(scenario), abstract=abstract)
         problem = found.problem()
         bounds = bounds_of(problem, at_most, max_preference)
-        wanted = [objective_name(problem, name) for name in objectives]
+        wanted = [objective_name(problem, name, "--objective") for name in objectives]
         planner = pp.Planner(problem)
         result = planner.front(over=wanted, max_cost=max_cost, at_most=bounds, keep_on_interrupt=True)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import Run
+from command_line import Run, assert_is_error
 from scenario_texts import PLACES_NEARBY, cup_scenario
 
 from experiments import scenarios
@@ -75,9 +75,15 @@ def test_the_list_has_every_scenario_that_ships(run: Run) -> None:
     assert all(one["summary"].endswith(".") for one in found.values())
 
 
-def test_the_list_has_one_line_each_where_nothing_wraps(run: Run) -> None:
+def test_the_list_has_one_line_each_where_nothing_wraps(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS")
     lines = run("list").out.splitlines()
     assert [line.split()[0] for line in lines[1:]] == scenarios.names()
+
+
+def test_a_pipe_is_as_wide_as_the_environment_says(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    assert max(map(len, run("list").out.splitlines())) == 60
 
 
 def test_a_narrow_terminal_cuts_no_word_of_the_list(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -305,6 +311,10 @@ def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Ru
     assert result.status == 0 and "out of reach by 5 cm" in result.out
     (tmp_path / "cell.toml").write_text(text.replace("0.9, 0.3", "0.75, 0.25"))
     assert "out of reach" not in run("check", "cell.toml").out
+
+
+def test_a_robot_is_refused_for_a_model_without_an_arm(run: Run) -> None:
+    assert_is_error(run("check", "rover", "--robot", "fetch"), "--robot: only for the arm of a manipulation model, and")
 
 
 def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp_path: Path) -> None:

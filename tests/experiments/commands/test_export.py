@@ -54,6 +54,14 @@ def test_what_cannot_be_exported_is_said(run: Run, tmp_path: Path, words: list[s
     assert [path.name for path in tmp_path.iterdir()] == ["text.npz"]
 
 
+def test_a_scene_needs_no_measured_costs_and_may_have_several(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mjcf, "encode_mjcf", lambda scene: {"scene.xml": b"<mujoco/>"})
+    start = CUP.index("costs = ")
+    text = f"{CUP[:start]}costs = {{ measured = ['time', 'energy'] }}{CUP[CUP.index(chr(10), start) :]}"
+    Path("cup.toml").write_text(text)
+    assert run("export", "cup.toml", "--to", "mjcf").status == 0
+
+
 def test_a_scene_is_written_as_a_folder_that_mujoco_reads(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("cup.toml").write_text(CUP)
     result = run("export", "cup.toml", "--to", "mjcf")

@@ -60,6 +60,8 @@ def test_points_in_json_have_every_objective_by_name(run: Run, depot: Path) -> N
     [
         (["--at-most", "energy=5"], [4]),
         (["--at-most", "energy=6", "--at-most", "time=3"], [2]),
+        (["--at-most", "cost=3"], [2]),
+        (["--at-most", "cost=3", "--at-most", "time=4"], [2]),
         (["--objective", "energy"], [4]),
         (["--objective", "cost"], [2]),
         (["--max-cost", "3"], [2]),
@@ -130,6 +132,15 @@ def test_max_preference_bounds_the_first_preference_whatever_the_others_are_call
     depot.write_text(DEPOT + named)
     for command in ("front", "plan"):
         assert run(command, "depot.toml", "--max-preference", "2").status == 0
+
+
+def test_pictures_and_reports_take_the_bounds_that_a_front_needs(run: Run, depot: Path) -> None:
+    odd = 'name = "odd"\nkind = "expression"\nexpression = "abs(arrive - look) / (1 + arrive)"\nof = "energy"\n'
+    depot.write_text(f"{DEPOT}{task_tables(look='F (view | there)', preference='')}[[preferences]]\n{odd}")
+    for words in (["front", "depot.toml"], ["report", "depot.toml"], ["draw", "plans", "depot.toml", "depot.svg"]):
+        assert_is_error(run(*words), "a bound on the cost that it counts in is needed (--at-most energy=VALUE")
+        assert run(*words, "--at-most", "energy=6").status == 0
+        assert run(*words, "--at-most", "energy=6", "--at-most", "preference=0.1", "--at-most", "cost=3").status == 3
 
 
 def test_bounds_by_name_hold_for_one_cost_and_one_preference_too(run: Run) -> None:

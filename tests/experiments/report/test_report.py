@@ -49,6 +49,8 @@ def rendered() -> Iterator[list[Path]]:
         (["shelf.toml", "--quality", "fine"], "--quality: unknown name 'fine' (did you mean 'final'?)"),
         (["shelf.toml", "--size", "big"], "'big' is not a size such as 1280x720"),
         (["shelf.toml", "--out", "shelf.toml"], "shelf.toml: cannot be made"),
+        (["errands.toml", "--seed", "1"], "--seed: only for the arm of a manipulation model, and errands.toml has a"),
+        (["errands.toml", "--plans", "0"], "--plans: only for the arm of a manipulation model"),
     ],
 )
 def test_bad_input_is_told_in_a_sentence(report: Run, words: list[str], message: str) -> None:
@@ -145,6 +147,18 @@ def test_what_is_there_is_not_done_again(report: Run, rendered: list[Path], monk
     Path("out/shelf/plan_0.npz").write_bytes(b"torn")
     assert report("shelf.toml", "--no-video").status == 0
     assert data("out/shelf")["plans"][0]["run"]["video"] is None
+
+
+def test_a_plan_is_kept_to_as_by_a_run_of_its_number(report: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a mismatch, a preferred plan is not given up for a cheap one."""
+    chosen = []
+
+    def noted(*arguments: Any, choice: str | int = "cost", **options: Any) -> Any:
+        chosen.append(choice)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(recordings, "run_plan", noted)
+    assert report("shelf.toml", "--no-video").status == 130 and chosen == [0]
 
 
 def interrupted(*arguments: Any, **options: Any) -> Any:

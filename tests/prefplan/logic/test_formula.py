@@ -113,7 +113,7 @@ def test_an_unknown_proposition_comes_with_the_nearest_known(text: str, hint: st
 
 
 def test_an_unknown_proposition_where_none_is_known() -> None:
-    with pytest.raises(FormulaError, match=r"unknown proposition 'a' \(there are none; `labels` says"):
+    with pytest.raises(FormulaError, match=r"unknown proposition 'a' \(there are none: .*`labels` .*`regions`"):
         parse("F a", propositions=[])
 
 

@@ -64,7 +64,8 @@ def test_a_preference_that_can_be_negative_is_refused(expression: str) -> None:
         ("max()", "max takes at least one argument, not 0, at column 1"),
         ("abs(phi1, phi2)", "abs takes one argument, not 2, at column 1"),
         ("1_000 * phi1", "'1_000' is not allowed (only + - * / min max abs, numbers, brackets, tasks), at column 1"),
-        ("phi1" + " + phi1" * 200, "longer than 400 names, numbers and symbols"),
+        ("phi1" + " + phi1" * 200, "longer than 400 names, numbers and symbols, or 4000 letters"),
+        ("phi1 + " + "9" * 5000, "longer than 400 names, numbers and symbols, or 4000 letters"),
     ],
 )
 def test_an_expression_that_cannot_be_read_is_refused(expression: str, message: str) -> None:
@@ -76,9 +77,9 @@ def test_an_expression_that_cannot_be_read_is_refused(expression: str, message: 
         assert drawing == [f"    {expression}", f"    {' ' * (int(column[1]) - 1)}^"]
 
 
-@pytest.mark.parametrize("text", ["1e400 * phi1", "1e999999999 * phi1", "1e-999999 * phi1", "+".join(["phi1"] * 5000)])
+@pytest.mark.parametrize("text", ["1e400 * phi1", "1e999999999 * phi1", "1e-999999 * phi1", "*".join(["phi1"] * 190)])
 def test_expressions_beyond_reason_are_refused(text: str) -> None:
-    with pytest.raises(PreferenceError, match=r"preference.expression: "):
+    with pytest.raises(PreferenceError, match=r"preference.expression: (a number beyond|is inf at)"):
         build(Expression(text))
 
 

@@ -90,6 +90,11 @@ def test_what_may_be_left_out_or_said_otherwise(file: Path, text: str, old: str,
     assert pareto_front(load(file).problem())
 
 
+def test_a_file_may_begin_with_a_byte_order_mark(file: Path) -> None:
+    file.write_bytes(b"\xef\xbb\xbf" + GRID.encode())
+    assert pareto_front(file)
+
+
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="nowhere.toml: no such file$"):
         load(tmp_path / "nowhere.toml")

@@ -105,7 +105,7 @@ def test_a_joint_that_cannot_move_far_enough_is_named(
     ("element", "words"),
     [
         ('<compiler meshdir="/tmp"/>', "'/tmp' is no path relative to the file"),
-        ('<worldbody><replicate count="1000000"><geom size="1"/></replicate></worldbody>', "more than 10000 copies"),
+        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "MuJoCo cannot build it"),
     ],
 )
 def test_its_mjcf_passes_the_door_of_scenes(file: Path, tmp_path: Path, element: str, words: str) -> None:
