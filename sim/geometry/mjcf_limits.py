@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -27,6 +28,9 @@ MAX_MEMORY = 2_000_000_000
 TRIAL = Path(__file__).with_name("mjcf_trial.py")
 """What is run in a process of its own."""
 
+_built: dict[Path, dict[Path, int]] = {}
+"""When the files of an MJCF that could be built were last written, ns."""
+
 
 def check_file(path: Path, key: str) -> None:
     """Raise SimulationError if a file cannot be built, asks for more than a scene has, or for files elsewhere.
@@ -37,33 +41,43 @@ def check_file(path: Path, key: str) -> None:
         LimitError: the time is up.
     """
     with prefixed(f"{key}: ", SimulationError):
-        _check_paths(path)
-        for file in mjcf_files(path):
-            _bounded(file)
-        _tried(path, "build")
+        mjcf_files(path)
 
 
 def mjcf_files(path: Path) -> list[Path]:
-    """Return the files of an MJCF, such as meshes, and itself; raise `SimulationError` if one is missing, or no XML."""
+    """Return the files of an MJCF, such as meshes, and itself, as `check_file` has found them; errors are as there."""
     if not os.path.isfile(path):
         raise SimulationError(f"{path}: no such file")
-    return sorted(Path(os.fsdecode(name.encode())) for name in _tried(path, "read"))
+    if path not in _built or _built[path] != _written(_built[path]):
+        _check_paths(path)
+        _built[path] = _written(_tried(path))
+    return sorted(_built[path])
 
 
-def _tried(path: Path, what: str) -> list[str]:
-    """Return the files that MuJoCo reads when a process of its own is to `read` or `build` an MJCF."""
+def _written(files: Iterable[Path]) -> dict[Path, int]:
+    """Return when files were last written, ns; those that are gone are left out."""
+    return {file: file.stat().st_mtime_ns for file in files if file.exists()}
+
+
+def _tried(path: Path) -> list[Path]:
+    """Return the files that MuJoCo reads when a process of its own builds an MJCF."""
     seconds, memory = map(min, left(), (MAX_SECONDS, MAX_MEMORY))
-    options = "-P", "-X", "utf8", TRIAL, as_utf8(path).encode(), what, str(int(memory))
+    options = "-P", "-X", "utf8", TRIAL, as_utf8(path).encode(), str(int(memory))
     try:
-        run = subprocess.run((sys.executable, *options), capture_output=True, timeout=seconds, check=True)
-    except subprocess.SubprocessError:
+        done = subprocess.run((sys.executable, *options), capture_output=True, timeout=seconds, check=True).stdout
+    except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
+        done = error.stdout or b""
+    told = {key: value for line in done.splitlines() for key, value in json.loads(line).items()}
+    files = [Path(os.fsdecode(name.encode())) for name in told.get("files", ())]
+    for file in files:
+        _bounded(file)
+    if "refusal" not in told:
         check_limits()
         within = f"{MAX_SECONDS} s and {memory / 1e6:.0f} MB of memory"
-        raise SimulationError(f"{path}: MuJoCo cannot {what} it within {within}") from None
-    files, refusal = json.loads(run.stdout)
-    if refusal is not None:
-        raise SimulationError(f"{path}: {refusal.strip()}")
-    return list(files)
+        raise SimulationError(f"{path}: MuJoCo cannot build it within {within}")
+    if told["refusal"]:
+        raise SimulationError(f"{path}: {told['refusal'].strip()}")
+    return files
 
 
 def _bounded(path: Path, most: int = MOST_BYTES) -> Path:
