@@ -5,14 +5,13 @@ A log holds the files of its scene, so that anyone can check it: their paths are
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 from prefplan.errors import prefixed
-from prefplan.limits import MOST_BYTES, bounded, check_limits, left
+from prefplan.limits import MOST_BYTES, bounded, left
 from sim.errors import SimulationError
+from sim.geometry.apart import run_apart
 from sim.geometry.mjcf import as_utf8
 
 MAX_BYTES = 20_000_000
@@ -52,15 +51,12 @@ def mjcf_files(path: Path) -> list[Path]:
 
 def _tried(path: Path, what: str) -> list[str]:
     """Return the files that MuJoCo reads when a process of its own is to `read` or `build` an MJCF."""
-    seconds, memory = map(min, left(), (MAX_SECONDS, MAX_MEMORY))
-    options = "-P", "-X", "utf8", TRIAL, as_utf8(path).encode(), what, str(int(memory))
-    try:
-        run = subprocess.run((sys.executable, *options), capture_output=True, timeout=seconds, check=True)
-    except subprocess.SubprocessError:
-        check_limits()
+    memory = int(min(MAX_MEMORY, left()[1]))
+    told = run_apart(TRIAL, as_utf8(path).encode(), what, str(memory), seconds=MAX_SECONDS)
+    if told is None:
         within = f"{MAX_SECONDS} s and {memory / 1e6:.0f} MB of memory"
-        raise SimulationError(f"{path}: MuJoCo cannot {what} it within {within}") from None
-    files, refusal = json.loads(run.stdout)
+        raise SimulationError(f"{path}: MuJoCo cannot {what} it within {within}")
+    files, refusal = json.loads(told)
     if refusal is not None:
         raise SimulationError(f"{path}: {refusal.strip()}")
     return list(files)
