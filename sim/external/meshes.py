@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import io
+import json
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,6 +19,7 @@ from prefplan.limits import bounded
 from prefplan.models.manipulation.model import Object
 from sim.cache import cache_folder, kept_arrays
 from sim.errors import SimulationError
+from sim.geometry.apart import run_apart
 from sim.geometry.point_cloud import PointCloud
 from sim.geometry.solids import smoothed
 
@@ -42,6 +45,12 @@ COACD = {
     "preprocess_resolution": 30,
 }
 """Options of the decomposition: a mug takes half a minute on one core, and minutes with CoACD's defaults."""
+
+MAX_SECONDS = 600
+"""Most time that a decomposition takes, s."""
+
+DECOMPOSITION = Path(__file__).with_name("decomposition.py")
+"""What decomposes a mesh, in a process of its own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +144,10 @@ def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:
 
 def _decompose(mesh: trimesh.Trimesh) -> list[np.ndarray]:
     """Return the (N, 3) vertices of each convex part."""
-    import coacd  # imported late, since it starts a pool of threads
-
-    coacd.set_log_level("error")
-    parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), **COACD)
-    return [np.asarray(vertices, dtype=np.float64) for vertices, _ in parts]
+    given = io.BytesIO()
+    np.savez(given, vertices=mesh.vertices, faces=mesh.faces)
+    found, done = run_apart(DECOMPOSITION, json.dumps(COACD), given=given.getvalue(), seconds=MAX_SECONDS)
+    if not done:
+        raise ValueError(f"it is not decomposed into convex parts within {MAX_SECONDS} s")
+    with np.load(io.BytesIO(found)) as parts:
+        return [parts[name] for name in parts.files]

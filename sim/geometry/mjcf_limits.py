@@ -5,15 +5,14 @@ A log holds the files of its scene, so that anyone can check it: their paths are
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 
 from prefplan.errors import prefixed
-from prefplan.limits import MOST_BYTES, bounded, check_limits, left
+from prefplan.limits import MOST_BYTES, bounded, left
 from sim.errors import SimulationError
+from sim.geometry.apart import run_apart
 from sim.geometry.mjcf import as_utf8
 
 MAX_BYTES = 20_000_000
@@ -61,18 +60,13 @@ def _written(files: Iterable[Path]) -> dict[Path, int]:
 
 def _tried(path: Path) -> list[Path]:
     """Return the files that MuJoCo reads when a process of its own builds an MJCF."""
-    seconds, memory = map(min, left(), (MAX_SECONDS, MAX_MEMORY))
-    options = "-P", "-X", "utf8", TRIAL, as_utf8(path).encode(), str(int(memory))
-    try:
-        done = subprocess.run((sys.executable, *options), capture_output=True, timeout=seconds, check=True).stdout
-    except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
-        done = error.stdout or b""
-    told = {key: value for line in done.splitlines() for key, value in json.loads(line).items()}
+    memory = int(min(MAX_MEMORY, left()[1]))
+    said, _ = run_apart(TRIAL, as_utf8(path).encode(), str(memory), seconds=MAX_SECONDS)
+    told = {key: value for line in said.splitlines() for key, value in json.loads(line).items()}
     files = [Path(os.fsdecode(name.encode())) for name in told.get("files", ())]
     for file in files:
         _bounded(file)
     if "refusal" not in told:
-        check_limits()
         within = f"{MAX_SECONDS} s and {memory / 1e6:.0f} MB of memory"
         raise SimulationError(f"{path}: MuJoCo cannot build it within {within}")
     if told["refusal"]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,8 @@ import trimesh
 from forged_logs import log_of_run
 from scenario_texts import cup_scenario
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import LimitError, PrefplanError
+from prefplan.limits import Limits
 from prefplan.models.manipulation.description import Object
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.scenario.decode import Scenario, load
@@ -66,9 +67,17 @@ def test_a_hole_stays_free_and_parts_are_kept(tmp_path: Path, monkeypatch: pytes
     assert not any(part.contains([[0.0, 0.0, 0.0]])[0] for part in parts)
     assert sum(part.volume for part in parts) == pytest.approx(TUBE.volume, rel=0.25)
     meshes._loaded.cache_clear()
-    monkeypatch.setitem(sys.modules, "coacd", None)
+    monkeypatch.delattr(meshes, "run_apart")
     again = mesh_of(tube, tmp_path).parts
     assert [part.volume for part in again] == [part.volume for part in parts]
+
+
+def test_a_decomposition_ends_with_the_time_of_its_limits(tmp_path: Path) -> None:
+    trimesh.creation.torus(0.02, 0.005, major_sections=400, minor_sections=200).export(tmp_path / "ring.stl")
+    began = time.perf_counter()
+    with Limits(seconds=2), pytest.raises(LimitError, match="time limit"):
+        mesh_of(Object("o", "a", kind="mesh", file="ring.stl"), tmp_path)
+    assert time.perf_counter() - began < 6
 
 
 def test_an_open_mesh_collides_as_its_hull_and_that_is_said(tmp_path: Path) -> None:
