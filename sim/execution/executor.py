@@ -252,6 +252,15 @@ class Execution:
             return ()
         return () if found is None else (obj, *found)
 
+    def can_bring(self, state: ManipulationState, obj: str, source: str, location: str) -> bool:
+        """Return whether the arm brings an object from one location to another in a rehearsal without the others."""
+        try:
+            scene = self._as_observed(state)
+            alone = bringing(obj, source, location, state.place).beginning(BROUGHT).alone(scene.model)
+            return alone.run(KinematicCell(scene, initial_state(scene)), scene, self._skills)[1] is None
+        except (ModelError, SimulationError):
+            return True
+
     def _as_observed(self, state: ManipulationState) -> Scene:
         """Return the scene with each location of one slot moved to where the object is observed that rests there."""
         slots = dict(self.scene.slots)

@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from prefplan.models.manipulation.model import ManipulationState
@@ -13,8 +13,8 @@ from sim.execution.executor import Execution
 from sim.skills.transit import raised_by
 
 MAX_ATTEMPTS = 3
-"""Number of times that an action may lead to the same unexpected state before it is given up, and number of detours for
-an object to a location."""
+"""Number of times that an action may lead to the same unexpected state before it is given up, and number of detours of
+an object to a location that may fail."""
 
 
 class Failures:
@@ -31,8 +31,10 @@ class Failures:
         self.repeated = False
         self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
         self._unreached: Counter[str] = Counter()
-        # Formulas of rules, by the object, the location where it was grasped, and the blocked one.
-        self._detours: dict[tuple[str, str, str], str] = {}
+        # Locations from which an object cannot be brought directly, by the object and the blocked location.
+        self._detours: dict[tuple[str, str], set[str]] = {}
+        self._blocked: Counter[tuple[str, str]] = Counter()
+        self._rehearsed: set[tuple[str, str, str]] = set()
         # What is barred instead if no plan has these detours, which are then given up.
         self._instead: set[tuple[frozenset[str], str]] = set()
         self._detours_barred = False
@@ -60,12 +62,31 @@ class Failures:
             return problem
         taken = {*problem.names, *(rule.name for rule in problem.rules)}
         names = (name for k in itertools.count() if (name := f"detour_{k}") not in taken)
-        rules = [Rule(name, formula) for name, formula in zip(names, self._detours.values(), strict=False)]
+        formulas = (_never_directly(*pair, sources) for pair, sources in self._detours.items())
+        rules = [Rule(name, formula) for name, formula in zip(names, formulas, strict=False)]
         # An object may have been grasped at a temporary location, which the problem does not know.
-        sources = {at(obj, source) for obj, source, _ in self._detours}
+        sources = {at(obj, source) for (obj, _), places in self._detours.items() for source in places}
         system = replace(problem.system, propositions=problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
         return with_rules(knowing, rules, labels)
+
+    def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
+        """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
+
+        Only what has failed from elsewhere is rehearsed.
+        """
+        place, found = dict(state.place), False
+        for action in map(run.scene.model.action, actions):
+            obj, target = action.obj, action.location
+            source, barred = place.get(obj, ""), self._detours.get((obj, target), set())
+            if action.kind == "release":
+                place[obj] = target
+            elif action.kind == "transport" and barred and source and (obj, source, target) not in self._rehearsed:
+                self._rehearsed.add((obj, source, target))
+                if not run.can_bring(state, obj, source, target):
+                    barred.add(source)
+                    found = True
+        return found
 
     def bar_detours(self) -> bool:
         """Give up detours and bar the actions that they were to replace; return whether there were any."""
@@ -87,12 +108,19 @@ class Failures:
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
         known = source and at(obj, target) in problem.system.propositions
-        tried = [start for other, start, end in self._detours if (other, end) == (obj, target)]
-        if not known or source == target or source in tried or len(tried) >= MAX_ATTEMPTS or self._detours_barred:
+        tried = self._detours.get((obj, target), set())
+        given_up = self._detours_barred or self._blocked[obj, target] >= MAX_ATTEMPTS
+        if not known or source == target or source in tried or given_up:
             return False
-        held = holding(obj)
-        self._detours[obj, source, target] = f"G !({at(obj, source)} & X ({held} & ({held} U {at(obj, target)})))"
+        self._blocked[obj, target] += 1
+        self._detours[obj, target] = {*tried, source}
         return True
+
+
+def _never_directly(obj: str, target: str, sources: Collection[str]) -> str:
+    """Return the formula of a rule that an object is never brought to a location from where it stood at some others."""
+    held, there = holding(obj), " | ".join(at(obj, source) for source in sorted(sources))
+    return f"G !(({there}) & X ({held} & ({held} U {at(obj, target)})))"
 
 
 def _blockers(run: Execution, obj: str, hindering: Sequence[str]) -> set[str]:
