@@ -31,12 +31,14 @@ def picture_file(text: str) -> Path:
     """Return the path of a picture to write.
 
     Raises:
-        PrefplanError: the ending is not supported.
+        PrefplanError: the ending is not supported, or its folder does not exist.
     """
     path = Path(text)
     if path.suffix.lower() not in ENDINGS:
         known = ", ".join(ENDINGS)
         raise PrefplanError(f"{path}: pictures are written to files that end in {known}, not {path.suffix!r}")
+    if not path.parent.is_dir():
+        raise PrefplanError(f"{path}: cannot be written, since there is no folder {str(path.parent)!r}")
     return path
 
 
