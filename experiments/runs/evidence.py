@@ -57,5 +57,5 @@ def claims_of(outcome: Outcome) -> Claims:
         completed=completed,
         **{key: said[key] for key in ("cost", "task_costs", "violation_costs")},
         preference=plan_json(outcome.plan)["preference"] if completed else None,
-        relaxations=tuple(b for b in outcome.plan.relaxations if b.step <= len(outcome.run.steps)),
+        relaxations=outcome.relaxations,
     )

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from experiments.cli.output import plan_json
 from experiments.runs.certificates import Proof, in_a_line
-from prefplan import Ledger, Plan, Scenario
+from prefplan import Ledger, Plan, Purchase, Scenario
 from prefplan.exact_costs import Number
 from prefplan.models.manipulation.action_costs import QUANTITIES, MeasuredCosts
 from prefplan.text.layout import condense, number
@@ -65,6 +65,11 @@ class Outcome:
     def certificate(self) -> Certificate | None:
         """The certificate of the run's log, or None."""
         return self.proof.certificate if self.proof else None
+
+    @property
+    def relaxations(self) -> tuple[Purchase, ...]:
+        """The relaxations of the plan that the executed actions use."""
+        return tuple(bought for bought in self.plan.relaxations if bought.step <= len(self.run.steps))
 
     @property
     def seed(self) -> int | None:
@@ -157,6 +162,8 @@ def show_outcome(console: Console, outcome: Outcome) -> None:
         else:
             lost = ", and no longer possible" if task in run.violated else ""
             console.print(f"  {shown} not satisfied{lost}")
+    for bought in outcome.relaxations:
+        console.print(f"  {bought.words(plan.display.task(bought.task))}")
     console.print(f"  penalty of the plan {number(plan.preference)}")
     if outcome.measured:
         quantity, predicted, executed = outcome.measured.values()

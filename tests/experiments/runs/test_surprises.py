@@ -11,9 +11,10 @@ import pytest
 from scenario_texts import task_tables
 from skill_runs import displaced
 
+from experiments.cli.console import Console
 from experiments.runs import run_plan as programs
 from experiments.runs.evidence import evidence
-from experiments.runs.outcome import Outcome
+from experiments.runs.outcome import Outcome, show_outcome
 from experiments.runs.run_plan import run_plan, scene_of
 from prefplan import Front, Scenario, load, pareto_front
 from sim.errors import BlockedError
@@ -413,7 +414,7 @@ def test_where_there_is_no_way_round_a_fixture_the_other_tasks_are_done(
 
 
 def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
-    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = small("skip = 9")
     front = pareto_front(scenario.problem())
@@ -423,3 +424,5 @@ def test_a_violated_task_that_may_be_skipped_is_and_the_others_are_done(
     assert told(outcome, "replan")[0]["violated"] == ["tidy"]
     assert [bought.task for bought in outcome.plan.relaxations] == ["tidy"]
     assert outcome.ledger.final.satisfied == {"other"} and outcome.run.violated == ()
+    show_outcome(Console(), outcome)
+    assert "\n  tidy is skipped, for 9\n" in capsys.readouterr().out
