@@ -37,15 +37,15 @@ class BlockedError(SimulationError):
     Attributes:
         by: names of the bodies in the way: objects, or fixtures; empty if none is in the way.
         at_goal: whether they are where the fingers would be, so that it does not matter where the hand comes from.
-        ways: the bodies in each way that was tried.
+        collisions: the bodies in collision in each candidate that was tried.
     """
 
     def __init__(
-        self, message: str, by: Collection[str], *, at_goal: bool = False, ways: Sequence[Collection[str]] = ()
+        self, message: str, by: Collection[str], *, at_goal: bool = False, collisions: Sequence[Collection[str]] = ()
     ) -> None:
         """Store a message, and the names of the bodies in the way."""
         super().__init__(message)
-        self.by, self.at_goal, self.ways = tuple(sorted(by)), at_goal, ways or (by,)
+        self.by, self.at_goal, self.collisions = tuple(sorted(by)), at_goal, collisions or (by,)
 
     @classmethod
     def on_the_way(cls, by: Collection[str], *, load: str | None = None) -> Self:
@@ -56,19 +56,19 @@ class BlockedError(SimulationError):
         return cls(f"the way is blocked by {' and '.join(names)}", by)
 
     @classmethod
-    def beside_fingers(cls, ways: Sequence[Collection[str]], *, movable: Collection[str] = ()) -> Self:
-        """Return the error of a grasp or a release, in each way of which bodies are where the fingers would be.
+    def beside_fingers(cls, collisions: Sequence[Collection[str]], *, movable: Collection[str] = ()) -> Self:
+        """Return the error of a grasp or a release, in each candidate of which bodies are where the fingers would be.
 
-        It names some that block all ways as long as they stay: where that will do only what is not `movable`, and few.
+        It names few that block all candidates as long as they stay, and what is not `movable` first.
         """
-        by, left = set[str](), list(ways)
+        by, left = set[str](), list(collisions)
         while left:
             counts = Counter(chain.from_iterable(left))
             name = max(sorted(counts), key=lambda name: (name not in movable, counts[name]))
             by.add(name)
-            left = [way for way in left if name not in way]
+            left = [bodies for bodies in left if name not in bodies]
         words = f"no room for the fingers: they would touch {' and '.join(sorted(by))}"
-        return cls(words, by, at_goal=True, ways=ways)
+        return cls(words, by, at_goal=True, collisions=collisions)
 
 
 class RenderingError(PrefplanError):

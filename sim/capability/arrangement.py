@@ -57,8 +57,8 @@ def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None
 
 def vacated(model: ManipulationModel, places: Places, location: str) -> Places:
     """Return the places without the movable objects at a location, and without what rests on them."""
-    fixed = {obj.name for obj in model.objects if obj.fixed}
-    return _supported(model, {obj: place for obj, place in places.items() if place != location or obj in fixed})
+    movable = model.movable
+    return _supported(model, {obj: place for obj, place in places.items() if place != location or obj not in movable})
 
 
 def _supported(model: ManipulationModel, places: Places) -> Places:

@@ -231,6 +231,8 @@ class Execution:
         before, obj = self._states(self.state), action.obj
         via = before.hand if before.hand in self.scene.slots else ""
         others = (self.scene.shapes.keys() & (self.blocked or ())) - {obj}
+        if action.kind == "transport" and via and others:
+            return () if self.can_bring(before, obj, via, action.location) else (obj,)
         if action.kind == "transport" and via:
             failing = bringing(obj, via, action.location, before.place).beginning(BROUGHT)
         elif action.kind == "transit" and ahead and ahead[0].kind == "grasp":
@@ -241,9 +243,6 @@ class Execution:
         try:
             scene = self._as_observed(before)
             cell = KinematicCell(scene, initial_state(scene))
-            if action.kind == "transport" and others:
-                alone = failing.alone(scene.model).run(cell, scene, self._skills)[1]
-                return () if alone is None else (obj,)
             found = culprits(failing, cell, scene, self._skills)
             if found == [] and action.kind == "transit":
                 from_home = replace(failing, via="").alone(scene.model)

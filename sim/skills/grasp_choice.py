@@ -58,11 +58,11 @@ def choose_grasp(
     found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike)
     if found is not None:
         return found
-    frame, ways = frame_of(pose, yaw), list[Collection[str]]()
-    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, blocked=ways)):
+    frame, collisions = frame_of(pose, yaw), list[Collection[str]]()
+    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, collisions=collisions)):
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
-    if ways:
-        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
+    if collisions:
+        raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     if next(ranked(cell, obj, frame), None) is None:
         raise SimulationError(f"{obj} stands or lies so that no grasp can pick it up and set it upright")
     raise SimulationError(f"{obj} is out of reach")
@@ -120,24 +120,24 @@ def _free_grasps(
     tilted: bool,
     like: ToolPose | None = None,
     unlike: Sequence[ToolPose],
-    blocked: list[Collection[str]] | None = None,
+    collisions: list[Collection[str]] | None = None,
 ) -> Iterator[ChosenGrasp]:
     """Yield grasps that the arm reaches without a collision where the object is.
 
-    The arguments are those of `find_grasp`, with the object's (3, 3) axes. The bodies in each way to take it in other
-    grasps are added to `blocked`, if given; that takes longer.
+    The arguments are those of `find_grasp`, with the object's (3, 3) axes. The bodies that keep the hand from each
+    candidate of other grasps are added to `collisions`, if given; that takes longer.
     """
     for grasp in ranked(cell, obj, frame):
         tool = grasp.at(pose.position, frame)
         if (tilted and tool.points_down) or (like is not None and not _points_alike(tool, like)):
             continue
-        if blocked is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
+        if collisions is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
             continue
         try:
             choice = freely(cell, obj, pose, frame, grasp)
         except BlockedError as error:
-            if blocked is not None:
-                blocked += error.ways
+            if collisions is not None:
+                collisions += error.collisions
         except SimulationError:
             continue
         else:
@@ -174,7 +174,7 @@ def _placement(
 
     If the object is `foreseen`, that is not held yet, errors need not name all that is in the way.
     """
-    ways: list[Collection[str]] = []
+    collisions: list[Collection[str]] = []
     unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
     for goals in _placements(cell.scene.shapes[obj], grasp, resting_centre(cell, obj, slot), slot.yaw):
         for option in openings(grasp):
@@ -184,12 +184,12 @@ def _placement(
                 poses = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
                 return ChosenGrasp(option, *poses)
             except BlockedError as error:
-                ways += error.ways
+                collisions += error.collisions
             except SimulationError as error:
                 unreachable = error
                 break
-    if ways:
-        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
+    if collisions:
+        raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     raise unreachable
 
 

@@ -167,7 +167,7 @@ def free_pose(
         BlockedError: bodies are in the way of the hand.
         SimulationError: the arm reaches none of the poses.
     """
-    ways: list[set[str]] = []
+    collisions: list[set[str]] = []
     for options in zip(*map(pregrasps, goals), strict=True):
         postures: list[set[str]] = []
         for q, before in cell.arm.configurations(options, near=near, margin=margin):
@@ -189,9 +189,9 @@ def free_pose(
             if at_hand := {pair[1] for pair in met if cell.touches_hand(pair)}:
                 postures = [at_hand]  # they are in the way whatever the elbow does
                 break
-        ways += postures
-    if ways:
-        raise BlockedError.beside_fingers(ways, movable=cell.scene.model.movable)
+        collisions += postures
+    if collisions:
+        raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach
     raise SimulationError(RECONFIGURED)
 

@@ -101,14 +101,14 @@ def report(
     say(page)
     for notice in notices:
         tell(notice)
+    return _status(planner, front, {i: recording.outcome for i, recording in recordings.items()}, interrupted)
+
+
+def _status(planner: pp.Planner, front: pp.Front, outcomes: Mapping[int, Mapping[str, Any]], interrupted: bool) -> int:
+    """Say what is wrong with a front, or with the runs of its plans, given their JSON, and return the exit status."""
     if interrupted:
         tell("interrupted; the same command continues from here")
         return INTERRUPTED
-    return _status(planner, front, {i: recording.outcome for i, recording in recordings.items()})
-
-
-def _status(planner: pp.Planner, front: pp.Front, outcomes: Mapping[int, Mapping[str, Any]]) -> int:
-    """Say what is wrong with a front, or with the runs of its plans, given their JSON, and return the exit status."""
     if front.reason:
         return no_plan(front.reason, planner)
     if front.ended:

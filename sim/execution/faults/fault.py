@@ -94,7 +94,7 @@ class Fault(ABC):
 
     def unavailable_because(self, model: ManipulationModel) -> str | None:
         """Return why the fault cannot happen in a model's scene, whatever is done there; None if it can."""
-        return "no object is ever grasped" if self.grasps and all(obj.fixed for obj in model.objects) else None
+        return "no object is ever grasped" if self.grasps and not model.movable else None
 
     @abstractmethod
     def inject(self, injection: Injection) -> dict[str, str] | None:

@@ -204,5 +204,5 @@ def test_a_run_that_fails_is_shown_as_it_went(report: Run, monkeypatch: pytest.M
 def test_one_run_that_fails_among_others_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     planner = Planner(load("example").problem())
     outcomes = {0: {"completed": True}, 1: {"completed": False, "reason": "the cup fell"}}
-    assert _status(planner, planner.front(), outcomes) == 4
+    assert _status(planner, planner.front(), outcomes, interrupted=False) == 4
     assert capsys.readouterr().err == "prefplan: execution of plan 1 failed the cup fell\n"

@@ -360,7 +360,7 @@ def test_what_failed_for_another_object_is_not_tried_again_while_that_one_stands
 
 
 @pytest.mark.parametrize(
-    ("unable", "ways", "able"),
+    ("unable", "collisions", "able"),
     [
         (["desk"], [{"post"}], "rack"),
         (["desk"], [{"post"}, {"jug"}], "rack"),
@@ -368,7 +368,11 @@ def test_what_failed_for_another_object_is_not_tried_again_while_that_one_stands
     ],
 )
 def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
-    unable: list[str], ways: list[set[str]], able: str, small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+    unable: list[str],
+    collisions: list[set[str]],
+    able: str,
+    small: Callable[..., Scenario],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """In the grasp at the desk the hand cannot bring the cup to the tray; in a grasp at another location it can.
 
@@ -381,7 +385,7 @@ def test_what_a_fixture_keeps_from_a_place_gets_there_by_way_of_another(
     def from_there(cell: Workcell, obj: str, slot: Slot) -> object:
         hand = cell.arm.tool(cell.reference).position[:2]
         if (obj, slot.location) == ("cup", "tray") and min(np.hypot(*(hand - at)) for at in slots) < 0.05:
-            raise BlockedError.beside_fingers(ways, movable={"jug"})
+            raise BlockedError.beside_fingers(collisions, movable={"jug"})
         return choose(cell, obj, slot)
 
     monkeypatch.setattr(transport, "choose_placement_of_held", from_there)

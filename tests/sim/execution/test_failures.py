@@ -120,7 +120,7 @@ def test_a_sensor_that_fails_when_it_is_asked_what_raised_the_hand_ends_the_run(
     assert run.reason and "nothing has been seen of cup" in run.reason
 
 
-def test_of_what_is_in_the_way_few_are_named_that_block_all_ways_and_fixtures_first() -> None:
-    ways = [{"wall", "cup"}, {"cup", "jar"}, {"jar", "mug"}]
-    error = BlockedError.beside_fingers(ways, movable={"cup", "jar", "mug"})
-    assert error.by == ("jar", "wall") and error.ways == ways
+def test_of_what_is_in_the_way_few_are_named_that_block_all_candidates_and_fixtures_first() -> None:
+    collisions = [{"wall", "cup"}, {"cup", "jar"}, {"jar", "mug"}]
+    error = BlockedError.beside_fingers(collisions, movable={"cup", "jar", "mug"})
+    assert error.by == ("jar", "wall") and error.collisions == collisions
