@@ -34,7 +34,7 @@ def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None
     start = model.initial_state.place
     places = {other: place for other, place in start.items() if other != obj}
     fixed = {other.name for other in model.objects if other.fixed}
-    over = _over(model, location)
+    over = {place.name for place in model.locations if location in under(model, place.name)}
     there = [other for other in places if places[other] == location and other not in fixed]
     vacant = model.location(location).capacity - sum(places[other] == location for other in places)
     left_out = [*there[: max(0, 1 - vacant)], *(other for other in places if places[other] in over)]
@@ -48,11 +48,10 @@ def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None
             if stand_in is None:
                 return None
             places[stand_in] = support
-    if fixed - {obj} - places.keys():
+    places[obj] = location
+    if fixed - places.keys():
         return None
-    return {
-        other.name: {**places, obj: location}[other.name] for other in model.objects if other.name in {*places, obj}
-    }
+    return {other.name: places[other.name] for other in model.objects if other.name in places}
 
 
 def vacated(model: ManipulationModel, places: Places, location: str) -> Places:
@@ -69,12 +68,6 @@ def _supported(model: ManipulationModel, places: Places) -> Places:
         if all(support in places.values() for support in model.location(place).on)
     }
     return places if len(resting) == len(places) else _supported(model, resting)
-
-
-def _over(model: ManipulationModel, location: str) -> set[str]:
-    """Return all locations that rest on a location, directly or on one another."""
-    direct = {place.name for place in model.locations if location in place.on}
-    return direct.union(*(_over(model, upper) for upper in direct))
 
 
 def _stand_in(model: ManipulationModel, places: Places, obj: str, kept: list[str]) -> str | None:
@@ -124,8 +117,7 @@ def beginning(scene: Scene, places: Places, slots: Mapping[str, int]) -> Scene:
 
 def positions(scene: Scene, arrangement: Scene) -> np.ndarray:
     """Return the (nq,) joint positions of a scene in which the objects are arranged, and the others far away."""
-    qpos = initial_state(arrangement).qpos.copy()
+    data = initial_state(arrangement)
     for obj in scene.shapes.keys() - arrangement.shapes.keys():
-        first = int(scene.mujoco.joint(obj).qposadr[0])
-        qpos[first : first + 3] = AWAY_M
-    return qpos
+        data.joint(obj).qpos[:3] = AWAY_M
+    return data.qpos
