@@ -54,7 +54,7 @@ def check_actions(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Che
     for k, (action, symbolic) in enumerate(zip(log.about.actions, world.actions, strict=True), 1):
         before, told, said = trace[-1], said, frozenset(action.label) & own
         effect = world.model.effect(symbolic) & own
-        moved = hand.objection(action, symbolic, before)
+        objection = hand.objection(action, symbolic, before)
         world.show(world.frame_at(action.end))
         label, obj, place = world.label(said) & own, symbolic.obj, symbolic.location
         if (mark := marks.get(place)) and at(obj, place) in effect & label and holding(obj) in before:
@@ -64,8 +64,7 @@ def check_actions(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Che
         label |= {marked(obj, mark) for obj, mark in earned}
         trace.append(label)
         last = k == len(log.about.actions) and not log.about.claims.completed
-        words = f"{', '.join(sorted(effect)) or 'nothing else changed'}" if effect <= label else "failed, as logged"
-        objection = moved
+        words = (", ".join(sorted(effect)) or "nothing else changed") if effect <= label else "failed, as logged"
         if last and label != said == told:
             words = "the last action; the run ended before it was observed"
         else:

@@ -1,6 +1,5 @@
 """A user's own MJCF as the world: its fixtures, lights and cameras, sites as locations and bodies as objects."""
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,8 +19,6 @@ SEARCH_DEPTH_M = 0.02
 
 PLAIN = {int(mujoco.mjtGeom.mjGEOM_BOX): "box", int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder"}
 """Kinds of objects by types of geoms."""
-
-FREE = mujoco.mjtJoint.mjJNT_FREE
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +50,7 @@ class UserScene:
 
     def free_bodies(self) -> list[str]:
         """Return the names of the bodies with a free joint."""
-        bodies = self.mujoco.jnt_bodyid[self.mujoco.jnt_type == FREE]
+        bodies = self.mujoco.jnt_bodyid[self.mujoco.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
         return [name for body in bodies if (name := self.mujoco.body(int(body)).name)]
 
     def surface_below(self, point: np.ndarray) -> float | None:
@@ -71,8 +68,6 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     if model.scene is None:
         return None
     path = model.folder / model.scene
-    if not os.path.isfile(path):
-        raise SimulationError(f"scene: {path}: no such file")
     check_file(path, "scene")
     try:
         compiled = mujoco.MjModel.from_xml_path(as_utf8(path))

@@ -75,9 +75,9 @@ class InverseKinematics:
         self._known: dict[tuple[bytes, bytes, bytes], tuple[np.ndarray, float] | None] = {}
         self._home = self.tool(robot.home)
         self._middle = self.model.jnt_range[-1].mean()
-        hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
+        self._is_hinge = self.model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
         upright = self._configuration.data.xaxis[:, 2]
-        self._turns = np.where(hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
+        self._turns = np.where(self._is_hinge & (np.abs(upright) > MIN_VERTICAL_COMPONENT), np.sign(upright), 0.0)
         self._reach = Reach.of(self.model, robot.home, robot.tool)
         self._home_bearing = self._bearing(self._home)
         self._elbows = np.outer([0.0, *ELBOW_SWINGS_RAD], self._swing())
@@ -215,17 +215,15 @@ class InverseKinematics:
         else:
             return {}
         low, high = model.jnt_range.T
-        hinge = model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
-        whole = np.where(hinge, 2 * np.pi, 0.0)
+        whole = np.where(self._is_hinge, 2 * np.pi, 0.0)
         q = data.qpos - whole * np.round((data.qpos - (low + high) / 2) / (2 * np.pi))
         beyond = np.maximum(np.maximum(low - q, q - high), 0.0)
         return {name: float(excess) for name, excess in zip(self.robot.joints, beyond, strict=True) if excess > 0}
 
     def _swing(self) -> np.ndarray:
         """Return the (n,) turns of the joints at home that move the tool least; the greatest is 1."""
-        home = self.tool(self.robot.home)
         self._configuration.update(self.robot.home)
-        self._aim(home.position, home.rotation, self.robot.home)
+        self._aim(self._home.position, self._home.rotation, self.robot.home)
         jacobian, _ = self._frame_residual()
         least = np.linalg.svd(jacobian)[2][-1]
         return np.asarray(least / least[np.abs(least).argmax()])

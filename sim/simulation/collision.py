@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 import mujoco
 import numpy as np
 
-from sim.geometry.mjcf import with_descendants
+from sim.geometry.mjcf import is_solid, with_descendants
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import Poses
 from sim.world.contacts import set_margins
@@ -47,9 +47,10 @@ class CollisionChecker:
         self._robot = robot = scene.robot
         self._arm, self._is_finger = robot.qpos(model), robot.fingers(model)
         self._widths = [int(model.joint(name).qposadr[0]) for name in robot.gripper.joints]
-        self._is_robot = robot.bodies(model)[model.geom_bodyid]
+        self._own = own = robot.bodies(model)
+        self._is_robot = own[model.geom_bodyid]
         robot.let_links_collide(model)
-        self._is_world = ~self._is_robot & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+        self._is_world = ~self._is_robot & is_solid(model)
         self._tool = self._data.site(robot.tool)
         self._hand = with_descendants(model, model.body_weldid[model.site(robot.tool).bodyid[0]])
         links = [model.joint(name).bodyid[0] for name in robot.joints]
@@ -62,7 +63,6 @@ class CollisionChecker:
         self._keep(ADJACENT_M)
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
-        self._own = own = robot.bodies(model)
         met = {tuple(map(int, model.geom_bodyid[[*pair]])) for pair in self._pairs(self._data.contact.geom)}
         self._adjacent = {(one, other) for one, other in met if own[[one, other]].all()}
         self._known.clear()

@@ -116,7 +116,7 @@ class Plant:
             commands[:, self._motors] = self.reference
         commands[:, self._fingers] = self.scene.robot.gripper.command(width)
         if self._payload.is_borne:
-            if self._payload.mass and self._lost_contact:
+            if self._payload.mass and self.lost_contact:
                 self._payload.shift(0.0)
             commands = commands.copy()
             commands[:, self._motors] += self._payload.offsets(self.data, STEPS)
@@ -190,7 +190,7 @@ class Plant:
             self.step()
 
     @property
-    def _lost_contact(self) -> bool:
+    def lost_contact(self) -> bool:
         """Whether the pads have pressed nothing for longer than `CONTACT_FLICKER_S`."""
         return bool(self.data.time - self.contacts.pressed > CONTACT_FLICKER_S)
 

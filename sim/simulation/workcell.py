@@ -134,7 +134,7 @@ class Workcell(Plant):
     def held(self) -> str | None:
         """Return the object that both pads press, with short losses of contact ignored, or None."""
         obj = self.contacts.handled
-        if obj is None or self._lost_contact:
+        if obj is None or self.lost_contact:
             return None
         return obj if self._is_between_pads(obj) else None
 

@@ -139,7 +139,7 @@ def _stroke(cell: Workcell, obj: str, pose: ObjectPose, left: np.ndarray) -> Non
 
     try:
         with suppress(_FeltError):
-            move_tool(cell, lowest, seconds=PRESS_DURATION_S, watch=lambda: _feel(cell, PRESS_FORCE_N))
+            move_tool(cell, lowest, seconds=PRESS_DURATION_S, watch=lambda: _feel(cell))
         for _ in range(round(STROKE_M / STROKE_STEP_M)):
             excess = float(cell.contacts.pad_forces.sum()) - HOLD_DOWN_N
             give = np.clip(COMPLIANCE_M_N * excess, -MAX_GIVE_M, MAX_GIVE_M)
@@ -160,9 +160,9 @@ def _rolled(cell: Workcell, obj: str, heading: np.ndarray) -> bool:
     return _lies_round(pose) and np.hypot(*across) > MAX_ROLL_M and across @ heading[:2] > 0
 
 
-def _feel(cell: Workcell, force: float) -> None:
-    """Raise _FeltError if the force on a pad exceeds a bound, N."""
-    if cell.contacts.pad_forces.max() > force:
+def _feel(cell: Workcell) -> None:
+    """Raise _FeltError if the force on a pad exceeds `PRESS_FORCE_N`."""
+    if cell.contacts.pad_forces.max() > PRESS_FORCE_N:
         raise _FeltError
 
 

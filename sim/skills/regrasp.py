@@ -110,15 +110,15 @@ def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[Gras
     The least tilt of the hand comes first. From each new orientation, some grasp can set the object upright.
     """
     shape = cell.scene.shapes[obj]
-    options: list[tuple[int, int, GraspPose, np.ndarray]] = []
+    options: list[tuple[int, GraspPose, np.ndarray]] = []
     for grasp, quarters in itertools.product(grasps(shape, cell.scene.robot.gripper), QUARTERS):
         if grasp.clearance is not None and quarters:
             continue  # narrow openings are for tight spaces, which are no reason to turn it over
         turned = frame @ Rotation.from_rotvec(quarters * np.pi / 2 * grasp.rotation[:, 1]).as_matrix()
         tilt = max(tilt_of(frame @ grasp.rotation), tilt_of(turned @ grasp.rotation))
         if np.isfinite(tilt):
-            options.append((round(np.degrees(tilt)), len(options), grasp, turned))
-    for _, _, grasp, turned in sorted(options, key=lambda option: option[:2]):
+            options.append((round(np.degrees(tilt)), grasp, turned))
+    for _, grasp, turned in sorted(options, key=lambda option: option[0]):
         if next(ranked(cell, obj, turned), None) is not None:
             yield grasp, turned
 

@@ -172,9 +172,7 @@ def _closings(shape: ObjectShape, gripper: Gripper) -> Iterator[tuple[int, np.nd
         closings = [*np.eye(3)[:2]]
     low, high = gripper.held_lengths["wide"]
     for rank, closing in enumerate([*closings, np.array([0.0, 0.0, 1.0])]):
-        width = (
-            2 * float(shape.half[0]) if shape.is_round and not closing[2] else 2 * float(np.abs(closing) @ shape.half)
-        )
+        width = 2 * shape.support(closing)
         if low <= width <= high:
             yield rank, closing, width
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from sim.execution.faults.fault import Fault, Injection
-from sim.simulation.plant import CONTACT_FLICKER_S
 
 LIFTED_HEIGHT_M = 0.01
 """An object counts as lifted when it is this much higher than where it was gripped."""
@@ -28,7 +27,7 @@ class Slip(Fault):
         """See `Fault.inject`."""
         cell, now = injection.cell, float(injection.cell.data.time)
         obj = cell.contacts.handled
-        if obj is None or now - cell.contacts.pressed > CONTACT_FLICKER_S:
+        if obj is None or cell.lost_contact:
             injection.since = injection.height = math.inf
             return None
         height = float(cell.data.body(obj).xpos[2])
