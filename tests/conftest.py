@@ -75,7 +75,6 @@ def rendered_here(gl: None, monkeypatch: pytest.MonkeyPatch) -> None:
         return cloudpickle.loads(cloudpickle.dumps(job))
 
     monkeypatch.setattr(video, "_in_processes", one_by_one)
-    monkeypatch.setattr(signal, "signal", lambda *_: None)  # Ctrl-C still ends this process
     monkeypatch.setenv("LP_NUM_THREADS", "0")  # as the renderer does for good
 
 

@@ -11,7 +11,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from experiments.cli.journal import Journal
 from experiments.cli.progress import Tell
-from sim.execution.processes import in_processes
+from sim.processes import in_processes
 
 RECORDS = "rollouts.jsonl"
 """File of the records, in the folder of a batch."""

@@ -17,9 +17,9 @@ from prefplan.models.manipulation.symbolic import Action, at, holding
 from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
-from sim.execution.processes import in_processes
 from sim.perception.grounding import observe
 from sim.perception.sensors import true_poses
+from sim.processes import in_processes
 from sim.simulation.run import Effort
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS, perform

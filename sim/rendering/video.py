@@ -1,7 +1,6 @@
 """Video of an execution: its recorded states are rendered in parallel parts, which are joined without re-encoding."""
 
 import os
-import signal
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,9 +11,10 @@ from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
-from joblib import Parallel, cpu_count, delayed
+from joblib import cpu_count, delayed
 
 from sim.errors import RenderingError
+from sim.processes import in_processes
 from sim.rendering.clips import run_ffmpeg
 from sim.rendering.framing import REST_S, with_strays
 from sim.rendering.overlay import Caption, caption_at, strip_height, with_strip
@@ -76,7 +76,7 @@ def render_video(
     scene = with_strays(scene, run.qpos[:: round(REST_S * FRAME_RATE_HZ)])
     opening = OPENING_S * FRAME_RATE_HZ / len(frames)
     render = partial(_render_part, scene, captions, quality=quality, camera=camera, opening=opening)
-    # At least two: joblib would run a single worker in this process, which a faulty driver must not crash.
+    # As many as `in_processes` starts at least.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
     bounds = [len(frames) * i // count for i in range(count + 1)]
@@ -134,15 +134,8 @@ def _frames(scene: Scene, run: Run) -> list[_Frame]:
 
 def _in_processes(jobs: Sequence[Any], workers: int) -> Iterator[int]:
     """Run joblib jobs in other processes, and yield their results as they finish; `RenderingError` if one fails."""
-    pool = Parallel(n_jobs=workers, batch_size=1, return_as="generator_unordered")
-    # The workers start with Ctrl-C blocked, since this process ends them.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        results = pool(jobs)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    try:
-        yield from results
+        yield from in_processes(jobs, jobs=workers)
     except RenderingError:
         raise
     except Exception as failure:
@@ -162,7 +155,6 @@ def _render_part(
 ) -> int:
     """Render consecutive frames into a video of their own, in this thread, and return their number."""
     os.environ["LP_NUM_THREADS"] = "0"
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     import mediapy  # imported late: it loads matplotlib's pyplot, which takes 0.4 s
 
     mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())

@@ -1,6 +1,7 @@
 """Work in other processes, by joblib, that leave Ctrl-C to this one."""
 
 import signal
+import threading
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -13,11 +14,14 @@ IDLE_TIMEOUT_S = 20
 def in_processes(calls: Iterable[Any], *, jobs: int, batch: int = 1) -> Iterator[Any]:
     """Yield results of calls, made by joblib's `delayed`, as they finish; a process takes `batch` of them at a time.
 
+    Only the main thread may handle signals: called in another one, the processes get Ctrl-C, too.
+
     Raises:
         TerminatedWorkerError: a process was killed.
-        ValueError: it is not called in the main thread, the only one that may handle signals.
     """
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # for the processes, too: this one shuts them down
+    handles_signals = threading.current_thread() is threading.main_thread()
+    if handles_signals:
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # for the processes, too: this one shuts them down
     try:
         # With n_jobs=1 joblib would use this process, which must survive a crash: so there are at least two processes,
         # but at most `jobs` batches at a time.
@@ -27,5 +31,6 @@ def in_processes(calls: Iterable[Any], *, jobs: int, batch: int = 1) -> Iterator
             )
             results = pool(calls)
     finally:
-        signal.signal(signal.SIGINT, before)
+        if handles_signals:
+            signal.signal(signal.SIGINT, before)
     yield from results
