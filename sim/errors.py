@@ -1,7 +1,7 @@
 """Errors of the simulation, all of them a `PrefplanError`."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from typing import Self
@@ -29,6 +29,11 @@ def collecting(faults: list[str]) -> Iterator[None]:
         yield
     except SimulationError as error:
         faults += [fault for fault in error.faults if fault not in faults]
+
+
+def in_metres(position: Iterable[float], *, decimals: int = 3) -> str:
+    """Return a (3,) position, m, for a message."""
+    return f"({', '.join(f'{x:.{decimals}f}' for x in position)}) m"
 
 
 class BlockedError(SimulationError):

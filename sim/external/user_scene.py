@@ -10,7 +10,7 @@ import numpy as np
 from prefplan.errors import ModelError, choices
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import with_height
-from sim.errors import SimulationError, collecting
+from sim.errors import SimulationError, collecting, in_metres
 from sim.geometry.mjcf import as_utf8, box_corners, first_met, is_solid, opaque
 from sim.geometry.mjcf_limits import check_file
 
@@ -120,8 +120,8 @@ def _placed(place: Location, scene: UserScene, heights: Iterable[float]) -> Loca
         return place
     height = scene.surface_below(point)
     if height is None:
-        at = ", ".join(f"{x:.3f}" for x in point)
-        raise SimulationError(f"{where}: nothing in {scene.path} carries it: no fixed surface is near ({at}) m")
+        at = in_metres(point)
+        raise SimulationError(f"{where}: nothing in {scene.path} carries it: no fixed surface is near {at}")
     return replace(place, at=(float(point[0]), float(point[1]), round(height, 6)), site=None)
 
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from sim.errors import SimulationError
+from sim.errors import SimulationError, in_metres
 from sim.motion.reach import Reach
 from sim.motion.trajectory import ToolPose, wrap
 from sim.robots.robot import Robot
@@ -278,8 +278,3 @@ class InverseKinematics:
         mujoco.mju_quat2Vel(error[3:], turn, 1.0)
         error[:3] = self._target[4:] - data.site_xpos[self._site]
         return jacobian, error
-
-
-def in_metres(position: np.ndarray) -> str:
-    """Return a (3,) position, m, for a message."""
-    return f"({', '.join(f'{x:.3f}' for x in position)}) m"

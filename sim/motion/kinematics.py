@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 
-from sim.errors import SimulationError
+from sim.errors import SimulationError, in_metres
 from sim.motion.dynamics import InverseDynamics
-from sim.motion.ik import InverseKinematics, in_metres
+from sim.motion.ik import InverseKinematics
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.timing import MotionLimits, begun_late, timed
 from sim.motion.trajectory import (

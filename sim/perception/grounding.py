@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from prefplan.models.manipulation.model import ManipulationState
+from sim.errors import in_metres
 from sim.geometry.rectangle import overlap
 from sim.perception.sensors import ObjectPose, Poses, on_table
 from sim.world.places import AT_RADIUS_M, Slot, lowest_under
@@ -161,7 +162,7 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
         if expected == found:
             continue
         if found is None:
-            found = f"it lies off every location, at {position_text(poses[obj].position)}"
+            found = f"it lies off every location, at {in_metres(poses[obj].position, decimals=2)}"
         elif observed.held == obj:
             found = "it is in the hand"
         else:
@@ -172,13 +173,8 @@ def mismatch(scene: Scene, poses: Poses, *, predicted: ManipulationState, observ
     for obj, mark in sorted(predicted.marks ^ observed.marks):
         return f"expected {obj} {'' if (obj, mark) in predicted.marks else 'not '}to be {mark}"
     for obj in poses.keys() - {known.name for known in scene.model.objects}:
-        return f"an unknown object has appeared at {position_text(poses[obj].position)}"
+        return f"an unknown object has appeared at {in_metres(poses[obj].position, decimals=2)}"
     return None
-
-
-def position_text(position: np.ndarray) -> str:
-    """Return a position, m, as text."""
-    return f"({', '.join(f'{x:.2f}' for x in position)}) m"
 
 
 def _where(state: ManipulationState, obj: str) -> str | None:
