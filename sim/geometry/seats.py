@@ -60,9 +60,8 @@ def seats(
 
 def _normals(parts: Sequence[trimesh.Trimesh], area: float) -> list[np.ndarray]:
     """Return the (3,) normals of faces of at least an area, m², the largest first."""
-    normals, areas = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("face_normals", "area_faces")
-    )
+    normals = np.concatenate([part.face_normals for part in parts])
+    areas = np.concatenate([part.area_faces for part in parts])
     left, found = np.ones(len(normals), dtype=bool), []
     for i in np.argsort(-areas, kind="stable"):
         if left[i]:

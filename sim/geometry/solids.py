@@ -60,7 +60,7 @@ def _lofted(loops: tuple[tuple[float, float, float, float], ...], *, closed: boo
     The order is from the outer foot upwards. Both ends are filled, unless the profile is `closed`.
     """
     widest = max(radius for _, _, radius, _ in loops)
-    steps = int(np.ceil(np.pi / 4 / np.arccos(1 - min(0.5, CORNER_SAG_M / widest)))) if widest > 0 else 1
+    steps = int(np.ceil(np.pi / 4 / np.arccos(1 - min(0.5, CORNER_SAG_M / widest))))
     rings = [_ring(x, y, max(radius, 1e-4), height, steps) for x, y, radius, height in loops]
     count = len(rings[0])
     middles = [] if closed else [[[0.0, 0.0, loops[end][3]]] for end in (0, -1)]

@@ -178,9 +178,9 @@ def true_poses(scene: Scene, data: mujoco.MjData) -> dict[str, ObjectPose]:
     return {obj.name: object_pose(scene, data, obj.name) for obj in scene.model.objects}
 
 
-def mean_pose(shape: ObjectShape, poses: Sequence[ObjectPose]) -> ObjectPose:
+def mean_pose(poses: Sequence[ObjectPose]) -> ObjectPose:
     """Return the average of several observations of one object at rest."""
     if len(poses) == 1:
         return poses[0]
     rotation = Rotation.from_matrix([pose.rotation for pose in poses]).mean().as_matrix()
-    return ObjectPose(shape, np.mean([pose.position for pose in poses], axis=0), rotation)
+    return ObjectPose(poses[0].shape, np.mean([pose.position for pose in poses], axis=0), rotation)

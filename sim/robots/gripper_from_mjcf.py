@@ -85,9 +85,10 @@ def gripper_from_mjcf(
         found = f"{widths.min():.3f} to {widths.max():.3f} m"
         raise RobotError(f"the fingers should open from {closed_m:g} to {opening_m:g} m, but their range is {found}")
     _check_axis(states[order[-1]], pads, tool)
-    kept = [states[i] for i in order[np.diff(widths[order], prepend=-np.inf) > 1e-5]]
+    apart = order[np.diff(widths[order], prepend=-np.inf) > 1e-5]
+    kept = [states[i] for i in apart]
     linkage = Linkage(
-        widths=np.array([_width(state, pads, tool) for state in kept]),
+        widths=widths[apart],
         commands=np.array([state.actuator(actuator).ctrl[0] for state in kept]),
         positions=np.array([[state.joint(name).qpos[0] for name in joints] for state in kept]),
     )

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from sim.motion.joint_trajectory import JointTrajectory, summed
+from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 from sim.perception.touch import ContactMonitor
 from sim.simulation.payload import SHIFT_DURATION_S, Payload
@@ -120,10 +120,9 @@ class Plant:
                 self._payload.shift(0.0)
             commands = commands.copy()
             commands[:, self._motors] += self._payload.offsets(self.data, STEPS)
-        if len(self._delayed):
-            waiting = np.vstack([self._delayed, commands])
-            commands, self._delayed = waiting[:STEPS], waiting[STEPS:]
-        return commands
+        waiting = np.vstack([self._delayed, commands])
+        self._delayed = waiting[STEPS:]
+        return waiting[:STEPS]
 
     def log_event(self, kind: str, **detail: Any) -> None:
         """Add an event at the current time."""
@@ -143,10 +142,6 @@ class Plant:
     def ending(self) -> np.ndarray:
         """(M, n) offsets of the rest of the movement from `reference`, rad, per control period; no rows at rest."""
         return self._movement.positions[self._passed + STEPS - 1 :: STEPS] - self.reference
-
-    def blended(self, references: np.ndarray) -> np.ndarray:
-        """Return (N, n) references, rad, with the rest of the previous movement added, as the arm will follow them."""
-        return summed(references, self.ending)
 
     def settle(self) -> None:
         """Wait until the arm has ended its movement."""

@@ -112,7 +112,7 @@ class Workcell(Plant):
             self.step()
             for obj, poses in samples.items():
                 poses.append(self.observe(obj))
-        return {obj: mean_pose(self.scene.shapes[obj], poses) for obj, poses in samples.items()}
+        return {obj: mean_pose(poses) for obj, poses in samples.items()}
 
     def touch(self, obj: str | None) -> None:
         """Let the fingers touch an object from now on, which is no load of the arm; None for no object."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from sim.errors import BlockedError, SimulationError
 from sim.motion.ik import TILTED_MARGIN_RAD
-from sim.motion.joint_trajectory import JointTrajectory
+from sim.motion.joint_trajectory import JointTrajectory, summed
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import DIAGONAL, ObjectPose
 from sim.simulation.workcell import Workcell
@@ -107,7 +107,8 @@ def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, t
     touched = cell.contacts.handled if touching else None
     width = cell.width if held is None else None
     checker = cell.collision_checker(touching=touched, held=held or cell.attached, width=width)
-    met = checker.blockers(np.vstack([cell.angles, cell.blended(movement.references)]), clearance=clearance)
+    path = np.vstack([cell.angles, summed(movement.references, cell.ending)])
+    met = checker.blockers(path, clearance=clearance)
     if met:
         raise BlockedError.on_the_way(met, load=held or cell.attached)
 

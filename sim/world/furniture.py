@@ -63,10 +63,8 @@ def table_for(stations: Sequence[Station], fixtures: Sequence[Block], robot: Rob
     outlines = [*(station.outline for station in stations), *(block.outline for block in fixtures)]
     points = np.array([outline.corners for outline in outlines]).reshape(-1, 2)
     foot = robot.position[:2]
-    low, high = (
-        points.min(axis=0, initial=np.inf) - TABLE_MARGIN_M,
-        points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M,
-    )
+    low = points.min(axis=0, initial=np.inf) - TABLE_MARGIN_M
+    high = points.max(axis=0, initial=-np.inf) + TABLE_MARGIN_M
     if robot.floor_front_m is None:
         low, high = np.minimum(foot - FOOT_M, low), np.maximum(foot + FOOT_M, high)
     if not robot.yaw:

@@ -40,9 +40,7 @@ def test_noise_is_as_large_as_it_says_and_less_in_a_measurement(scene: Scene) ->
     poses = [cell.observe("pink") for _ in range(400)]
     errors = np.array([pose.position - true.position for pose in poses])
     assert np.allclose(errors.std(axis=0), 0.001, rtol=0.15) and np.all(np.abs(errors.mean(axis=0)) < 0.0002)
-    means = np.array(
-        [mean_pose(scene.shapes["pink"], poses[k : k + 10]).position - true.position for k in range(0, 400, 10)]
-    )
+    means = np.array([mean_pose(poses[k : k + 10]).position - true.position for k in range(0, 400, 10)])
     assert np.allclose(means.std(axis=0), 0.001 / np.sqrt(10), rtol=0.4)
     turns = np.array([np.sin(2 * (pose.yaw - true.yaw)) / 2 for pose in poses])
     assert turns.std() == pytest.approx(0.001 / 0.0225, rel=0.15)
