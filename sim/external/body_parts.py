@@ -6,6 +6,7 @@ import trimesh
 from sim.external.meshes import MeshParts
 from sim.external.user_scene import UserScene, bounds, solids
 from sim.geometry.mjcf import plain_solid
+from sim.geometry.solids import joined
 
 
 def parts_of(scene: UserScene, body: str) -> MeshParts:
@@ -21,9 +22,7 @@ def parts_of(scene: UserScene, body: str) -> MeshParts:
         pose[:3, 3] = turn.T @ (data.geom_xpos[geom] - at) - middle
         part.apply_transform(pose)
         parts.append(part)
-    whole = trimesh.util.concatenate(parts)
-    assert isinstance(whole, trimesh.Trimesh)
-    return MeshParts(whole, tuple(parts))
+    return MeshParts(joined(parts), tuple(parts))
 
 
 def _solid(scene: UserScene, geom: int) -> trimesh.Trimesh:

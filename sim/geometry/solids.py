@@ -1,5 +1,6 @@
 """Solids with rounded edges, which reflect light as real objects do: each a stack of round-cornered rectangles."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -13,6 +14,13 @@ EDGE_STEPS = 3
 
 CORNER_SAG_M = 1e-4
 """Greatest distance between a round corner seen from above and its facets."""
+
+
+def joined(parts: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
+    """Return one mesh of several."""
+    whole = trimesh.util.concatenate(parts)
+    assert isinstance(whole, trimesh.Trimesh)
+    return whole
 
 
 def smoothed(mesh: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -198,13 +198,13 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
                 before, slow = before.shifted(shift * [1.0, 1.0, 0.0]), 0.0
     try:
         move_tool(cell, before, within=BLEND_M, seconds=slow)
-    except BlockedError as blocked:
+    except BlockedError:
         here = cell.arm.tool(cell.reference)
         for pose in (*pregrasps(here), here.shifted((before.position - here.position) / 2)):
             with suppress(SimulationError):
                 move_tool(cell, pose, within=BLEND_M, seconds=slow)
                 return
-        raise blocked
+        raise
 
 
 def _leans(cell: Workcell, obj: str, before: ToolPose) -> bool:

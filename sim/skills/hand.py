@@ -179,8 +179,8 @@ def free_pose(
             except SimulationError:
                 continue
             touches = cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
-            for q in path[:-1]:
-                touches |= cell.touches(q, touching=obj, width=grasp.opening, clearance=beside)
+            for there in path[:-1]:
+                touches |= cell.touches(there, touching=obj, width=grasp.opening, clearance=beside)
             for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
                 touches |= cell.touches(path[-1], touching=obj, width=float(width), clearance=beside)
             met = [(part, other) for part, other in touches if other != obj]

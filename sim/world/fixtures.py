@@ -107,7 +107,7 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
     """Return the blocks that fixtures are made of."""
     found = []
     for fixture in fixtures:
-        x, y, z = fixture.at
+        z = fixture.at[2]
         dx, dy, dz = fixture.size
         if fixture.kind == "box":
             found.append(Block(fixture.name, _outline(fixture, 0.0, 0.0, dx, dy), z - dz / 2, z + dz / 2, carries=True))

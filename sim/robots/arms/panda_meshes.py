@@ -12,7 +12,7 @@ import trimesh
 
 from prefplan.limits import check_limits
 from sim.cache import cache_folder, kept_arrays
-from sim.geometry.solids import smoothed
+from sim.geometry.solids import joined, smoothed
 
 FOLDER = "kitchen_franka/franka_assets/meshes"
 """Folder of gymnasium-robotics with the STL files, `visual` and `collision`."""
@@ -85,9 +85,9 @@ def _surfaces(path: Path) -> dict[str, trimesh.Trimesh]:
     by_finish: dict[str, list[trimesh.Trimesh]] = {}
     for part, finish in zip(parts, finishes, strict=False):
         by_finish.setdefault(finish, []).append(_thinned(part, FACES_KEPT.get(path.stem, 0.08)))
-    solids = {finish: smoothed(_joined(members)) for finish, members in by_finish.items()}
+    solids = {finish: smoothed(joined(members)) for finish, members in by_finish.items()}
     if path.stem in SEAMS_M:
-        solids["shell"] = _joined([solids["shell"], _sleeve(SEAMS_M[path.stem])])
+        solids["shell"] = joined([solids["shell"], _sleeve(SEAMS_M[path.stem])])
     return solids
 
 
@@ -100,12 +100,6 @@ def _sleeve(height: float) -> trimesh.Trimesh:
         vertex_normals=trimesh.unitize(sleeve.vertices * [1, 1, 0]),
         process=False,
     )
-
-
-def _joined(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
-    whole = trimesh.util.concatenate(parts)
-    assert isinstance(whole, trimesh.Trimesh)
-    return whole
 
 
 def _thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
