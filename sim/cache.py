@@ -20,9 +20,10 @@ def keep(path: Path, contents: bytes) -> None:
     """Write a file of the cache if that is writable; it appears only when it is complete."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(contents)
-        os.replace(file.name, path)
+        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+            part = Path(folder, path.name)
+            part.write_bytes(contents)
+            os.replace(part, path)
 
 
 def kept_arrays(path: Path, make: Callable[[], Sequence[np.ndarray]]) -> list[np.ndarray]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sim.capability.feasibility import Feasibility
     from sim.world.scene import Scene
 
-LIBRARIES = ("mujoco", "mink", "numpy")
+LIBRARIES = ("daqp", "mink", "mujoco", "numpy", "ompl", "scipy", "trimesh")
 """Libraries on which the answers depend."""
 
 

@@ -15,10 +15,10 @@ from sim.geometry.mjcf import first_met, is_solid, opaque
 from sim.robots.import_mjcf import PREFIX
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.grasp import GraspSkill
-from sim.skills.grasp_choice import ranked
 from sim.skills.hand import frame_of
 from sim.skills.skill import Skill, SkillError
 from sim.world.fixtures import body_name
+from sim.world.grasps import ranked
 from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
@@ -134,7 +134,7 @@ class FailureDiagnosis:
         cell, obj = self._cell, refused.obj
         pose = cell.observe(obj)
         frame = frame_of(pose, pose.yaw)
-        grasps = list(ranked(cell, obj, frame))[:GRASPS_TRIED]
+        grasps = list(ranked(pose.shape, cell.scene.robot.gripper, frame))[:GRASPS_TRIED]
         goals = (goal for grasp in grasps for goal in grasp.at(pose.position, frame).symmetric_poses())
         missing = [turns for goal in goals if (turns := cell.arm.missing_turns(goal))]
         if not missing:

@@ -188,10 +188,11 @@ class Feasibility:
         start = self._scene.model.initial_state.place[obj]
         if first is not None and first.done < TAKEN:
             return start != location, ()  # what cannot be grasped at its start is never brought anywhere
-        may_change = first is not None and not first.for_good
+        may_change, model = first is not None and not first.for_good, self._scene.model
         for origin in origins:
             with suppress(ModelError):  # fixed objects may stand there
-                other = self._attempt(bringing(obj, origin, location, vacated(self._scene.model, places, origin)))
+                rehearsal = bringing(obj, origin, location, vacated(model, places, origin))
+                other = self._attempt(rehearsal if may_change else rehearsal.alone(model))
                 if other.done >= BROUGHT or not (may_change or other.for_good):
                     return True, ()
         return may_change, self._neighbours(first) if first is not None else ()
@@ -235,7 +236,7 @@ class Feasibility:
             return Attempt(rehearsal, done, error, for_good=True)
         alone, succeeds = rehearsal.alone(self._scene.model), False
         with suppress(ModelError):  # fixed objects may rest on movable ones
-            went, left = self._run(alone)
+            went, left = (done, error) if alone == rehearsal else self._run(alone)
             if left is not None and not self._depends_on_others(left, rehearsal.obj):
                 return Attempt(alone, went, left, for_good=True)
             succeeds = left is None

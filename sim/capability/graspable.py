@@ -3,9 +3,10 @@
 from sim.errors import BlockedError, SimulationError
 from sim.simulation.workcell import Workcell
 from sim.skills.drag import find_drag
-from sim.skills.grasp_choice import choose_grasp, ranked
+from sim.skills.grasp_choice import choose_grasp
 from sim.skills.hand import frame_of
 from sim.skills.regrasp import find_regrasp
+from sim.world.grasps import ranked
 
 
 def ungraspable_because(cell: Workcell, obj: str) -> str | None:
@@ -27,6 +28,6 @@ def ungraspable_because(cell: Workcell, obj: str) -> str | None:
         return None
     if fixtures:
         return f"leaves no room for the fingers beside {' and '.join(fixtures)}"
-    if next(ranked(cell, obj, frame_of(pose, pose.yaw)), None) is None:
+    if next(ranked(pose.shape, cell.scene.robot.gripper, frame_of(pose, pose.yaw)), None) is None:
         return "lies so that no grasp can pick it up and set it upright"
     return "is out of reach"

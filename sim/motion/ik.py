@@ -1,7 +1,7 @@
 """Inverse kinematics of an arm by damped least squares, and by mink where limits are active."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 
 import daqp
 import mink
@@ -97,8 +97,8 @@ class InverseKinematics:
         Raises:
             SimulationError: no configuration does.
         """
-        for found in self.configurations(goals, near=near, margin=margin):
-            return found
+        for q, k in self.configurations(goals, near=near, margin=margin):
+            return q, goals[k]
         how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
         raise SimulationError(f"the arm cannot {how} at {in_metres(goals[0].position)} within the limits of its joints")
 
@@ -108,8 +108,9 @@ class InverseKinematics:
         *,
         near: np.ndarray | None = None,
         margin: float = TILTED_MARGIN_RAD,
-    ) -> Iterator[tuple[np.ndarray, ToolPose]]:
-        """Yield configurations that bring the tool to one of several poses, with that pose, preferred ones first.
+        without: Container[int] = (),
+    ) -> Iterator[tuple[np.ndarray, int]]:
+        """Yield configurations that bring the tool to one of several poses, with its number, preferred ones first.
 
         If the hand points down they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
         starts from home turned towards the goal and stays in that vertical plane. Of several poses the one whose seed
@@ -120,17 +121,21 @@ class InverseKinematics:
             goals: acceptable poses.
             near: (n,) first seed if the hand does not point down, rad.
             margin: least distance from the joints' position limits if the hand does not point down, rad.
+            without: numbers of poses that are left out, also of those that are added between two configurations.
         """
         down = all(goal.points_down for goal in goals)
         if near is not None and not down:
-            found = [(q, goal) for goal in goals if (q := self.nearby(goal, near, margin)) is not None]
-            yield from sorted(found, key=lambda entry: float(np.abs(entry[0] - near).max()))
-        turned = [(self._seed(goal), goal) for goal in goals]
+            found = [(q, k) for k, goal in enumerate(goals) if (q := self.nearby(goal, near, margin)) is not None]
+            found.sort(key=lambda entry: float(np.abs(entry[0] - near).max()))
+            yield from ((q, k) for q, k in found if k not in without)
+        turned = [(self._seed(goal), k) for k, goal in enumerate(goals)]
         turned.sort(key=lambda entry: float(abs(entry[0][-1] - self._middle)))
-        for offset, (seed, goal) in itertools.product(self._elbows, turned):
-            q = self.nearby(goal, np.clip(seed + offset, *self.model.jnt_range.T), margin)
+        for offset, (seed, k) in itertools.product(self._elbows, turned):
+            if k in without:
+                continue
+            q = self.nearby(goals[k], np.clip(seed + offset, *self.model.jnt_range.T), margin)
             if q is not None:
-                yield q, goal
+                yield q, k
 
     def _seed(self, goal: ToolPose) -> np.ndarray:
         """Return home with the first joint turned towards the flange at a pose, the last to the yaw, if vertical."""

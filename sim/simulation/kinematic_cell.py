@@ -1,6 +1,7 @@
 """A workcell without physics: the arm is at its goal at once, and a held object moves with the hand."""
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Hashable
 
 import mujoco
 import numpy as np
@@ -36,6 +37,7 @@ class KinematicCell(Workcell):
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
         self._foreseen: tuple[str | None] | None = None
+        self._answers: dict[Hashable, bool] = {}
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
         """Set (nq,) positions, with the arm at rest, in a scene of the same MuJoCo model with the objects present."""
@@ -85,6 +87,14 @@ class KinematicCell(Workcell):
         """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
         self._foresee(touching)
         return self._checker.hand_is_inside(tool, width=width)
+
+    def recall(self, obj: str, question: Hashable, answer: Callable[[], bool]) -> bool:
+        """See `Workcell.recall`."""
+        others = [(name, self.data.joint(name).qpos.tobytes()) for name in self.scene.shapes if name != obj]
+        key = obj, question, hashlib.blake2b(repr(others).encode()).digest()
+        if key not in self._answers:
+            self._answers[key] = answer()
+        return self._answers[key]
 
     def _foresee(self, touching: str | None) -> None:
         """Observe the objects, one of which the fingers may touch, if something has moved."""

@@ -1,6 +1,6 @@
 """The workcell: what skills need of a running simulation, to observe, to hold, to check and to move."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 
 import mujoco
 import numpy as np
@@ -210,6 +210,13 @@ class Workcell(Plant):
         `KinematicCell` rejects poses of the hand before inverse kinematics.
         """
         return False
+
+    def recall(self, obj: str, question: Hashable, answer: Callable[[], bool]) -> bool:
+        """Return the answer to a question about an object that depends on nothing else but where the others are.
+
+        `KinematicCell` keeps answers; in a run, each needs other observations.
+        """
+        return answer()
 
     def collision_checker(
         self, *, touching: str | None = None, held: str | None = None, width: float | None = None

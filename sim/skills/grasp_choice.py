@@ -1,7 +1,7 @@
 """Choice of a grasp: the arm must reach it without a collision, where the object is and where it is put down next."""
 
 import itertools
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -23,12 +23,9 @@ from sim.skills.hand import (
 )
 from sim.skills.placing import free_slot, resting_centre
 from sim.skills.skill import SkillError
-from sim.world.grasps import MAX_SLOPE, MAX_TILT_RAD, GraspPose, grasps, openings, tilt_of, tilts_of
+from sim.world.grasps import TILT_STEP_RAD, GraspPose, openings, ranked, tilt_of, tilts_of
 from sim.world.places import Slot
 from sim.world.shapes import ObjectShape, about_z
-
-TILT_STEP_RAD = np.radians(15)
-"""Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
 
 
 class ChosenGrasp(NamedTuple):
@@ -63,7 +60,7 @@ def choose_grasp(
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
     if collisions:
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
-    if next(ranked(cell, obj, frame), None) is None:
+    if next(ranked(pose.shape, cell.scene.robot.gripper, frame), None) is None:
         raise SimulationError(f"{obj} stands or lies so that no grasp can pick it up and set it upright")
     raise SimulationError(f"{obj} is out of reach")
 
@@ -97,18 +94,17 @@ def find_grasp(
         unlike: leave out grasps for which the hand points in the direction of one of these poses.
         certain: whether the grasp must be possible there for a standing object, too.
     """
-    slot, others = _next_slot(cell, obj, destination), dict[bytes, ChosenGrasp]()
-    for choice in _free_grasps(cell, obj, pose, frame_of(pose, yaw), tilted=tilted, like=like, unlike=unlike):
-        if slot is None:
-            return choice
-        alike = _placed_alike(cell.scene.shapes[obj], choice.grasp)
-        if alike not in others and _can_place(cell, obj, slot, choice.grasp):
-            return choice
-        others.setdefault(alike, choice)
-    if slot is None or not pose.is_upright or certain:
-        return None
-    barely = (other for other in others.values() if _can_place(cell, obj, slot, other.grasp, barely=True))
-    return next(barely, next(iter(others.values()), None))
+    slot, frame = _next_slot(cell, obj, destination), frame_of(pose, yaw)
+    free = partial(_free_grasps, cell, obj, pose, frame, tilted=tilted, like=like, unlike=unlike)
+    if slot is None:
+        return next(free(), None)
+    lenient = pose.is_upright and not certain
+    for barely in (False, True) if lenient else (False,):
+        suits = _placing(cell, obj, slot, barely=barely)
+        for choice in free(suits=suits):
+            if suits(choice.grasp):
+                return choice
+    return next(free(), None) if lenient else None
 
 
 def _free_grasps(
@@ -120,18 +116,23 @@ def _free_grasps(
     tilted: bool,
     like: ToolPose | None = None,
     unlike: Sequence[ToolPose],
+    suits: Callable[[GraspPose], bool] = lambda grasp: True,
     collisions: list[Collection[str]] | None = None,
 ) -> Iterator[ChosenGrasp]:
     """Yield grasps that the arm reaches without a collision where the object is.
 
-    The arguments are those of `find_grasp`, with the object's (3, 3) axes. The bodies that keep the hand from each
-    candidate of other grasps are added to `collisions`, if given; that takes longer.
+    The arguments are those of `find_grasp`, with the object's (3, 3) axes. Grasps are left out that do not suit with
+    the hand turned either way. The bodies that keep the hand from each candidate of other grasps are added to
+    `collisions`, if given; that takes longer.
     """
-    for grasp in ranked(cell, obj, frame):
+    for grasp in ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, frame):
         tool = grasp.at(pose.position, frame)
         if (tilted and tool.points_down) or (like is not None and not _points_alike(tool, like)):
             continue
-        if collisions is None and _is_inside(cell, obj, tool.symmetric_poses(), grasp.opening):
+        poses = tool.symmetric_poses()
+        if collisions is None and _is_inside(cell, obj, poses, grasp.opening):
+            continue
+        if not any(suits(replace(grasp, rotation=frame.T @ one.rotation)) for one in poses):
             continue
         try:
             choice = freely(cell, obj, pose, frame, grasp)
@@ -195,15 +196,9 @@ def _placement(
 
 def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
     """Return whether the hand fits, in some grasp, where an object that is not held yet is put down at a location."""
-    slot, tried = _next_slot(cell, obj, location), set[bytes]()
-    if slot is None:
-        return True  # what is in the way now may be moved
-    for grasp in ranked(cell, obj, np.eye(3)):
-        alike = _placed_alike(cell.scene.shapes[obj], grasp)
-        if alike not in tried and _can_place(cell, obj, slot, grasp, barely=True):
-            return True
-        tried.add(alike)
-    return False
+    slot, options = _next_slot(cell, obj, location), ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, np.eye(3))
+    # What is in the way now may be moved.
+    return slot is None or any(map(_placing(cell, obj, slot, barely=True), options))
 
 
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
@@ -237,24 +232,6 @@ def _next_slot(cell: Workcell, obj: str, destination: str | None) -> Slot | None
         return None
 
 
-def ranked(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[GraspPose]:
-    """Yield the grasps of an object with (3, 3) axes `frame` that can pick it up there and set it upright.
-
-    They are in order of the greater of the hand's two tilts, at the object as it is and when it is set upright.
-    """
-    shape = cell.scene.shapes[obj]
-    options = grasps(shape, cell.scene.robot.gripper)
-    rotations = np.array([grasp.rotation for grasp in options])
-    turned = frame @ rotations
-    # Once the object is upright, the third row of its rotation gives the slopes of the hand's axes.
-    final = np.einsum("ki,nij->knj", shape.symmetries[:, 2], rotations)
-    final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, tilts_of(final[:, :, 2]), np.inf).min(axis=0)
-    tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(tilts_of(turned[:, 2, 2]), final_tilts), np.inf)
-    for i in np.argsort(np.round(tilts / TILT_STEP_RAD), kind="stable"):
-        if tilts[i] <= MAX_TILT_RAD:
-            yield options[i]
-
-
 def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: float) -> Iterator[tuple[ToolPose, ...]]:
     """Yield groups of equally good poses of the tool that set an object upright with its centre at a (3,) position, m.
 
@@ -283,14 +260,26 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
     return (np.round([*rotation.ravel(), *position], 6) + 0.0).tobytes()
 
 
-def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely: bool = False) -> bool:
-    """Return whether an object that is not held yet can be put into a slot in a grasp, if need be `barely`."""
-    place = partial(_placement, cell, obj, slot, grasp, foreseen=True)
+def _placing(cell: Workcell, obj: str, slot: Slot, *, barely: bool) -> Callable[[GraspPose], bool]:
+    """Return a test of grasps: whether an object that is not held yet can be put into a slot, if need be `barely`."""
+    known = dict[bytes, bool]()
+
+    def can_place(grasp: GraspPose) -> bool:
+        alike = _placed_alike(cell.scene.shapes[obj], grasp)
+        if alike not in known:
+            question = slot.position.tobytes(), slot.yaw, alike, barely
+            known[alike] = cell.recall(obj, question, partial(_can_place, cell, obj, slot, grasp, barely=barely))
+        return known[alike]
+
+    return can_place
+
+
+def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely: bool) -> bool:
+    margin, clearance = FORESEEN_MARGIN_RAD, FORESEEN_CLEARANCE_M
+    if barely:
+        margin, clearance = PLACING_MARGIN_RAD, FINGER_CLEARANCE_M
     try:
-        if barely:
-            place(near=cell.reference, margin=PLACING_MARGIN_RAD)
-        else:
-            place(margin=FORESEEN_MARGIN_RAD, clearance=FORESEEN_CLEARANCE_M)
+        _placement(cell, obj, slot, grasp, margin=margin, clearance=clearance, foreseen=True)
     except SimulationError:
         return False
     return True

@@ -170,12 +170,12 @@ def free_pose(
     """
     collisions: list[set[str]] = []
     for options in zip(*map(pregrasps, goals), strict=True):
-        postures: list[set[str]] = []
-        for q, before in cell.arm.configurations(options, near=near, margin=margin):
-            pose = goals[next(i for i, option in enumerate(options) if option is before)]
+        postures, at_hand = list[tuple[int, set[str]]](), dict[int, set[str]]()
+        for q, k in cell.arm.configurations(options, near=near, margin=margin, without=at_hand):
+            pose = goals[k]
             beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
             try:
-                path = _followed(cell, q, before, pose, margin=margin)
+                path = _followed(cell, q, options[k], pose, margin=margin)
             except SimulationError:
                 continue
             touches = cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
@@ -185,12 +185,11 @@ def free_pose(
                 touches |= cell.touches(path[-1], touching=obj, width=float(width), clearance=beside)
             met = [(part, other) for part, other in touches if other != obj]
             if not met:
-                return before, pose
-            postures.append({other for _, other in met})
-            if at_hand := {pair[1] for pair in met if cell.touches_hand(pair)}:
-                postures = [at_hand]  # they are in the way whatever the elbow does
-                break
-        collisions += postures
+                return options[k], pose
+            postures.append((k, {other for _, other in met}))
+            if hindering := {pair[1] for pair in met if cell.touches_hand(pair)}:
+                at_hand[k] = hindering  # whatever the elbow does
+        collisions += [*at_hand.values(), *(bodies for k, bodies in postures if k not in at_hand)]
     if collisions:
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach

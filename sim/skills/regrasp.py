@@ -13,12 +13,12 @@ from sim.errors import SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.perception.sensors import ObjectPose
 from sim.simulation.workcell import Workcell
-from sim.skills.grasp_choice import ChosenGrasp, find_grasp, freely, ranked
+from sim.skills.grasp_choice import ChosenGrasp, find_grasp, freely
 from sim.skills.hand import check_held, frame_of, free_pose, transfer_height
 from sim.skills.placing import is_carried, obstacles
 from sim.skills.release import DROP_HEIGHT_M, TILTED_DURATIONS_S, lower
 from sim.skills.transfer import leave, travel
-from sim.world.grasps import GraspPose, grasps, tilt_of
+from sim.world.grasps import GraspPose, grasps, ranked, tilt_of
 from sim.world.shapes import about_z
 
 QUARTERS = (0, 1, -1, 2)
@@ -109,9 +109,9 @@ def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[Gras
 
     The least tilt of the hand comes first. From each new orientation, some grasp can set the object upright.
     """
-    shape = cell.scene.shapes[obj]
+    shape, gripper = cell.scene.shapes[obj], cell.scene.robot.gripper
     options: list[tuple[int, GraspPose, np.ndarray]] = []
-    for grasp, quarters in itertools.product(grasps(shape, cell.scene.robot.gripper), QUARTERS):
+    for grasp, quarters in itertools.product(grasps(shape, gripper), QUARTERS):
         if grasp.clearance is not None and quarters:
             continue  # narrow openings are for tight spaces, which are no reason to turn it over
         turned = frame @ Rotation.from_rotvec(quarters * np.pi / 2 * grasp.rotation[:, 1]).as_matrix()
@@ -119,7 +119,7 @@ def _options(cell: Workcell, obj: str, frame: np.ndarray) -> Iterator[tuple[Gras
         if np.isfinite(tilt):
             options.append((round(np.degrees(tilt)), grasp, turned))
     for _, grasp, turned in sorted(options, key=lambda option: option[0]):
-        if next(ranked(cell, obj, turned), None) is not None:
+        if next(ranked(shape, gripper, turned), None) is not None:
             yield grasp, turned
 
 

@@ -98,16 +98,16 @@ def _ends(
     cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[tuple[np.ndarray, ToolPose]]:
     """Yield (n,) configurations, rad, from which the hand can move onward, with their goals; add to the blockers."""
-    for q, pose in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
+    for q, k in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
         try:
             if onward is not None:
-                check_approach(cell, q, pose, onward)
+                check_approach(cell, q, goals[k], onward)
         except BlockedError as error:
             blockers.update(error.by)
         except SimulationError:
             continue
         else:
-            yield q, pose
+            yield q, goals[k]
 
 
 def _over(cell: Workcell, ends: Iterable[tuple[np.ndarray, ToolPose]], height: float) -> Iterator[JointTrajectory]:

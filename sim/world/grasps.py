@@ -42,6 +42,9 @@ TILTS_RAD = np.radians([0, 30, -30, 45, -45, 60, -60, 90, -90, 120, -120, 135, -
 MAX_TILT_RAD = np.radians(91)
 """Greatest tilt of the hand from straight down: beyond, it would point upwards."""
 
+TILT_STEP_RAD = np.radians(15)
+"""Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
+
 MAX_SLOPE = np.sin(np.radians(15))
 """Greatest slope (sine) of the closing direction: beyond, one finger would be below the object."""
 
@@ -196,6 +199,23 @@ def _variants(
         lifts = ((low,) if clearance is None else (low, high)) if straight else TILTED_LIFTS_M
         for lift in lifts:
             yield order, lift, clearance
+
+
+def ranked(shape: ObjectShape, gripper: Gripper, frame: np.ndarray) -> Iterator[GraspPose]:
+    """Yield the grasps of an object with (3, 3) axes `frame` that can pick it up there and set it upright.
+
+    They are in order of the greater of the hand's two tilts, at the object as it is and when it is set upright.
+    """
+    options = grasps(shape, gripper)
+    rotations = np.array([grasp.rotation for grasp in options])
+    turned = frame @ rotations
+    # Once the object is upright, the third row of its rotation gives the slopes of the hand's axes.
+    final = np.einsum("ki,nij->knj", shape.symmetries[:, 2], rotations)
+    final_tilts = np.where(np.abs(final[:, :, 1]) < MAX_SLOPE, tilts_of(final[:, :, 2]), np.inf).min(axis=0)
+    tilts = np.where(np.abs(turned[:, 2, 1]) < MAX_SLOPE, np.maximum(tilts_of(turned[:, 2, 2]), final_tilts), np.inf)
+    for i in np.argsort(np.round(tilts / TILT_STEP_RAD), kind="stable"):
+        if tilts[i] <= MAX_TILT_RAD:
+            yield options[i]
 
 
 def tilt_of(rotation: np.ndarray) -> float:

@@ -37,7 +37,7 @@ def picture(table: Rectangle, names: Mapping[str, np.ndarray]) -> np.ndarray:
     """
     scale = min(PIXELS_PER_M, MAX_SIDE_PX / (2 * float(table.half.max())))
     width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
-    image = Image.fromarray(_wood(width, height))
+    image = Image.fromarray(_wood(width, height, round(PLANK_M * scale)))
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=max(1.0, LETTERS_M * scale))
     for name, middle in names.items():
         x, y = map(float, (middle - (table.centre - table.half)) * scale)
@@ -46,10 +46,9 @@ def picture(table: Rectangle, names: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 @lru_cache(maxsize=2)  # drawing wood takes a fifth of the time of building a scene
-def _wood(width: int, height: int) -> np.ndarray:
-    """Return (height, width, 3) planks along the rows, each with its own tone and grain."""
-    rng = np.random.default_rng(3)
-    plank, colour = round(PLANK_M * PIXELS_PER_M), np.array([0.50, 0.365, 0.255], dtype=np.float32)
+def _wood(width: int, height: int, plank: int) -> np.ndarray:
+    """Return (height, width, 3) planks along the rows, each with its own tone and grain and so many pixels wide."""
+    rng, colour = np.random.default_rng(3), np.array([0.50, 0.365, 0.255], dtype=np.float32)
     wood = np.empty((height, width, 3), dtype=np.uint8)
     growth = np.linspace(0, 3.0, plank, dtype=np.float32)[:, None]
     for top in range(0, height, plank):

@@ -39,20 +39,20 @@ class Miss(Fault):
 
     def inject(self, injection: Injection) -> dict[str, str]:
         """See `Fault.inject`."""
-        injection.skills["grasp"] = _WithoutGrip(injection.skills["grasp"], int(self.argument))
+        injection.skills["grasp"] = _WithoutGrip(injection.skills["grasp"], injection.cell, int(self.argument))
         return {}
 
 
 class _WithoutGrip(Grasp, Skill):
-    """A skill for grasping that is carried out with a hand that gets no grip, the first few times."""
+    """A skill for grasping with a hand that gets no grip, the first few times in one cell; rehearsals are in others."""
 
-    def __init__(self, skill: Skill, times: int) -> None:
-        self._skill, self._times = skill, times
+    def __init__(self, skill: Skill, cell: Workcell, times: int) -> None:
+        self._skill, self._cell, self._times = skill, cell, times
 
     def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`."""
         hold = cell.gripper
-        if self._times:
+        if self._times and cell is self._cell:
             self._times -= 1
             cell.gripper = _giving_way(cell)
         try:

@@ -26,9 +26,9 @@ from sim.motion.kinematics import Arm
 from sim.motion.trajectory import ToolPose
 from sim.robots.arms.panda import PANDA
 from sim.simulation.kinematic_cell import KinematicCell
-from sim.skills.grasp_choice import ranked
 from sim.skills.hand import free_pose
 from sim.skills.skill import NoSpaceError
+from sim.world.grasps import ranked
 from sim.world.scene import Scene, build_scene, initial_state
 
 COSTS = {"transit": 1, "grasp": 1, "transport": 1, "release": 1}
@@ -304,7 +304,7 @@ def test_no_grasp_is_free_in_which_the_hand_alone_is_inside_something() -> None:
     inside = 0
     for obj in scene.shapes:
         pose = cell.observe(obj)
-        for grasp in list(ranked(cell, obj, pose.rotation))[::5]:
+        for grasp in list(ranked(pose.shape, scene.robot.gripper, pose.rotation))[::5]:
             goals = grasp.at(pose.position, pose.rotation).symmetric_poses()
             if all(cell.hand_is_inside(goal, touching=obj, width=grasp.opening) for goal in goals):
                 inside += 1
