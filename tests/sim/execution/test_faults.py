@@ -121,6 +121,13 @@ def test_missed_grasps_get_no_grip_and_disturb_nothing(scene: Scene) -> None:
     assert run.step("grasp pink") is True
 
 
+def test_a_rehearsal_uses_up_no_miss(scene: Scene) -> None:
+    run = run_with(scene, LIFT[:1], "miss:1@2")
+    run.injector.begin(2)
+    assert run.can_bring(run.steps[-1].observed, "pink", "top", "bin2")
+    assert run.step("grasp pink") is False and "without a firm grip on pink" in str(run.reason)
+
+
 def test_what_is_moved_stands_upright_on_the_table_at_a_place_drawn_by_seed(scene: Scene) -> None:
     before = true_poses(scene, initial_state(scene))["green"].position
     poses = [
