@@ -161,8 +161,9 @@ class Planner:
         assumptions = self.problem.assumptions
         if self.geometry is not None and front.ended is not None:
             front = replace(front, plans=tuple(filter(self.geometry.holds, front)), known_points=None)
-        if self.geometry is not None and self.geometry.note:
-            assumptions += (self.geometry.note,)
+        if self.geometry is not None:
+            self.geometry.compare(front)
+            assumptions += (self.geometry.note,) if self.geometry.note else ()
         return replace(front, assumptions=assumptions, stats=self.stats)
 
     def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:

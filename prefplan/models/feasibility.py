@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from prefplan.plan import Plan
 
 MOST_NAMED = 3
-"""Most exclusions that a sentence names."""
+"""Most exclusions, and most plans, that a sentence names."""
 
 
 class Answer(Protocol):
@@ -52,12 +52,14 @@ class Geometry:
             found; a conflict of several objects is told for one of them.
         abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
             empty if nothing was left out.
+        lost: those of them that no plan has now.
     """
 
     def __init__(self, feasible: Feasible, past: int = 0) -> None:
         """Take whom to ask, and the number of actions with which every plan begins, which are done already."""
         self.left_out: dict[tuple[str, str], str] = {}
         self.abstract: list[dict[str, Number]] = []
+        self.lost: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
         self._answers: dict[tuple[str, str], Answer] = {}
         self._conflicts = set[frozenset[str]]()
@@ -84,6 +86,11 @@ class Geometry:
                     found[conditions, action] = None
         return list(found)
 
+    def compare(self, plans: Sequence[Plan]) -> None:
+        """Find what is lost, now that a search has ended with these plans."""
+        found = [plan.objectives for plan in plans] if self.abstract else []
+        self.lost = [values for values in self.abstract if values not in found]
+
     def _crowded(self, plan: Plan, pair: tuple[str, str], conditions: frozenset[str]) -> str:
         """Return beside which objects of a plan there is no room."""
         states = [state for state in plan.states if isinstance(state, ManipulationState)]
@@ -101,9 +108,9 @@ class Geometry:
         if not self.left_out:
             return None
         said = [f"{obj} at {location} ({reason})" for (obj, location), reason in self.left_out.items()]
-        named = said[:MOST_NAMED] + [f"{len(said) - MOST_NAMED} more"] * (len(said) > MOST_NAMED)
-        values = ", ".join(f"{name} {number(value)}" for name, value in self.abstract[0].items())
-        return f"The arm cannot do {'; '.join(named)}. If it could: {values}."
+        values = [", ".join(f"{name} {number(value)}" for name, value in each.items()) for each in self.lost]
+        price = f"If it could: {_first(values)}." if values else "Other plans are as good."
+        return f"The arm cannot do {_first(said)}. {price}"
 
     def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
         """Yield each object and location where a plan grasps it or puts it down."""
@@ -122,3 +129,8 @@ class Geometry:
                 for state, action in steps
             )
         ]
+
+
+def _first(parts: Sequence[str]) -> str:
+    """Return the first parts of an enumeration, and the number of the others."""
+    return "; ".join([*parts[:MOST_NAMED], *[f"{len(parts) - MOST_NAMED} more"] * (len(parts) > MOST_NAMED)])

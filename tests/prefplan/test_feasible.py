@@ -9,7 +9,17 @@ import pytest
 from random_manipulation import random_model, random_problem
 from small_models import COSTS, spot
 
-from prefplan import ManipulationModel, NoPlanError, Object, Order, Planner, Problem, UnfinishedError
+from prefplan import (
+    ManipulationModel,
+    NoPlanError,
+    Object,
+    Order,
+    Planner,
+    Problem,
+    Task,
+    UnfinishedError,
+    WeightedSum,
+)
 from prefplan.errors import LimitError
 from prefplan.limits import Limits
 from prefplan.models.manipulation.symbolic import at
@@ -97,6 +107,22 @@ def test_what_was_left_out_and_its_price_are_named() -> None:
         "The arm cannot do cup at far (too far); jug at far (too far). If it could: cost 10, preference 0."
     ]
     assert ("jug", "s1") in arm.asked and ("jug", "s2") not in arm.asked
+
+
+def test_only_the_plans_that_are_lost_are_named() -> None:
+    tasks = [Task("t", "F cup_far", skip=5)]
+    weighed = WeightedSum({"t": 1}, over="violation")
+    arm = Arm({("cup", "far"): cannot("cup", "far")})
+    front = Planner(Problem(MODEL, tasks, weighed, feasible=arm)).front()
+    assert [plan.cost for plan in front] == [0]
+    assert front.assumptions[-1] == "The arm cannot do cup at far (too far). If it could: cost 10, preference 0."
+
+
+def test_what_was_left_out_may_cost_nothing() -> None:
+    arm = Arm({("cup", "far"): cannot("cup", "far")})
+    front = Planner(Problem(MODEL, {"t": "F (cup_far | jug_far)"}, Order(), feasible=arm)).front()
+    assert [plan.cost for plan in front] == [10]
+    assert front.assumptions[-1] == "The arm cannot do cup at far (too far). Other plans are as good."
 
 
 def test_a_conflict_of_two_objects_is_told_once_and_in_words() -> None:
