@@ -153,10 +153,12 @@ def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -
         *([Action("grasp", taken)] if taken else ()),
         *([Action("release", trial.put, state.hand)] if trial.put else ()),
     ]
-    for earlier in before:
-        perform(cell, earlier, skills)
+    # An object is grasped so that it can be put down where it goes.
+    after = [Action("release", state.held, action.location)] if state.held and action.location else []
+    for done, earlier in enumerate(before, start=1):
+        perform(cell, earlier, skills, ahead=[*before[done:], action, *after])
     spent = cell.effort
-    perform(cell, action, skills)
+    perform(cell, action, skills, ahead=after)
     _check_effect(cell, action)
     return cell.effort - spent
 

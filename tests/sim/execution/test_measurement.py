@@ -13,6 +13,7 @@ from prefplan.models.manipulation.action_costs import MeasuredCosts, Pair
 from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import Location, ManipulationModel, ManipulationState, Object
 from prefplan.models.manipulation.slots import free_slot
+from prefplan.models.manipulation.surroundings import Fixture
 from sim.capability import sources
 from sim.capability.sources import FOLDERS, digest_of_sources
 from sim.execution import cost_measurement
@@ -118,6 +119,16 @@ def test_the_arm_puts_an_object_where_the_model_expects_it(taken: tuple[int, ...
         perform(cell, action)
     slot = slot_of(scene, true_poses(scene, cell.data), "cup")
     assert slot is not None and (slot.location, slot.index) == ("tray", free_slot(taken, 0, 3))
+
+
+def test_an_object_is_grasped_so_that_it_can_be_put_down_where_it_goes() -> None:
+    places = (Location("desk", at=(0.45, 0.0)), Location("low", at=(0.5, 0.25)))
+    roof = Fixture("roof", "box", at=(0.5, 0.25, 0.22), size=(0.25, 0.2, 0.02))
+    cup = Object("cup", "desk", kind="cylinder", size=(0.05, 0.06))
+    costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+    scene = build_scene(ManipulationModel("home", costs, places, (cup,), fixtures=(roof,)))
+    pair: Pair = ("transport", "desk", "low")
+    assert isinstance(measure(scene, pair, trials(scene.model)[pair]), Measurement)
 
 
 def test_whatever_the_arm_moves_by_is_in_the_digest(monkeypatch: pytest.MonkeyPatch) -> None:
