@@ -181,7 +181,7 @@ def _times(plan: NamedPlan, other: NamedPlan, name: Mapping[str, str]) -> list[s
             changes[when].append(f"{name[task]} at {number(now)} instead of {number(before)}")
     found = [f"{when}: {', '.join(tasks)}." for when, tasks in changes.items() if tasks]
     orders = [", ".join(name[task] for task in one.ledger.order) for one in (plan, other)]
-    if orders[0] != orders[1]:
+    if orders[0] != orders[1] and all(orders):
         found.append(f"Order of the tasks: {orders[0]}; in the other plan: {orders[1]}.")
     return found
 

@@ -125,6 +125,15 @@ def test_a_plan_on_a_graph_says_what_it_reaches_in_another_order() -> None:
     )
 
 
+def test_a_plan_that_skips_every_task_has_no_order() -> None:
+    weighed = 'kind = "weighted-sum"\nover = "violation"\nweights = { look = 1, test = 1 }'
+    scenario = loads(CAMPUS.replace("[[tasks]]", "[[tasks]]\nskip = 3").replace('kind = "order"', weighed))
+    problem = scenario.problem()
+    idle, *_, busy = (NamedPlan(p, Ledger.of_plan(problem, p), "the cheapest") for p in pp.pareto_front(problem))
+    assert not idle.ledger.order and busy.ledger.order
+    assert not [line for line in explain(scenario, busy, idle)[1] if line.startswith("Order")]
+
+
 def test_a_rule_has_no_place_in_the_order_of_the_tasks() -> None:
     scenario = loads(CAMPUS + '[[rules]]\nname = "apart"\nformula = "G !(view & sample)"\n')
     _, later = page_data(scenario, pp.pareto_front(scenario.problem()), {})["plans"]
