@@ -129,3 +129,7 @@ class OnDemand(Sequence[Any]):
         """Return an entry, or the tuple of several."""
         at = range(self._length)[index]
         return self._make(at) if isinstance(at, int) else tuple(map(self._make, at))
+
+    def __reduce__(self) -> tuple[type, tuple[tuple[Any, ...]]]:
+        """Return what is pickled: the entries, since the function cannot be."""
+        return tuple, (tuple(self),)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from dataclasses import replace
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from prefplan import Front, Plan, PrefplanError, Purchase, Reason
+from prefplan import Front, Plan, PrefplanError, Purchase, Reason, pareto_front
 from prefplan.front import Stats
 
 WHOLE = Front(
@@ -44,6 +45,12 @@ def test_a_front_is_a_sequence_of_its_plans() -> None:
     assert WHOLE[1:] == WHOLE.plans[1:] and list(WHOLE) == [WHOLE[0], WHOLE[1]]
     with pytest.raises(IndexError):
         WHOLE[2]
+
+
+def test_a_front_that_was_searched_for_can_be_pickled() -> None:
+    front = pareto_front("example")
+    there = pickle.loads(pickle.dumps(front))
+    assert list(there) == list(front) and str(there) == str(front)
 
 
 def test_a_front_is_printed_as_a_table_and_plans() -> None:
