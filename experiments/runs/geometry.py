@@ -19,10 +19,10 @@ NOT_CHECKED = "geometry not checked:"
 
 
 class AskedArm:
-    """The arm of a scene that may turn out to be impossible: then it is said once, and everything counts as possible.
+    """The arm of a scene in which it may be unable to work: then it is said once, and everything counts as possible.
 
     Attributes:
-        failed: whether the scene cannot be built.
+        failed: whether the scene cannot be built, or the hand cannot begin in it.
     """
 
     def __init__(self, capability: Capability, path: object) -> None:
@@ -36,11 +36,14 @@ class AskedArm:
 
         if not self.failed:
             try:
-                return self._capability.check(obj, location)
+                if (fault := self._capability.check_start()) is None:
+                    return self._capability.check(obj, location)
+                why = fault
             except (SimulationError, RobotError) as error:
-                self.failed = True
                 faults = error.faults if isinstance(error, SimulationError) else (f"robot: {error}",)
-                tell(f"{NOT_CHECKED} {self._path}: " + "; ".join(f"model.{fault}" for fault in faults))
+                why = "; ".join(f"model.{fault}" for fault in faults)
+            self.failed = True
+            tell(f"{NOT_CHECKED} {self._path}: {why}")
         return PlaceCheck(obj, location)
 
 

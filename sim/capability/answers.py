@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -51,12 +52,12 @@ class Capability:
         return {"_model": self._model, "_robot": self._robot}
 
     def check_start(self) -> str | None:
-        """See `Feasibility.check_start`; it is found anew each time.
+        """See `Feasibility.check_start`.
 
         Raises:
             SimulationError: the scene cannot be built.
         """
-        return self._feasibility.check_start()
+        return self._kept("start", lambda: PlaceCheck("", self._model.start, self._feasibility.check_start())).reason
 
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return what the arm can do with an object at a location; all, where the model does not allow it anyway.
@@ -64,13 +65,20 @@ class Capability:
         Raises:
             SimulationError: the scene cannot be built.
         """
-        name = f"{obj} at {location}"
-        if name not in self._answers:
+
+        def answer() -> PlaceCheck:
             from sim.capability.arrangement import arranged
 
             names = [one.name for one in self._model.objects], [place.name for place in self._model.locations]
             known = obj in names[0] and location in names[1] and arranged(self._model, obj, location) is not None
-            self._answers[name] = self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
+            return self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
+
+        return self._kept(f"{obj} at {location}", answer)
+
+    def _kept(self, name: str, answer: Callable[[], PlaceCheck]) -> PlaceCheck:
+        """Return the answer of a name; it is found if it is not known yet, and kept."""
+        if name not in self._answers:
+            self._answers[name] = answer()
             text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
             keep(self._path, text.encode())
         return self._answers[name]

@@ -38,6 +38,10 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             questions.append((obj, location))
             return ANSWER
 
+        def check_start(self) -> str:
+            questions.append("start")
+            return "too low"
+
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("sim.capability.feasibility.Feasibility", Arm)
     return questions
@@ -46,7 +50,8 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 def test_an_answer_is_asked_for_once_and_read_as_it_was_written(asked: list[Any]) -> None:
     first, again = Capability(MODEL), Capability(MODEL)
     assert [arm.check("cup", "there") for arm in (first, first, again)] == [ANSWER] * 3
-    assert asked == [("cup", "there")]
+    assert [arm.check_start() for arm in (first, first)] == [Capability(MODEL).check_start()] * 2 == ["too low"] * 2
+    assert asked == [("cup", "there"), "start"]
 
 
 @pytest.mark.parametrize(
