@@ -128,7 +128,8 @@ def _nearest_entries(model: ManipulationModel, entries: Collection[Pair], hands:
 def unmeasured(action: str, before: str) -> ModelError:
     """Return the error of an action, such as `transit left`, whose cost was not measured from a pose of the hand."""
     return ModelError(
-        f"costs.measured: {action!r} with the hand at {before!r} was not measured; `prefplan measure` measures it"
+        f"costs.measured: {action!r} with the hand at {before!r} was not measured; `prefplan measure` measures it, "
+        "or says why the arm cannot do it"
     )
 
 

@@ -150,6 +150,8 @@ def test_an_action_that_never_works_out_is_told(scenario: Path, run: Run, monkey
     assert printed["failed"] == [
         {"action": "transit", "from": "desk", "to": "tray", "reason": "`transit tray`: a wall"}
     ]
+    status, _, err = run("front", "cup.toml")
+    assert status == 2 and "`prefplan measure` measures it, or says why the arm cannot do it" in err
 
 
 def test_the_file_can_be_written_elsewhere(scenario: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
