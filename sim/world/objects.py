@@ -118,7 +118,8 @@ def start_slots(
 ) -> dict[str, Slot]:
     """Return the slot in which each object starts, on top of the objects that start below it.
 
-    Objects at one location fill its slots in file order, unless the model's initial state names their slots.
+    Objects at one location fill its slots in file order, unless the model's initial state names their slots. Where a
+    support was observed to be missing, an object is as high as it can be in its slot.
     """
     places = [(obj.name, obj.start) for obj in model.objects]
     capacities = {name: len(row) for name, row in slots.items()}
@@ -128,7 +129,7 @@ def start_slots(
 
     def floor(location: str) -> float:
         below = model.location(location).on
-        if not below:
+        if not below or not first.keys() >= set(below):
             return float(slots[location][0].position[2])
         return max(floor(support) + shapes[first[support]].height for support in below)
 

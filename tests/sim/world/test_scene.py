@@ -9,6 +9,7 @@ import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
+from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
 from sim.robots.arms.panda import PANDA
 from sim.world.contacts import CARRIED_SHARE
@@ -49,6 +50,12 @@ def test_every_location_has_as_many_slots_as_it_has_room(scene: Scene) -> None:
 def test_a_location_on_others_lies_midway_and_one_object_higher(scene: Scene) -> None:
     left, right, top = (scene.slots[name][0].position for name in ("left", "right", "top"))
     assert top == pytest.approx((left + right) / 2 + [0, 0, CUBE_EDGE_M])
+
+
+def test_an_object_whose_support_was_observed_to_be_missing_is_as_high_as_it_can_be(scene: Scene) -> None:
+    observed = beginning(scene, {"pink": "top", "green": "right"}, {})
+    starts = start_slots(observed.model, observed.slots, observed.shapes)
+    assert starts["pink"].position == pytest.approx(scene.slots["top"][0].position)
 
 
 def test_stacks_stand_on_stacks(layout_of: Callable[..., TableLayout]) -> None:
