@@ -120,14 +120,15 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]:
-    """Return how an object fits into a slot beside the other objects on its level.
+    """Return how an object fits into a slot beside the other objects on its level, those that carry it apart.
 
     These are: the object most in its way, by how much that is too close, m (0 if there is room), and the distance of
     centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
     """
     shapes = cell.shapes
     centre = resting_centre(cell, obj, slot)
-    poses = {other: cell.observe(other) for other in shapes if other != obj}
+    poses, under = _supports(cell, obj, slot)
+    poses = {other: pose for other, pose in poses.items() if other not in under.values()}
     lacking = {other: lacking_room(shapes[obj], centre, slot.yaw, pose) for other, pose in poses.items()}
     level = {other: missing for other, missing in lacking.items() if missing is not None}
     most = max(level, key=level.__getitem__, default="")

@@ -39,6 +39,14 @@ def test_what_would_rest_on_supports_of_different_heights_is_not_put_down() -> N
         free_slot(Workcell(scene, initial_state(scene)), "x", "top")
 
 
+def test_what_carries_an_object_is_not_in_its_way_however_noisy_the_sensor() -> None:
+    places = (Location("base", at=(0.5, 0.0)), Location("top", on=("base",)), Location("far", at=(0.45, -0.3)))
+    objects = (Object("low", "base"), Object("x", "far"))
+    scene = build_scene(ManipulationModel("home", dict.fromkeys(SKILLS, 1), places, objects))
+    cell = Workcell(scene, initial_state(scene), sensor=NoisySensor(0.002, seed=2))
+    assert all(free_slot(cell, "x", "top").location == "top" for _ in range(100))
+
+
 def test_transit_brings_the_empty_hand_over_a_location(scene: Scene) -> None:
     cell = perform_all(scene, "transit bin1")
     centre = np.mean([slot.position for slot in scene.slots["bin1"]], axis=0)
