@@ -144,16 +144,20 @@ class Planner:
         if objective is not None and objective not in names:
             raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
         limits, bounds = limits_of(self.problem, **wanted)
+        labels = [*self.problem.past.labels, self.problem.system.label(self.problem.system.start)]
         front, self.stats = Front((), complete_below=0), Stats()
         try:
             with limits:
                 while True:
                     front = self._solve(objective, limits, bounds)
                     front = front.over(over) if over else front
-                    barred = self.geometry.excluded(front) if self.geometry and front.ended is None else ()
-                    if not barred:
+                    if self.geometry is None or front.ended is not None:
                         break
-                    self._ahead, self._product = self._ahead.over(self._ahead.system.without(barred)), None
+                    barred, limitations = self.geometry.excluded(front)
+                    if not barred and not limitations:
+                        break
+                    without = self._ahead.over(self._ahead.system.without(barred))
+                    self._ahead, self._product = without.keeping(limitations, labels), None
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))
         if front.ended == "interrupt" and not keep_on_interrupt:

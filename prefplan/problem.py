@@ -6,10 +6,11 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import count
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import common_unit, exact, to_number
-from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
+from prefplan.logic.tasks import Limitation, Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
 from prefplan.models.system import Past, System
@@ -212,6 +213,17 @@ class Problem:
             problem.weighted_automata = tuple(self.weighted_automata[i] for i in tasks)
             problem.followers = problem.weighted_automata
         return problem
+
+    def keeping(self, formulas: Sequence[str], labels: Sequence[frozenset[str]]) -> Problem:
+        """Return the problem with formulas of limitations, except those that some labels have already broken."""
+        if not formulas:
+            return self
+        taken = {*self.names, *(rule.name for rule in self.rules)}
+        names = (name for k in count() if (name := f"limitation_{k}") not in taken)
+        given = [Limitation(name, formula) for name, formula in zip(names, formulas, strict=False)]
+        given = [replace(rule, propositions=self.system.propositions) for rule in given]
+        rules = (*self.rules, *(rule for rule in given if rule.automaton.first_accepted(labels) is None))
+        return Problem(self.system, self.tasks, self.preferences, rules=rules, past=self.past, feasible=self.feasible)
 
     def _assumed(self) -> tuple[str, ...]:
         """Return a sentence for every assumption under which a front is exact."""

@@ -112,7 +112,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     costs, achievable = None, None
     with suppress(UnfinishedError, LimitError):
         costs = _least_costs(problem.system, replace(task, relax=(), skip=None), limits, problem.cost_names)
-        achievable = costs is not None or is_achievable(problem.system, task, limits)
+        achievable = costs is not None or is_achievable(problem.system, task, limits=limits)
     return {
         "name": task.name,
         "formula": task.formula,
@@ -125,13 +125,17 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     }
 
 
-def is_achievable(system: System, task: Task, limits: Limits) -> bool:
-    """Return whether a task alone can be satisfied, or else relaxed or skipped; errors as in `_least_costs`."""
-    return _least_costs(system, task, limits, system.cost_names[:1]) is not None
+def is_achievable(system: System, task: Task, limitations: Sequence[str] = (), *, limits: Limits) -> bool:
+    """Return whether a task alone can be satisfied, or else relaxed or skipped; for the rest, see `_least_costs`."""
+    return _least_costs(system, task, limits, system.cost_names[:1], limitations) is not None
 
 
-def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str]) -> dict[str, Number] | None:
+def _least_costs(
+    system: System, task: Task, limits: Limits, names: Sequence[str], limitations: Sequence[str] = ()
+) -> dict[str, Number] | None:
     """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
+
+    `limitations` are formulas that every plan satisfies.
 
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
@@ -139,7 +143,8 @@ def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str
     # A name that differs from those of all costs.
     name = f"unmet_{'_'.join(system.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
-    planner = Planner(Problem(system, [task], [unmet]))
+    problem = Problem(system, [task], [unmet]).keeping(limitations, [system.label(system.start)])
+    planner = Planner(problem)
     try:
         with interruptible(limits):
             return {name: planner.best(name).costs[name] for name in names}

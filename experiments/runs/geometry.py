@@ -46,6 +46,10 @@ class AskedArm:
             tell(f"{NOT_CHECKED} {self._path}: {why}")
         return PlaceCheck(obj, location)
 
+    def brings(self, obj: str, source: str, location: str) -> bool:
+        """See `prefplan.models.feasibility.Feasible`; it is asked after `check`."""
+        return self.failed or self._capability.brings(obj, source, location)
+
 
 def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do, where that can be known.

@@ -14,12 +14,15 @@ from typing import TYPE_CHECKING, Protocol
 
 from prefplan.exact_costs import Number
 from prefplan.limits import check_limits
-from prefplan.models.manipulation.symbolic import ManipulationState, at
+from prefplan.models.manipulation.symbolic import ManipulationState, at, never_directly
 from prefplan.models.system import Barred
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from prefplan.plan import Plan
+
+Move = tuple[str, str, str]
+"""An object, and the locations from which and to which it is brought."""
 
 MOST_NAMED = 3
 """Most exclusions, and most plans, that a sentence names."""
@@ -43,6 +46,12 @@ class Feasible(Protocol):
     def check(self, obj: str, location: str) -> Answer:
         """Return what the arm can do with an object at a location: grasp it there, put it down there."""
 
+    def brings(self, obj: str, source: str, location: str) -> bool:
+        """Return whether the arm can bring an object from one location to another, both of which `check` allows.
+
+        If not, no grasp suits both, and it may have to put the object down elsewhere on the way.
+        """
+
 
 class Geometry:
     """What is known of what an arm can do, as far as plans needed it, and what was left out of them for that.
@@ -63,28 +72,54 @@ class Geometry:
         self._feasible, self._past = feasible, past
         self._answers: dict[tuple[str, str], Answer] = {}
         self._conflicts = set[frozenset[str]]()
+        self._direct: dict[Move, bool] = {}
 
-    def excluded(self, plans: Sequence[Plan]) -> Barred:
+    def excluded(self, plans: Sequence[Plan]) -> tuple[Barred, list[str]]:
         """Return what the arm cannot do of what some plans need; nothing if it can carry out all of them.
+
+        These are actions, and formulas of rules: a location may be reached from elsewhere only.
 
         Raises:
             LimitError: a limit was reached before all answers were known.
         """
-        found: dict[tuple[frozenset[str], str], None] = {}
-        for plan in plans:
-            for pair in self._pairs(plan):
-                if pair not in self._answers:
-                    check_limits()
-                    self._answers[pair] = self._feasible.check(*pair)
-                answer = self._answers[pair]
-                for conditions, action in self._violated(plan, answer):
-                    self.abstract = self.abstract or [each.objectives for each in plans]
-                    conflict = conditions | {at(*pair)}
-                    if answer.reason or conflict not in self._conflicts:
-                        self.left_out.setdefault(pair, answer.reason or self._crowded(plan, pair, conditions))
-                        self._conflicts.add(conflict)
-                    found[conditions, action] = None
-        return list(found)
+        found, formulas = dict[tuple[frozenset[str], str], None](), list[str]()
+        try:
+            for plan in plans:
+                barred = [entry for pair in self._pairs(plan) for entry in self._barred(plan, pair)]
+                found |= dict.fromkeys(barred)
+                formulas += [] if barred else map(self._never, filter(self._is_impossible, self._moves(plan)))
+        finally:
+            if self.left_out and not self.abstract:
+                self.abstract = [each.objectives for each in plans]
+        return list(found), formulas
+
+    def _barred(self, plan: Plan, pair: tuple[str, str]) -> Barred:
+        """Return what excludes an action of a plan with an object at a location, and tell why."""
+        if pair not in self._answers:
+            check_limits()
+            self._answers[pair] = self._feasible.check(*pair)
+        answer = self._answers[pair]
+        barred = self._violated(plan, answer)
+        for conditions, _ in barred:
+            conflict = conditions | {at(*pair)}
+            if answer.reason or conflict not in self._conflicts:
+                self.left_out.setdefault(pair, answer.reason or self._crowded(plan, pair, conditions))
+                self._conflicts.add(conflict)
+        return barred
+
+    def _is_impossible(self, move: Move) -> bool:
+        """Return whether it is found now that the arm cannot bring an object from one location to another, and tell."""
+        if move in self._direct:
+            return False
+        check_limits()
+        self._direct[move] = self._feasible.brings(*move)
+        return not self._direct[move]
+
+    def _never(self, move: Move) -> str:
+        """Return the formula that excludes a move, and tell of it."""
+        obj, source, location = move
+        self.left_out.setdefault((obj, location), f"directly from {source}")
+        return never_directly(obj, location, [source])
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""
@@ -100,7 +135,9 @@ class Geometry:
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""
         pairs = self._pairs(plan)
-        return all(pair in self._answers and not self._violated(plan, self._answers[pair]) for pair in pairs)
+        return all(map(self._direct.get, self._moves(plan))) and all(
+            pair in self._answers and not self._violated(plan, self._answers[pair]) for pair in pairs
+        )
 
     @property
     def note(self) -> str | None:
@@ -129,6 +166,15 @@ class Geometry:
                 for state, action in steps
             )
         ]
+
+    def _moves(self, plan: Plan) -> Iterator[Move]:
+        """Yield each object that a plan puts down, with the location where it was before, and the new one."""
+        places = [state.place for state in plan.states if isinstance(state, ManipulationState)]
+        for obj in dict.fromkeys(obj for obj, _ in self._pairs(plan)):
+            rests = [(k, place[obj]) for k, place in enumerate(places) if obj in place]
+            for (_, source), (k, location) in pairwise(rests):
+                if k > self._past and source != location:
+                    yield obj, source, location
 
 
 def _first(parts: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from prefplan.errors import LimitError
 from prefplan.front import Reason
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
-from prefplan.logic.tasks import Rule, Task
+from prefplan.logic.tasks import Limitation, Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 from prefplan.product.reduction import product_of
@@ -24,14 +24,19 @@ def infeasible(problem: Problem, limits: Limits) -> Reason | None:
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    tasks = problem.tasks
-    rules = tuple(rule for rule in problem.rules if rule.skip is None)
-    if _is_satisfiable(problem, limits, tasks, rules):
+    tasks, rules = problem.tasks, [rule for rule in problem.rules if rule.skip is None]
+    limitations = tuple(rule for rule in rules if isinstance(rule, Limitation))
+
+    def is_satisfiable(tasks: tuple[Task, ...], rules: tuple[Rule, ...] = ()) -> bool:
+        return _is_satisfiable(problem, limits, tasks, (*limitations, *rules))
+
+    others = tuple(rule for rule in rules if rule not in limitations)
+    if is_satisfiable(tasks, others):
         return None
-    if rules and _is_satisfiable(problem, limits, tasks, ()):
-        broken = _irreducible(rules, lambda few: _is_satisfiable(problem, limits, tasks, few))
+    if others and is_satisfiable(tasks):
+        broken = _irreducible(others, lambda few: is_satisfiable(tasks, few))
         return Reason("rule", tuple(rule.name for rule in broken))
-    blame = _irreducible(tasks, lambda few: _is_satisfiable(problem, limits, few, ()))
+    blame = _irreducible(tasks, is_satisfiable)
     return Reason("task" if len(blame) == 1 else "conflict", tuple(task.name for task in blame))
 
 

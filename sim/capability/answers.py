@@ -69,11 +69,33 @@ class Capability:
         def answer() -> PlaceCheck:
             from sim.capability.arrangement import arranged
 
-            names = [one.name for one in self._model.objects], [place.name for place in self._model.locations]
-            known = obj in names[0] and location in names[1] and arranged(self._model, obj, location) is not None
-            return self._feasibility.check(obj, location) if known else PlaceCheck(obj, location)
+            allowed = self._knows(obj, location) and arranged(self._model, obj, location) is not None
+            return self._feasibility.check(obj, location) if allowed else PlaceCheck(obj, location)
 
         return self._kept(f"{obj} at {location}", answer)
+
+    def brings(self, obj: str, source: str, location: str) -> bool:
+        """Return whether the arm can bring an object from one location to another, without the others.
+
+        Raises:
+            SimulationError: the scene cannot be built.
+        """
+        if not self._knows(obj, source, location):
+            return True  # it may have been observed off every location
+        if source == self._model.initial_state.place.get(obj):
+            return self.check(obj, location).not_from != source
+
+        def answer() -> PlaceCheck:
+            can = self._feasibility.brings(obj, source, location)
+            return PlaceCheck(obj, location, not_from="" if can else source)
+
+        return not self._kept(f"{obj} from {source} to {location}", answer).not_from
+
+    def _knows(self, obj: str, *locations: str) -> bool:
+        """Return whether an object and locations are in the scene."""
+        return obj in self._model.initial_state.place and {*locations} <= {
+            place.name for place in self._model.locations
+        }
 
     def _kept(self, name: str, answer: Callable[[], PlaceCheck]) -> PlaceCheck:
         """Return the answer of a name; it is found if it is not known yet, and kept."""

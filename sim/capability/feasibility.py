@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -85,6 +86,15 @@ class Feasibility:
         found = self._check(obj, location)
         return replace(found, crowded_by=self._crowding(obj, location)) if found.put else found
 
+    def brings(self, obj: str, source: str, location: str) -> bool:
+        """Return whether an object can be brought from one location to another, without the others."""
+        model = self._scene.model
+        with suppress(ModelError):  # the model does not allow it anyway
+            if (places := arranged(model, obj, location)) is not None:
+                rehearsal = bringing(obj, source, location, vacated(model, places, source)).beginning(BROUGHT)
+                return self._run(rehearsal.alone(model))[1] is None
+        return True
+
     def _check(self, obj: str, location: str) -> PlaceCheck:
         """Return what `check` does, without what other objects crowd."""
         places = arranged(self._scene.model, obj, location)
@@ -106,17 +116,19 @@ class Feasibility:
         settled = arrives or not placeable
         origins = self._beside(location, start)[: None if stayed.error is None else MORE_ORIGINS]
         put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first, origins)
+        indirect = put and not settled and brought is not None and brought.for_good and brought.done >= TAKEN
+        place = partial(PlaceCheck, obj, location, not_from=start if indirect else "")
         if stayed.error is None:
             assert brought is not None
             reason = _while(f"from {start}: {brought.error}", put_unless)
-            return PlaceCheck(obj, location, reason, put=put, put_unless=put_unless)
+            return place(reason, put=put, put_unless=put_unless)
         take = not stayed.for_good or (brought is not None and brought.succeeds_alone)
         unless = self._neighbours(stayed)
         if stayed.done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(stayed.rehearsal, stayed.error)}"
-            return PlaceCheck(obj, location, _while(reason, unless), put=put or take, put_unless=unless)
+            return place(_while(reason, unless), put=put or take, put_unless=unless)
         reason = _while(self._diagnosis.reason(stayed.rehearsal.beginning(TAKEN), stayed.error), unless)
-        return PlaceCheck(obj, location, reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
+        return place(reason, take=take, put=put or take, take_unless=unless, put_unless=put_unless)
 
     def _brought(self, obj: str, location: str, places: Places) -> Attempt | None:
         """Attempt to bring an object from its start to a location; None if it starts there, or cannot be tried."""

@@ -22,6 +22,7 @@ class PlaceCheck:
         take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
         put_unless: the same, while they stand there it cannot be put down.
         crowded_by: the same: while any of them stands there, there is no room to put it down.
+        not_from: a location from which it cannot be brought there directly; empty if none is known.
     """
 
     obj: str
@@ -32,6 +33,7 @@ class PlaceCheck:
     take_unless: Neighbours = ()
     put_unless: Neighbours = ()
     crowded_by: Neighbours = ()
+    not_from: str = ""
 
     @property
     def words(self) -> str:

@@ -1,14 +1,12 @@
 """Failed actions, and the constraints that they put on later plans."""
 
-import itertools
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.manipulation.symbolic import at, holding
-from prefplan.problem import Problem, Rule
-from prefplan.replanning import with_rules
+from prefplan.models.manipulation.symbolic import at, holding, never_directly
+from prefplan.problem import Problem
 from sim.execution.executor import Execution
 from sim.skills.transit import raised_by
 
@@ -60,15 +58,12 @@ class Failures:
         """Return a problem with the rules of detours, except those that the observed labels have broken."""
         if not self._detours:
             return problem
-        taken = {*problem.names, *(rule.name for rule in problem.rules)}
-        names = (name for k in itertools.count() if (name := f"detour_{k}") not in taken)
-        formulas = (_never_directly(*pair, sources) for pair, sources in self._detours.items())
-        rules = [Rule(name, formula) for name, formula in zip(names, formulas, strict=False)]
         # An object may have been grasped at a temporary location, which the problem does not know.
         sources = {at(obj, source) for (obj, _), places in self._detours.items() for source in places}
         system = replace(problem.system, propositions=problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
-        return with_rules(knowing, rules, labels)
+        formulas = [never_directly(*pair, sources) for pair, sources in self._detours.items()]
+        return knowing.keeping(formulas, labels)
 
     def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
         """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
@@ -115,12 +110,6 @@ class Failures:
         self._blocked[obj, target] += 1
         self._detours[obj, target] = {*tried, source}
         return True
-
-
-def _never_directly(obj: str, target: str, sources: Collection[str]) -> str:
-    """Return the formula of a rule that an object is never brought to a location from where it stood at some others."""
-    held, there = holding(obj), " | ".join(at(obj, source) for source in sorted(sources))
-    return f"G !(({there}) & X ({held} & ({held} U {at(obj, target)})))"
 
 
 def _blockers(run: Execution, obj: str, hindering: Sequence[str]) -> set[str]:

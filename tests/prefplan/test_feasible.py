@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, replace
 
+import judge
 import pytest
 from random_manipulation import random_model, random_problem
 from small_models import COSTS, spot
@@ -17,6 +18,7 @@ from prefplan import (
     Planner,
     Problem,
     Task,
+    TransitionSystem,
     UnfinishedError,
     WeightedSum,
 )
@@ -40,10 +42,14 @@ class Arm:
 
     def __init__(self, answers: dict[tuple[str, str], Told]) -> None:
         self.answers, self.asked = answers, list[tuple[str, str]]()
+        self.indirect = set[tuple[str, str, str]]()
 
     def check(self, obj: str, location: str) -> Told:
         self.asked.append((obj, location))
         return self.answers.get((obj, location), Told(reason=None))
+
+    def brings(self, obj: str, source: str, location: str) -> bool:
+        return (obj, source, location) not in self.indirect
 
     @property
     def barred(self) -> Barred:
@@ -92,6 +98,67 @@ def test_asking_only_for_what_plans_need_finds_the_front_of_all_that_the_arm_can
         assert planner.geometry is not None
         repaired += bool(planner.geometry.left_out)
     assert repaired >= 5
+
+
+def enumerated(model: ManipulationModel, arm: Arm) -> TransitionSystem:
+    """Return the judge's states, each with where the held object was grasped, and what the arm can do in them."""
+    cell, places = judge.Cell(model), [place.name for place in model.locations]
+    start = (cell.start(model.initial_state), "")
+    labels, pending, transitions = {start: cell.label(start[0])}, [start], []
+    for state, origin in pending:
+        label = labels[state, origin]
+        for text, cost, after in cell.steps(state):
+            action = model.action(text)
+            if any(name == text and conditions <= label for conditions, name in arm.barred):
+                continue
+            if action.kind == "release" and not arm.brings(action.obj, origin, action.location):
+                continue
+            taken = next((place for place in places if at(action.obj, place) in label), "")
+            there = after, taken if action.kind == "grasp" else origin if action.kind == "transport" else ""
+            transitions.append(((state, origin), text, there, cost))
+            if there not in labels:
+                labels[there] = cell.label(after)
+                pending.append(there)
+    return TransitionSystem.from_transitions(
+        transitions, start=start, labels=labels, propositions=model.valid_propositions
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("large", [False, True])
+def test_fronts_of_objects_that_must_not_go_directly_are_the_enumerated_ones(large: bool) -> None:
+    indirect = 0
+    for seed in range(40):
+        rng, problem = random.Random(seed), random_problem(random.Random(seed), large=large)
+        model = random_model(random.Random(seed))
+        arm = random_arm(rng, problem, model) if rng.random() < 0.5 else Arm({})
+        for obj in model.objects:
+            for _ in range(2):
+                source, location = rng.sample([place.name for place in model.locations], 2)
+                sources = {obj.start, source} - {location}
+                arm.indirect |= {(obj.name, source, location) for source in sources}
+        listed = Problem(enumerated(model, arm), problem.tasks, problem.preferences, rules=problem.rules)
+        expected = Planner(listed).front()
+        planner = Planner(over(problem, arm))
+        front = planner.front()
+        assert [plan.objectives for plan in front] == [plan.objectives for plan in expected], seed
+        assert front.reason == expected.reason or (front.reason and expected.reason)
+        assert planner.geometry is not None and (not front or all(map(planner.geometry.holds, front)))
+        indirect += any("directly" in reason for reason in planner.geometry.left_out.values())
+    assert indirect >= 10
+
+
+def test_an_object_goes_by_way_of_another_location_and_no_rule_is_blamed_if_there_is_none() -> None:
+    arm = Arm({})
+    arm.indirect.add(("cup", "s0", "far"))
+    front = Planner(Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm)).front()
+    assert [plan.cost for plan in front] == [17]
+    said = "The arm cannot do cup at far (directly from s0). If it could: cost 10, preference 0."
+    assert front.assumptions[-1] == said
+    others = [place.name for place in PLACES if place.name not in ("s0", "far")]
+    arm.answers |= {("cup", place): cannot("cup", place) for place in others}
+    with pytest.raises(NoPlanError, match="task t can never be satisfied"):
+        Planner(Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm)).cheapest()
 
 
 PLACES = (*(spot(f"s{k}") for k in range(3)), spot("near", capacity=2), spot("far"))

@@ -1,5 +1,6 @@
 """Symbolic states and actions of a manipulation model, and the propositions of states, as text."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -35,6 +36,12 @@ def at(obj: str, location: str) -> str:
 def marked(obj: str, mark: str) -> str:
     """Return the proposition that an object carries a mark."""
     return f"{obj}_{mark}"
+
+
+def never_directly(obj: str, target: str, sources: Collection[str]) -> str:
+    """Return the formula of a rule that an object is never brought to a location from where it stood at some others."""
+    held, there = holding(obj), f"({' | '.join(at(obj, source) for source in sorted(sources))})"
+    return f"G !({there} & ({there} U ({held} & ({held} U {at(obj, target)}))))"
 
 
 @dataclass(frozen=True)

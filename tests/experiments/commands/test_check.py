@@ -292,7 +292,7 @@ def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     limits._in_use_before -= 2 * 10**8
     assert propositions.size_of(problem.system, limits)["states"] is None
     with pytest.raises(UnfinishedError, match="memory"):
-        checkup.is_achievable(problem.system, problem.tasks[0], limits)
+        checkup.is_achievable(problem.system, problem.tasks[0], limits=limits)
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
