@@ -38,6 +38,10 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             questions.append((obj, location))
             return ANSWER
 
+        def brings(self, obj: str, source: str, location: str) -> bool:
+            questions.append((obj, source, location))
+            return location == "far"
+
         def check_start(self) -> str:
             questions.append("start")
             return "too low"
@@ -52,6 +56,15 @@ def test_an_answer_is_asked_for_once_and_read_as_it_was_written(asked: list[Any]
     assert [arm.check("cup", "there") for arm in (first, first, again)] == [ANSWER] * 3
     assert [arm.check_start() for arm in (first, first)] == [Capability(MODEL).check_start()] * 2 == ["too low"] * 2
     assert asked == [("cup", "there"), "start"]
+
+
+def test_moves_from_the_start_are_known_from_the_check_and_others_are_asked_for(asked: list[Any]) -> None:
+    arm = Capability(MODEL)
+    assert arm.brings("cup", "here", "there") and asked == [("cup", "there")]
+    assert [one.brings("cup", "there", "far") for one in (arm, arm, Capability(MODEL))] == [True] * 3
+    assert [one.brings("cup", "far", "there") for one in (arm, arm, Capability(MODEL))] == [False] * 3
+    assert asked[1:] == [("cup", "there", "far"), ("cup", "far", "there")]
+    assert arm.brings("cup", "spot1", "there") and arm.brings("unknown0", "here", "there") and len(asked) == 3
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +16,11 @@ from scenario_texts import CORNER, shipped
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
+from prefplan.planner import Planner
+from prefplan.preferences.kinds import Order
+from prefplan.problem import Problem
 from prefplan.scenario.decode import loads
+from sim.capability.answers import Capability
 from sim.capability.arrangement import allowed_places, arranged
 from sim.capability.feasibility import Feasibility
 from sim.capability.place_check import PlaceCheck
@@ -407,3 +412,27 @@ def test_what_can_be_put_back_where_it_is_grasped_is_brought_from_wherever_that_
     answer = asked(build_scene(model), only_from_far).check("cup", "goal")
     assert answer.put and answer.take and answer.reason is not None
     assert list(dict.fromkeys(tried)) == ["start", "beside", "near", "next", "far"]
+
+
+def test_what_no_grasp_brings_directly_between_walls_goes_by_way_of_another_location(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    walls = (
+        Fixture("left", "box", at=(0.279, -0.328, 0.185), size=(0.09, 0.17, 0.37), yaw=114),
+        Fixture("right", "box", at=(0.339, -0.538, 0.195), size=(0.06, 0.09, 0.39), yaw=40),
+    )
+    places = (
+        Location("here", at=(0.594, 0.096)),
+        Location("far", at=(0.804, 0.11)),
+        Location("deep", at=(0.436, -0.357)),
+    )
+    bar = Object("bar", "here", kind="box", size=(0.045, 0.065, 0.033), mass=0.05)
+    model = ManipulationModel("home", COSTS, places, (bar,), fixtures=walls)
+    scene = build_scene(model)
+    arm = Capability(model, scene=scene)
+    assert not arm.brings("bar", "here", "deep") and arm.brings("bar", "far", "deep")
+    plan = Planner(Problem(model, {"t": "F bar_deep"}, Order(), feasible=arm)).cheapest()
+    assert plan.actions[2] == "transport bar far" and len(plan.actions) == 7
+    run = Execution(scene, initial_state(scene))
+    assert all(run.step(action, ahead=plan.actions[k + 1 :]) for k, action in enumerate(plan.actions)), run.reason
