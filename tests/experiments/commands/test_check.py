@@ -19,6 +19,7 @@ from prefplan.limits import Limits
 from prefplan.plan import Plan
 from prefplan.planner import Planner
 from prefplan.scenario.decode import load, loads
+from sim.capability.answers import Capability
 from sim.capability.feasibility import Feasibility
 from sim.capability.place_check import PlaceCheck
 from sim.capability.scene_check import tasks_out_of_reach
@@ -246,10 +247,10 @@ def test_ctrl_c_leaves_what_is_known(run: Run, island: Path, monkeypatch: pytest
 def test_ctrl_c_before_the_start_is_checked_leaves_unknown_whether_the_arm_can_work(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def pressed(_: Feasibility) -> None:
+    def pressed(_: Capability) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Feasibility, "check_start", pressed)
+    monkeypatch.setattr(Capability, "check_start", pressed)
     (tmp_path / "cup.toml").write_text(cup_scenario())
     result = run("check", "cup.toml", "--json")
     assert (result.status, result.json["scene"], result.json["places"]) == (130, None, None)
