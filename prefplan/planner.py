@@ -93,6 +93,7 @@ class Planner:
         # The problem without what the arm is known not to do, and its product once there is one.
         self._ahead = self.problem
         self._product: Product | None = None
+        self._limitations = set[str]()
         feasible, past = self.problem.feasible, len(self.problem.past.actions)
         self.geometry = None if feasible is None else Geometry(feasible, past)
 
@@ -153,11 +154,14 @@ class Planner:
                     front = front.over(over) if over else front
                     if self.geometry is None or front.ended is not None:
                         break
-                    barred, limitations = self.geometry.excluded(front)
-                    if not barred and not limitations:
+                    barred, formulas = self.geometry.excluded(front)
+                    # One that the past has broken is not kept, and found again.
+                    new = set(formulas) - self._limitations
+                    if not barred and not new:
                         break
                     without = self._ahead.over(self._ahead.system.without(barred))
-                    self._ahead, self._product = without.keeping(limitations, labels), None
+                    self._ahead, self._product = without.keeping(sorted(new), labels), None
+                    self._limitations |= new
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))
         if front.ended == "interrupt" and not keep_on_interrupt:

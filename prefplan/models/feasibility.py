@@ -108,11 +108,10 @@ class Geometry:
         return barred
 
     def _is_impossible(self, move: Move) -> bool:
-        """Return whether it is found now that the arm cannot bring an object from one location to another, and tell."""
-        if move in self._direct:
-            return False
-        check_limits()
-        self._direct[move] = self._feasible.brings(*move)
+        """Return whether the arm cannot bring an object from one location directly to another."""
+        if move not in self._direct:
+            check_limits()
+            self._direct[move] = self._feasible.brings(*move)
         return not self._direct[move]
 
     def _never(self, move: Move) -> str:

@@ -249,6 +249,24 @@ class Slow(Arm):
         return super().check(obj, location)
 
 
+def test_a_move_that_was_found_impossible_when_a_limit_was_reached_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = Arm({})
+    arm.indirect |= {("cup", "s0", "far"), ("jug", "s1", "far")}
+    planner = Planner(Problem(MODEL, {"t": "F (cup_far & jug_far) | F (cup_far & jug_near)"}, Order(), feasible=arm))
+    brings, asked = arm.brings, list[str]()
+
+    def slow(obj: str, source: str, location: str) -> bool:
+        asked.append(obj)
+        if len(asked) == 2:
+            raise LimitError("time")
+        return brings(obj, source, location)
+
+    monkeypatch.setattr(arm, "brings", slow)
+    assert planner.front().ended == "time" and asked[0] == "cup"
+    front = planner.front()
+    assert front.ended is None and [plan.cost for plan in front] == [27]
+
+
 def test_a_limit_while_the_arm_is_asked_leaves_no_plan_that_it_may_be_unable_to_carry_out() -> None:
     front = Planner(Problem(MODEL, EITHER, Order(), feasible=Slow({}))).front()
     assert (len(front), front.ended, front.reason) == (0, "time", None)
