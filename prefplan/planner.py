@@ -145,7 +145,6 @@ class Planner:
         if objective is not None and objective not in names:
             raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
         limits, bounds = limits_of(self.problem, **wanted)
-        labels = [*self.problem.past.labels, self.problem.system.label(self.problem.system.start)]
         front, self.stats = Front((), complete_below=0), Stats()
         try:
             with limits:
@@ -159,8 +158,10 @@ class Planner:
                     new = set(formulas) - self._limitations
                     if not barred and not new:
                         break
+                    system, past = self.problem.system, self.problem.past
                     without = self._ahead.over(self._ahead.system.without(barred))
-                    self._ahead, self._product = without.keeping(sorted(new), labels), None
+                    limited = without.limited(sorted(new), [*past.labels, system.label(system.start)])
+                    self._ahead, self._product = limited, None
                     self._limitations |= new
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))

@@ -214,16 +214,20 @@ class Problem:
             problem.followers = problem.weighted_automata
         return problem
 
-    def keeping(self, formulas: Sequence[str], labels: Sequence[frozenset[str]]) -> Problem:
-        """Return the problem with formulas of limitations, except those that some labels have already broken."""
-        if not formulas:
+    def keeping(self, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
+        """Return the problem with further rules, except those that some labels have already broken."""
+        given = (replace(rule, propositions=self.system.propositions) for rule in rules)
+        kept = [rule for rule in given if rule.automaton.first_accepted(labels) is None]
+        if not kept:
             return self
+        rules = (*self.rules, *kept)
+        return Problem(self.system, self.tasks, self.preferences, rules=rules, past=self.past, feasible=self.feasible)
+
+    def limited(self, formulas: Iterable[str], labels: Sequence[frozenset[str]]) -> Problem:
+        """Return the problem with formulas of limitations; see `keeping`."""
         taken = {*self.names, *(rule.name for rule in self.rules)}
         names = (name for k in count() if (name := f"limitation_{k}") not in taken)
-        given = [Limitation(name, formula) for name, formula in zip(names, formulas, strict=False)]
-        given = [replace(rule, propositions=self.system.propositions) for rule in given]
-        rules = (*self.rules, *(rule for rule in given if rule.automaton.first_accepted(labels) is None))
-        return Problem(self.system, self.tasks, self.preferences, rules=rules, past=self.past, feasible=self.feasible)
+        return self.keeping(map(Limitation, names, formulas), labels)
 
     def _assumed(self) -> tuple[str, ...]:
         """Return a sentence for every assumption under which a front is exact."""

@@ -12,7 +12,7 @@ from typing import Any
 from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
 from prefplan.ledger import Ledger
-from prefplan.logic.tasks import Possible, Rule, Task
+from prefplan.logic.tasks import Possible, Task
 from prefplan.models.system import Past, System
 from prefplan.plan import Plan
 from prefplan.planner import Planner
@@ -65,18 +65,9 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
     return tuple(name for name, dfa in automata if {h.state for h in histories(dfa, labels)} == {dfa.automaton.dead})
 
 
-def with_rules(problem: Problem, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
-    """Return a problem with further rules, except those that a trace has already broken."""
-    given = (replace(rule, propositions=problem.system.propositions) for rule in rules)
-    kept = [rule for rule in given if rule.automaton.first_accepted(labels) is None]
-    if not kept:
-        return problem
-    return _changed(problem, rules=(*problem.rules, *kept))
-
-
 def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
     """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable."""
-    return with_rules(problem, [Possible(task.name, task.formula) for task in others], labels)
+    return problem.keeping([Possible(task.name, task.formula) for task in others], labels)
 
 
 def achievable(

@@ -143,7 +143,7 @@ def _least_costs(
     # A name that differs from those of all costs.
     name = f"unmet_{'_'.join(system.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
-    problem = Problem(system, [task], [unmet]).keeping(limitations, [system.label(system.start)])
+    problem = Problem(system, [task], [unmet]).limited(limitations, [system.label(system.start)])
     planner = Planner(problem)
     try:
         with interruptible(limits):

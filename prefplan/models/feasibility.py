@@ -9,7 +9,7 @@ without that; leaving actions out makes no plan cheaper, so plans that hold are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Protocol
 
 from prefplan.exact_costs import Number
@@ -87,7 +87,8 @@ class Geometry:
             for plan in plans:
                 barred = [entry for pair in self._pairs(plan) for entry in self._barred(plan, pair)]
                 found |= dict.fromkeys(barred)
-                formulas += [] if barred else map(self._never, filter(self._is_impossible, self._moves(plan)))
+                if not barred:  # else another plan takes its place
+                    formulas += [self._never(move) for move in self._moves(plan) if self._is_impossible(move)]
         finally:
             if self.left_out and not self.abstract:
                 self.abstract = [each.objectives for each in plans]
@@ -169,7 +170,7 @@ class Geometry:
     def _moves(self, plan: Plan) -> Iterator[Move]:
         """Yield each object that a plan puts down, with the location where it was before, and the new one."""
         places = [state.place for state in plan.states if isinstance(state, ManipulationState)]
-        for obj in dict.fromkeys(obj for obj, _ in self._pairs(plan)):
+        for obj in dict.fromkeys(chain.from_iterable(places)):
             rests = [(k, place[obj]) for k, place in enumerate(places) if obj in place]
             for (_, source), (k, location) in pairwise(rests):
                 if k > self._past and source != location:

@@ -63,7 +63,7 @@ class Failures:
         system = replace(problem.system, propositions=problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
         formulas = [never_directly(*pair, sources) for pair, sources in self._detours.items()]
-        return knowing.keeping(formulas, labels)
+        return knowing.limited(formulas, labels)
 
     def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
         """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
