@@ -231,7 +231,7 @@ class Problem:
 
     def _assumed(self) -> tuple[str, ...]:
         """Return a sentence for every assumption under which a front is exact."""
-        notes = []
+        notes = [self.system.left_out] if self.system.left_out else []
         if self.resolution is not None:
             notes.append(f"Costs are rounded to multiples of {number(self.resolution)}; the front is exact for those.")
         for objective in self.objectives:

@@ -43,7 +43,7 @@ def random_model(rng: random.Random, *, large: bool = False) -> ManipulationMode
 
 
 def random_measured(rng: random.Random, model: ManipulationModel, measured: str | tuple[str, ...]) -> ManipulationModel:
-    """Draw measured costs between every two poses of the hand in a model."""
+    """Draw measured costs between every two poses of the hand in a model; in half of them some cannot be measured."""
     places = model.locations
     hands = hand_poses({place.name: place.capacity for place in places}, model.start)
     quantities = measured if isinstance(measured, tuple) else ()
@@ -53,7 +53,10 @@ def random_measured(rng: random.Random, model: ManipulationModel, measured: str 
         for before in hands
         for after in hands
     }
-    return replace(model, costs=MeasuredCosts(measured, entries))
+    gaps = random.Random(str(entries))
+    failed = gaps.sample([*entries], gaps.choice([0, len(entries) // 12]))
+    left = {pair: cost for pair, cost in entries.items() if pair not in failed}
+    return replace(model, costs=MeasuredCosts(measured, left, dict.fromkeys(failed, "a wall")))
 
 
 def random_problem(rng: random.Random, *, measured: bool = False, large: bool = False) -> Problem:

@@ -18,7 +18,7 @@ Cost = Number | Mapping[str, Number]
 
 
 UNMEASURED = -1
-"""Entry of a cost table for an action that was not measured."""
+"""Entry of a cost table for an action whose cost was not measured: it does not exist."""
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ class System(ABC):
         costs: every cost of the actions, the first one first.
         propositions: every name that a formula over this system may use.
         resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
+        left_out: a sentence on actions that it lacks since their costs could not be measured; empty if there are none.
         display: what people are shown in place of names of objects and locations in actions.
     """
 
@@ -40,6 +41,7 @@ class System(ABC):
     costs: tuple[CostTable, ...]
     propositions: frozenset[str]
     resolution: Fraction | None = None
+    left_out: str = ""
     display: DisplayNames = DisplayNames()
 
     @property

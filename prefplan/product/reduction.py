@@ -59,8 +59,7 @@ class GeneratedProduct(Product):
         self.problem, self.system, self.model = problem, problem.system, model
         self.automata, self.followers, self.nodes = problem.weighted_automata, problem.followers, model.space.bound
         costs, *self.more_costs = (c.counts(unit) for c, unit in zip(model.costs, problem.cost_units, strict=True))
-        letters, unmeasured = self._tabulate_letters(), np.full(1, -1)
-        self.generated = Generated(model.moves, costs, letters, steps_of(model.moves), unmeasured)
+        self.generated = Generated(model.moves, costs, self._tabulate_letters(), steps_of(model.moves))
         none, start = np.zeros(0, dtype=np.int32), model.canonical(model.start)
         self.graph = Graph(np.zeros(1, dtype=np.int64), none, costs, none, none, start, False, 0)
 

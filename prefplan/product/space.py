@@ -136,18 +136,16 @@ class Generated(NamedTuple):
 
     Attributes:
         moves: the model, of H poses of the hand and D digits of a state.
-        costs: (4 H H,) int64, by price, as in `Steps`; negative where an action was not measured.
+        costs: (4 H H,) int64, by price, as in `Steps`; negative where there is no action.
         letters: (N + R, D, r) int64, what each value of a digit adds to the number of the letter that each automaton
             reads.
         steps: scratch, the actions of a state.
-        unmeasured: (1,) int64, output: a state with an action whose cost was not measured, -1 if none was met.
     """
 
     moves: Moves
     costs: np.ndarray
     letters: np.ndarray
     steps: Steps
-    unmeasured: np.ndarray
 
 
 class Space(NamedTuple):

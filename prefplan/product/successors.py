@@ -78,9 +78,7 @@ def _generate(automata: Automata, model: Generated, node: Integer, buffer: Succe
     count: Integer = np.int64(0)
     for k in range(write_steps(model.moves, node, model.steps)):
         price = model.steps.prices[k]
-        if model.costs[price] < 0:
-            model.unmeasured[0] = node
-        else:
+        if model.costs[price] >= 0:
             digits = model.steps.digits[k]
             code = pack(model.moves, digits)
             count = _read(automata, model.letters, digits, code, np.int64(0), price, buffer, count)

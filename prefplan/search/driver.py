@@ -16,7 +16,6 @@ from prefplan.limits import Limits
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
 from prefplan.plan import Plan
 from prefplan.product.contraction import edges_between
-from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.successors import successor_buffer
 from prefplan.search.keys import FALL, KeyMap, ordered_number
 from prefplan.search.label_search import run
@@ -117,8 +116,6 @@ class LabelSearch:
         strides = space.automata.strides
         states = np.array([start.automata for start in self._starts], dtype=np.int64).reshape(count, len(strides))
         self.memory.buffer.code[:count] = self.prepared.graph.start + states @ strides
-        if space.generated is not None:
-            space.generated.unmeasured[0] = -1
 
     def _limit(self, name: str, o: int) -> int:
         """Return the inclusive limit of an objective, in units; a rounded value is checked when a goal is found."""
@@ -182,13 +179,8 @@ class LabelSearch:
 
         Raises:
             LimitError: the search needs more memory than there is.
-            ModelError: an action was met whose cost was not measured.
         """
         end = self._run(pops)
-        generated = self.prepared.space.generated
-        if generated is not None and generated.unmeasured[0] >= 0:
-            assert isinstance(self.product, GeneratedProduct)
-            self.product.model.require_measured(int(generated.unmeasured[0]))
         for label in self.memory.found[: self.memory.counters[AT.FOUND]].tolist():
             self._accept(label)
         self.memory.counters[AT.FOUND] = 0

@@ -35,7 +35,7 @@ class Cell:
         return Arm(state.hand, state.held, tuple(places), state.marks)
 
     def _first(self, location: str, full: list[tuple[str, int]]) -> int:
-        slots = range(self.spots[location].capacity if self.measured else 1)
+        slots = range(self.spots[location].capacity if self.measured is not None else 1)
         return next((i for i in slots if (location, i) not in full), 0)
 
     def label(self, arm: Arm) -> frozenset[str]:
@@ -49,7 +49,10 @@ class Cell:
         here = arm.hand.partition("[")[0]
         for action, after in self._load(arm, here) if arm.held else self._empty(arm, here):
             kind = action.split()[0]
-            yield action, self.measured[kind, arm.hand, after.hand] if self.measured else self.model.costs[kind], after
+            if self.measured is None:
+                yield action, self.model.costs[kind], after
+            elif (kind, arm.hand, after.hand) in self.measured:
+                yield action, self.measured[kind, arm.hand, after.hand], after
 
     def _empty(self, arm: Arm, here: str) -> Iterator[tuple[str, Arm]]:
         for name in self.spots:
@@ -90,11 +93,11 @@ class Cell:
     def _free(self, arm: Arm, name: str) -> tuple[str, int]:
         """Return the slot of a location into which an object is put."""
         taken = {place[1] for place in arm.places if place and place[0] == name}
-        free = [i for i in range(self.spots[name].capacity) if i not in taken] if self.measured else [0]
+        free = [i for i in range(self.spots[name].capacity) if i not in taken] if self.measured is not None else [0]
         # Two slots off is as good as any; the first of those that are as good.
         return name, min(free, key=lambda i: (-min([2, *(abs(i - j) for j in taken)]), i))
 
     def _over(self, place: tuple[str, int]) -> str:
         """Return the hand's pose over a slot."""
         name, i = place
-        return f"{name}[{i}]" if self.measured and self.spots[name].capacity > 1 else name
+        return f"{name}[{i}]" if self.measured is not None and self.spots[name].capacity > 1 else name

@@ -21,8 +21,8 @@ from experiments.cli.values import PATH
 from prefplan.errors import ModelError
 
 if TYPE_CHECKING:
+    from prefplan.models.manipulation.action_costs import Pair
     from prefplan.models.manipulation.measured_costs import Measurement
-    from sim.execution.cost_measurement import Failure
 
 
 @command
@@ -54,7 +54,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         from sim.execution.cost_measurement import measure_all, trials
 
     loaded = pp.load(scenario, measured=False)
-    failures: list[Failure] = []
+    failures: dict[Pair, str] = {}
     ended, why = DONE, ""
     with Bars() as bars:
         scene = scene_of(loaded, any_costs=True)
@@ -75,31 +75,27 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
                 if isinstance(result, Measurement):
                     done.append(result)
                 else:
-                    failures.append(result)
+                    failures[result.pair] = result.reason
                 bars("measuring", len(done) + len(failures), total, " ".join(result.pair))
         except KeyboardInterrupt:
             ended, why = INTERRUPTED, "interrupted"
         except TerminatedWorkerError:
             ended, why = FAILED, "a process that measured was killed"
         finally:
-            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest))
+            interrupted = len(done) + len(failures) < total
+            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest, failures, interrupted))
             write_json(file, contents)
     if as_json:
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
-        output.print_json(told | {"actions": contents["actions"], "failed": [*map(_failed, failures)]})
+        output.print_json(told | {"actions": contents["actions"], "failed": contents["failed"]})
     else:
         _show(Console(), loaded.name, file, done, kinds=scene.model.kinds, before=before)
-    for failure in failures:
-        tell(f"not measured: {failure.reason}")
+    for reason in failures.values():
+        tell(f"not measured: {reason}")
     if ended:
         left = total - len(done) - len(failures)
         tell(f"{why}; the same command measures the other {left} actions")
     return ended or (FAILED if failures else DONE)
-
-
-def _failed(failure: Failure) -> dict[str, str]:
-    """Return an action that could not be measured as the documented JSON object."""
-    return dict(zip(("action", "from", "to"), failure.pair, strict=True)) | {"reason": failure.reason}
 
 
 def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING
@@ -31,16 +31,28 @@ class MeasuredCosts:
 
     Attributes:
         measured: one of `QUANTITIES`, or several, each a separate cost.
-        entries: the cost, in the quantity's unit, of each (kind, hand before, hand after) that was measured.
+        entries: the cost, in the quantity's unit, of each (kind, hand before, hand after) that was measured. Between
+            other poses there is no action of this kind.
+        failed: why others could not be measured.
     """
 
     measured: str | tuple[str, ...]
     entries: Mapping[Pair, Cost] = field(default_factory=dict, metadata={"key": None})
+    failed: Mapping[Pair, str] = field(default_factory=dict, metadata={"key": None})
 
     @property
     def quantities(self) -> tuple[str, ...]:
         """The measured quantities, in the order of the costs."""
         return (self.measured,) if isinstance(self.measured, str) else self.measured
+
+    @property
+    def note(self) -> str:
+        """What could not be measured, and is left out for that, as one line; empty if nothing."""
+        if not self.failed:
+            return ""
+        (pair, reason), *others = self.failed.items()
+        more = f"; {len(others)} more" if others else ""
+        return f"Not measured, and left out: {_described(pair)} ({reason}){more}."
 
     @property
     def quantity(self) -> str:
@@ -92,11 +104,11 @@ def _described(pair: Pair) -> str:
 def cost_tables(model: ManipulationModel, hands: Sequence[str]) -> tuple[CostTable, ...]:
     """Return every cost of the K kinds of actions between every two of the H poses of the hand, the first cost first.
 
-    A pose without measurements, such as one over an object that fell, takes those of the nearest measured pose; one
-    over no location takes those of the start pose.
+    A pose that was not measured, such as one over an object that fell, takes the costs of the nearest measured pose;
+    one over no location takes those of the start pose.
     """
     if isinstance(model.costs, MeasuredCosts):
-        given, chosen = list(model.costs.entries.values()), _nearest_entries(model, model.costs.entries, hands)
+        given, chosen = list(model.costs.entries.values()), _nearest_entries(model, model.costs, hands)
     else:
         given = [model.costs[kind] for kind in model.kinds]
         chosen = np.broadcast_to(np.arange(len(given))[:, None, None], (len(given), len(hands), len(hands)))
@@ -108,10 +120,10 @@ def cost_tables(model: ManipulationModel, hands: Sequence[str]) -> tuple[CostTab
     return tuple(tables)
 
 
-def _nearest_entries(model: ManipulationModel, entries: Collection[Pair], hands: Sequence[str]) -> np.ndarray:
+def _nearest_entries(model: ManipulationModel, costs: MeasuredCosts, hands: Sequence[str]) -> np.ndarray:
     """Return (K, H, H) the number of the measured entry for each kind and two poses, or -1."""
-    number = {pair: n for n, pair in enumerate(entries)}
-    measured = sorted({hand for pair in entries for hand in pair[1:]})
+    number = {pair: n for n, pair in enumerate(costs.entries)}
+    measured = sorted({hand for pair in (*costs.entries, *costs.failed) for hand in pair[1:]})
     nearest = {hand: _nearest(model, hand, measured) for hand in hands}
     chosen = np.full((len(model.kinds), len(hands), len(hands)), -1)
     for (k, kind), (i, before), (j, after) in product(enumerate(model.kinds), enumerate(hands), enumerate(hands)):
@@ -123,14 +135,6 @@ def _nearest_entries(model: ManipulationModel, entries: Collection[Pair], hands:
         if options:
             chosen[k, i, j] = min(options)[1]
     return chosen
-
-
-def unmeasured(action: str, before: str) -> ModelError:
-    """Return the error of an action, such as `transit left`, whose cost was not measured from a pose of the hand."""
-    return ModelError(
-        f"costs.measured: {action!r} with the hand at {before!r} was not measured; `prefplan measure` measures it, "
-        "or says why the arm cannot do it"
-    )
 
 
 def _nearest(model: ManipulationModel, hand: str, measured: Sequence[str]) -> dict[str, float]:

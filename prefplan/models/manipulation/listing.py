@@ -7,7 +7,6 @@ import numpy as np
 
 from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
-from prefplan.models.manipulation.action_costs import unmeasured
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
 from prefplan.models.manipulation.symmetry import IN_HAND, Exclusion, Symmetry
@@ -98,10 +97,9 @@ def listed(
     are (K, H, H), as in `CostTable`; labels keep the propositions `names`.
 
     Raises:
-        ModelError: the cost of an action was not measured.
         LimitError: a limit of time or memory was reached.
     """
-    codes, edges = _reachable(moves, start)
+    codes, edges = _reachable(moves, start, np.all([each.entries.ravel() != UNMEASURED for each in costs], axis=0))
     counts, reached, actions, prices = (np.concatenate(each) for each in zip(*edges, strict=True))
     _check_limits(len(reached))
     by_code = np.argsort(codes)
@@ -118,14 +116,14 @@ def listed(
         label_sets=label_sets,
         propositions=space.model.valid_propositions,
     )
-    for edge in np.flatnonzero(system.costs[0].entries == UNMEASURED)[:1]:
-        before = prices[edge] // len(space.hands) % len(space.hands)
-        raise unmeasured(system.action_names[actions[edge]], space.hands[before])
     return system, codes
 
 
-def _reachable(moves: Moves, start: int) -> tuple[np.ndarray, list[tuple[np.ndarray, ...]]]:
-    """Return (S,) the canonical states that can be reached from one, and their actions, in chunks, as from `expand`."""
+def _reachable(moves: Moves, start: int, exists: np.ndarray) -> tuple[np.ndarray, list[tuple[np.ndarray, ...]]]:
+    """Return (S,) the canonical states that can be reached from one, and their actions, in chunks, as from `expand`.
+
+    `exists` tells of each price, as in `Steps`, whether there are actions that have it.
+    """
     steps = steps_of(moves)
     layer = np.array([start], dtype=np.int64)
     layers, known, edges = list[np.ndarray](), layer, list[tuple[np.ndarray, ...]]()
@@ -134,7 +132,7 @@ def _reachable(moves: Moves, start: int) -> tuple[np.ndarray, list[tuple[np.ndar
         chunks = []
         for first in range(0, len(layer), CHUNK):
             _check_limits(first)
-            chunks.append(expand(moves, layer[first : first + CHUNK], steps))
+            chunks.append(expand(moves, layer[first : first + CHUNK], exists, steps))
         edges += chunks
         reached = np.concatenate([chunk[1] for chunk in chunks])
         _check_limits(len(reached))

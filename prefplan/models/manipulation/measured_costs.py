@@ -4,7 +4,7 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,13 @@ DECIMALS = 3
 MOST_BYTES = 20_000_000
 """Greatest size of the file, which is read in a second; each action takes 150 bytes."""
 
-FORMAT = 2
-"""Version of the format: since 2, the hand's poses are over slots where a location has several."""
+FORMAT = 3
+"""Version of the format: since 2, the hand's poses are over slots where a location has several; since 3, what could not
+be measured is there, and whether the measurement was interrupted."""
+
+
+ENDS = "action", "from", "to"
+"""Keys of a pair in the file."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +59,15 @@ class Measurements:
         actions: the measurements of all actions.
         robot: name of the simulated robot.
         sources: digest of the simulation's source code; if it differs, the measurements are outdated.
+        failed: why others could not be measured.
+        interrupted: whether the measurement ended before all were tried.
     """
 
     actions: tuple[Measurement, ...]
     robot: str
     sources: str
+    failed: Mapping[Pair, str] = field(default_factory=dict)
+    interrupted: bool = False
 
 
 def measurements_file(scenario: Path) -> Path:
@@ -85,19 +94,24 @@ def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, A
     """Return the contents of a file of measurements, in the order of the model's kinds and poses of the hand."""
     hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
 
-    def rank(done: Measurement) -> list[int]:
-        return [model.kinds.index(done.pair[0]), *map(hands.index, done.pair[1:])]
+    def rank(pair: Pair) -> list[int]:
+        return [model.kinds.index(pair[0]), *map(hands.index, pair[1:])]
 
     return {
         "format": FORMAT,
         "robot": measurements.robot,
         "geometry": geometry(model, measurements.robot),
         "sources": measurements.sources,
+        "interrupted": measurements.interrupted,
         "actions": [
-            dict(zip(("action", "from", "to"), done.pair, strict=True))
+            dict(zip(ENDS, done.pair, strict=True))
             | {name: round(float(done.quantities[name]), DECIMALS) for name in QUANTITIES}
             | {"samples": done.samples}
-            for done in sorted(measurements.actions, key=rank)
+            for done in sorted(measurements.actions, key=lambda done: rank(done.pair))
+        ],
+        "failed": [
+            dict(zip(ENDS, pair, strict=True)) | {"reason": measurements.failed[pair]}
+            for pair in sorted(measurements.failed, key=rank)
         ],
     }
 
@@ -119,39 +133,48 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
             raise ValueError(data["format"])
         digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
         actions = tuple(map(_measurement, data["actions"]))
+        failed = {_pair(entry): str(entry["reason"]) for entry in data["failed"]}
+        interrupted = data["interrupted"] is not False
     except FileNotFoundError:
         raise ModelError(f"nothing was measured yet; {remedy}") from None
     except (AttributeError, KeyError, OSError, TypeError, ValueError):
         raise ModelError(f"the file of measurements cannot be read or is damaged; {remedy} (delete it first)") from None
     if digest != geometry(model, robot):
         raise ModelError(f"the measurements were made with other locations, objects or surroundings; {remedy}")
-    return Measurements(actions, robot, sources)
+    return Measurements(actions, robot, sources, failed, interrupted)
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
     """Return a model with its measured costs, which are beside its file; one without `MeasuredCosts` as it is.
 
     Raises:
-        ModelError: as in `read_measurements`; the message starts with the key.
+        ModelError: as in `read_measurements`, or the measurement was interrupted; the message starts with the key.
     """
     if not isinstance(model.costs, MeasuredCosts):
         return model
     with prefixed("costs.measured: ", ModelError):
-        done = read_measurements(measurements_file(scenario), model).actions
+        file = measurements_file(scenario)
+        done = read_measurements(file, model)
+        if done.interrupted:
+            raise ModelError("the measurement was interrupted; `prefplan measure` with this scenario continues it")
     wanted = model.costs.measured
     entries: dict[Pair, Cost] = {
         one.pair: one.quantities[wanted] if isinstance(wanted, str) else {name: one.quantities[name] for name in wanted}
-        for one in done
+        for one in done.actions
     }
-    return dataclasses.replace(model, costs=MeasuredCosts(wanted, entries))
+    return dataclasses.replace(model, costs=MeasuredCosts(wanted, entries, done.failed))
 
 
 def _measurement(entry: Mapping[str, Any]) -> Measurement:
-    pair = (str(entry["action"]), str(entry["from"]), str(entry["to"]))
     quantities = {name: entry[name] for name in QUANTITIES}
     if not all(isinstance(value, (int, Decimal)) for value in quantities.values()):
         raise ValueError(f"not numbers: {entry}")
-    return Measurement(pair, quantities, int(entry["samples"]))
+    return Measurement(_pair(entry), quantities, int(entry["samples"]))
+
+
+def _pair(entry: Mapping[str, Any]) -> Pair:
+    action, before, after = (str(entry[key]) for key in ENDS)
+    return action, before, after
 
 
 def _plain(part: Any) -> dict[str, Any]:

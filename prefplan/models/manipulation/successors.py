@@ -297,8 +297,10 @@ def canonical(moves: Moves, state: Integer) -> Integer:
 
 
 @kernel
-def expand(moves: Moves, states: np.ndarray, steps: Steps) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the actions of (N,) int64 states, E in all.
+def expand(
+    moves: Moves, states: np.ndarray, exists: np.ndarray, steps: Steps
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the actions of (N,) int64 states, E in all, of those whose price `exists`, (P,) bool, has.
 
     They are returned as (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; and
     (E,) int32, their numbers and prices, as in `Steps`.
@@ -308,9 +310,11 @@ def expand(moves: Moves, states: np.ndarray, steps: Steps) -> tuple[np.ndarray, 
     actions, prices = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.int32)
     end = 0
     for n in range(states.shape[0]):
-        counts[n] = write_steps(moves, states[n], steps)
-        for k in range(counts[n]):
-            targets[end] = pack(moves, steps.digits[k])
-            actions[end], prices[end] = steps.actions[k], steps.prices[k]
-            end += 1
+        first = end
+        for k in range(write_steps(moves, states[n], steps)):
+            if exists[steps.prices[k]]:
+                targets[end] = pack(moves, steps.digits[k])
+                actions[end], prices[end] = steps.actions[k], steps.prices[k]
+                end += 1
+        counts[n] = end - first
     return counts, targets[:end].copy(), actions[:end].copy(), prices[:end].copy()

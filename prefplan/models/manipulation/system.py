@@ -12,7 +12,7 @@ from prefplan.errors import ModelError
 from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.kernels import compile_kernels
-from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables, unmeasured
+from prefplan.models.manipulation.action_costs import MeasuredCosts, cost_tables
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS
@@ -43,6 +43,7 @@ def transition_system(model: ManipulationModel) -> System:
         start=space.start,
         costs=cost_tables(model, space.hands),
         propositions=model.valid_propositions,
+        left_out=model.costs.note if isinstance(model.costs, MeasuredCosts) else "",
         display=model.display,
         space=space,
         symmetry=symmetry,
@@ -87,13 +88,13 @@ class ManipulationSystem(System):
         """The same system with all its canonical states listed.
 
         Raises:
-            ModelError: a state does not fit an integer, or the cost of an action was not measured.
+            ModelError: a state does not fit an integer.
         """
         if tuple(self.space.model.operators) == STANDARD_OPERATORS:
             system, _ = listed(self.space, self.moves, self.costs, self.canonical(self.start), self.symmetry.visible)
         else:
             system = self._listed_by_operators()
-        return replace(system, propositions=self.propositions, display=self.display)
+        return replace(system, propositions=self.propositions, left_out=self.left_out, display=self.display)
 
     def _listed_by_operators(self) -> TransitionSystem:
         """Return the same with all states listed, by operators that may not be the standard ones."""
@@ -141,34 +142,30 @@ class ManipulationSystem(System):
             for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-                if str(action) not in barred:
+                if str(action) not in barred and UNMEASURED not in self._counts(action, state, after):
                     yield action, after
+
+    def _counts(self, action: Action, before: ManipulationState, after: ManipulationState) -> list[int]:
+        """Return the entries of an action in the tables of costs."""
+        k = self.space.model.kinds.index(action.kind)
+        i, j = (self.space.hand(state, where=f"after `{action}`") for state in (before, after))
+        return [int(each.entries[k, i, j]) for each in self.costs]
 
     def _costs(self, action: Action, before: ManipulationState, after: ManipulationState) -> tuple[Fraction, ...]:
         """Return every cost of an action, in the user's units."""
-        k = self.space.model.kinds.index(action.kind)
-        i, j = (self.space.hand(state, where=f"after `{action}`") for state in (before, after))
-        counts = [int(each.entries[k, i, j]) for each in self.costs]
-        if UNMEASURED in counts:
-            raise unmeasured(str(action), self.space.hands[i])
+        counts = self._counts(action, before, after)
         return tuple(count * each.unit for count, each in zip(counts, self.costs, strict=True))
 
     def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
         """See `System.steps`.
 
         Raises:
-            ModelError: the action does not exist in that state, or its cost was not measured.
+            ModelError: the action does not exist in that state.
         """
         for each, after in self.outcomes(state):
             if str(each) == action:
                 return after, self._costs(each, state, after)
         raise ModelError(f"action {action!r} does not exist in state {state!r}")
-
-    def require_measured(self, code: int) -> None:
-        """Raise ModelError if the cost of some action of a state was not measured."""
-        state = self.space.decode(code)
-        for action, after in self.outcomes(state):
-            self._costs(action, state, after)
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
         """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
