@@ -93,7 +93,6 @@ class Planner:
         # The problem without what the arm is known not to do, and its product once there is one.
         self._ahead = self.problem
         self._product: Product | None = None
-        self._limitations = set[str]()
         feasible, past = self.problem.feasible, len(self.problem.past.actions)
         self.geometry = None if feasible is None else Geometry(feasible, past)
 
@@ -153,16 +152,9 @@ class Planner:
                     front = front.over(over) if over else front
                     if self.geometry is None or front.ended is not None:
                         break
-                    barred, formulas = self.geometry.excluded(front)
-                    # One that the past has broken is not kept, and found again.
-                    new = set(formulas) - self._limitations
-                    if not barred and not new:
+                    if not self.geometry.exclude(front):
                         break
-                    system, past = self.problem.system, self.problem.past
-                    without = self._ahead.over(self._ahead.system.without(barred))
-                    limited = without.limited(sorted(new), [*past.labels, system.label(system.start)])
-                    self._ahead, self._product = limited, None
-                    self._limitations |= new
+                    self._ahead, self._product = self.geometry.without(self.problem), None
         except (LimitError, KeyboardInterrupt) as error:
             front = replace(front, ended=ended_by(error))
         if front.ended == "interrupt" and not keep_on_interrupt:

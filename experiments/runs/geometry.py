@@ -10,6 +10,7 @@ from experiments.cli.start import has_simulation
 from experiments.cli.status import is_quiet, tell
 
 if TYPE_CHECKING:
+    from prefplan.models.feasibility import Move
     from sim.capability.answers import Capability
     from sim.capability.place_check import PlaceCheck
     from sim.world.scene import Scene
@@ -29,26 +30,21 @@ class AskedArm:
         """Take what the arm can do in the scenario of a file."""
         self._capability, self._path, self.failed = capability, path, False
 
-    def check(self, obj: str, location: str) -> PlaceCheck:
+    def rehearse(self, move: Move) -> PlaceCheck | None:
         """See `prefplan.models.feasibility.Feasible`."""
-        from sim.capability.place_check import PlaceCheck
         from sim.errors import RobotError, SimulationError
 
         if not self.failed:
             try:
                 if (fault := self._capability.check_start()) is None:
-                    return self._capability.check(obj, location)
+                    return self._capability.rehearse(move)
                 why = fault
             except (SimulationError, RobotError) as error:
                 faults = error.faults if isinstance(error, SimulationError) else (f"robot: {error}",)
                 why = "; ".join(f"model.{fault}" for fault in faults)
             self.failed = True
             tell(f"{NOT_CHECKED} {self._path}: {why}")
-        return PlaceCheck(obj, location)
-
-    def brings(self, obj: str, source: str, location: str) -> bool:
-        """See `prefplan.models.feasibility.Feasible`; it is asked after `check`."""
-        return self.failed or self._capability.brings(obj, source, location)
+        return None
 
 
 def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:

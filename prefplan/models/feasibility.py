@@ -1,7 +1,8 @@
 """What an arm can do, as a planner asks for it: the protocol that a simulation implements, and what answers exclude.
 
-The planner asks for nothing but what its plans need. A plan that needs what the arm cannot do is searched for again
-without that; leaving actions out makes no plan cheaper, so plans that hold are the best that the arm can carry out.
+The moves of a plan are rehearsed, each among the objects that stand around then. A plan with a move that fails is
+searched for again without what makes it fail; leaving actions out makes no plan cheaper, so plans that hold are the
+best that the arm can carry out.
 (Lazy collision checking does the same on a roadmap: R. Bohlin and L. E. Kavraki, "Path planning using lazy PRM", ICRA
 2000; for tasks and motions: C. R. Garrett et al., "PDDLStream", ICAPS 2020.)
 """
@@ -9,8 +10,8 @@ without that; leaving actions out makes no plan cheaper, so plans that hold are 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain, pairwise
-from typing import TYPE_CHECKING, Protocol
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from prefplan.exact_costs import Number
 from prefplan.limits import check_limits
@@ -20,37 +21,53 @@ from prefplan.text.layout import number
 
 if TYPE_CHECKING:
     from prefplan.plan import Plan
-
-Move = tuple[str, str, str]
-"""An object, and the locations from which and to which it is brought."""
+    from prefplan.problem import Problem
 
 MOST_NAMED = 3
 """Most exclusions, and most plans, that a sentence names."""
 
 
+class Move(NamedTuple):
+    """What a plan does from one state with an empty hand to the next, or to its end.
+
+    Attributes:
+        obj: the object that is grasped.
+        source: the location where it is grasped.
+        target: the location where it is put down; empty if it stays in the hand.
+        others: every other object that rests somewhere, with its location, in the model's order.
+    """
+
+    obj: str
+    source: str
+    target: str
+    others: tuple[tuple[str, str], ...]
+
+
 class Answer(Protocol):
-    """What an arm can do with an object at a location."""
+    """What an arm cannot do with an object at a location."""
+
+    @property
+    def location(self) -> str:
+        """The location."""
 
     @property
     def barred(self) -> Barred:
         """The actions that it cannot do there, each with the propositions under which it cannot: none for always."""
 
     @property
+    def not_after(self) -> frozenset[str]:
+        """Propositions: while they hold, it cannot grasp the object and bring it there directly. Empty if it can."""
+
+    @property
     def reason(self) -> str | None:
-        """Why it cannot do them, for people."""
+        """Why, for people; None if objects leave no room there for each other."""
 
 
 class Feasible(Protocol):
     """What an arm can do in a scene. The answers never change."""
 
-    def check(self, obj: str, location: str) -> Answer:
-        """Return what the arm can do with an object at a location: grasp it there, put it down there."""
-
-    def brings(self, obj: str, source: str, location: str) -> bool:
-        """Return whether the arm can bring an object from one location to another, both of which `check` allows.
-
-        If not, no grasp suits both, and it may have to put the object down elsewhere on the way.
-        """
+    def rehearse(self, move: Move) -> Answer | None:
+        """Return what the arm cannot do of a move, in as many states as is known; None if it can carry it out."""
 
 
 class Geometry:
@@ -70,74 +87,70 @@ class Geometry:
         self.abstract: list[dict[str, Number]] = []
         self.lost: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
-        self._answers: dict[tuple[str, str], Answer] = {}
+        self._rehearsed: dict[Move, Answer | None] = {}
         self._conflicts = set[frozenset[str]]()
-        self._direct: dict[Move, bool] = {}
+        self._applied = 0  # how many of the exclusions
+        self._barred = set[tuple[frozenset[str], str]]()
+        # By object and location, propositions after which it cannot be brought there directly.
+        self._indirect: dict[tuple[str, str], set[frozenset[str]]] = {}
 
-    def excluded(self, plans: Sequence[Plan]) -> tuple[Barred, list[str]]:
-        """Return what the arm cannot do of what some plans need; nothing if it can carry out all of them.
-
-        These are actions, and formulas of rules: a location may be reached from elsewhere only.
+    def exclude(self, plans: Sequence[Plan]) -> bool:
+        """Exclude what the arm cannot do of what some plans need; return whether `without` has to be called for it.
 
         Raises:
             LimitError: a limit was reached before all answers were known.
         """
-        found, formulas = dict[tuple[frozenset[str], str], None](), list[str]()
         try:
             for plan in plans:
-                barred = [entry for pair in self._pairs(plan) for entry in self._barred(plan, pair)]
-                found |= dict.fromkeys(barred)
-                if not barred:  # else another plan takes its place
-                    formulas += [self._never(move) for move in self._moves(plan) if self._is_impossible(move)]
+                for move in self._moves(plan):
+                    if (refused := self._rehearse(move)) is not None:
+                        self._refuse(move, refused)
         finally:
             if self.left_out and not self.abstract:
                 self.abstract = [each.objectives for each in plans]
-        return list(found), formulas
+        return self._size > self._applied
 
-    def _barred(self, plan: Plan, pair: tuple[str, str]) -> Barred:
-        """Return what excludes an action of a plan with an object at a location, and tell why."""
-        if pair not in self._answers:
+    def without(self, problem: Problem) -> Problem:
+        """Return a problem without what is excluded; a move that its past contains stays possible."""
+        system, labels = problem.system, problem.past.labels
+        formulas = [never_directly(*pair, origins) for pair, origins in self._indirect.items()]
+        possible = problem.over(system.without(sorted(self._barred, key=str)))
+        self._applied = self._size
+        return possible.limited(formulas, [*labels, system.label(system.start)])
+
+    @property
+    def _size(self) -> int:
+        """The number of exclusions."""
+        return len(self._barred) + sum(map(len, self._indirect.values()))
+
+    def _rehearse(self, move: Move) -> Answer | None:
+        """Return what the arm cannot do of a move."""
+        if move not in self._rehearsed:
             check_limits()
-            self._answers[pair] = self._feasible.check(*pair)
-        answer = self._answers[pair]
-        barred = self._violated(plan, answer)
-        for conditions, _ in barred:
+            self._rehearsed[move] = self._feasible.rehearse(move)
+        return self._rehearsed[move]
+
+    def _refuse(self, move: Move, refused: Answer) -> None:
+        """Exclude what the arm cannot do of a move."""
+        pair = move.obj, refused.location
+        for conditions, action in refused.barred:
             conflict = conditions | {at(*pair)}
-            if answer.reason or conflict not in self._conflicts:
-                self.left_out.setdefault(pair, answer.reason or self._crowded(plan, pair, conditions))
+            self._barred.add((conditions, action))
+            if refused.reason or conflict not in self._conflicts:
+                self.left_out.setdefault(pair, refused.reason or _crowded(move, conditions))
                 self._conflicts.add(conflict)
-        return barred
-
-    def _is_impossible(self, move: Move) -> bool:
-        """Return whether the arm cannot bring an object from one location directly to another."""
-        if move not in self._direct:
-            check_limits()
-            self._direct[move] = self._feasible.brings(*move)
-        return not self._direct[move]
-
-    def _never(self, move: Move) -> str:
-        """Return the formula that excludes a move, and tell of it."""
-        obj, source, location = move
-        self.left_out.setdefault((obj, location), f"directly from {source}")
-        return never_directly(obj, location, [source])
+        if refused.not_after:
+            self._indirect.setdefault(pair, set()).add(refused.not_after)
+            self.left_out.setdefault(pair, str(refused.reason))
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""
         found = [plan.objectives for plan in plans] if self.abstract else []
         self.lost = [values for values in self.abstract if values not in found]
 
-    def _crowded(self, plan: Plan, pair: tuple[str, str], conditions: frozenset[str]) -> str:
-        """Return beside which objects of a plan there is no room."""
-        states = [state for state in plan.states if isinstance(state, ManipulationState)]
-        words = {at(*other): "{} at {}".format(*other) for state in states for other in state.places}
-        return f"no room beside {' and '.join(words.get(name, name) for name in sorted(conditions - {at(*pair)}))}"
-
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""
-        pairs = self._pairs(plan)
-        return all(map(self._direct.get, self._moves(plan))) and all(
-            pair in self._answers and not self._violated(plan, self._answers[pair]) for pair in pairs
-        )
+        return all(move in self._rehearsed and self._rehearsed[move] is None for move in self._moves(plan))
 
     @property
     def note(self) -> str | None:
@@ -149,32 +162,28 @@ class Geometry:
         price = f"If it could: {_first(values)}." if values else "Other plans are as good."
         return f"The arm cannot do {_first(said)}. {price}"
 
-    def _pairs(self, plan: Plan) -> Iterator[tuple[str, str]]:
-        """Yield each object and location where a plan grasps it or puts it down."""
-        states = [state for state in plan.states[self._past :] if isinstance(state, ManipulationState)]
-        for before, after in pairwise(states):
-            yield from sorted(set(before.places) ^ set(after.places))
-
-    def _violated(self, plan: Plan, answer: Answer) -> Barred:
-        """Return what of an answer excludes an action of a plan in the state in which it has it."""
-        steps = list(zip(plan.states[self._past :], plan.actions[self._past :], strict=False))
-        return [
-            (conditions, text)
-            for conditions, text in answer.barred
-            if any(
-                action == text and isinstance(state, ManipulationState) and conditions <= state.label
-                for state, action in steps
-            )
-        ]
-
     def _moves(self, plan: Plan) -> Iterator[Move]:
-        """Yield each object that a plan puts down, with the location where it was before, and the new one."""
-        places = [state.place for state in plan.states if isinstance(state, ManipulationState)]
-        for obj in dict.fromkeys(chain.from_iterable(places)):
-            rests = [(k, place[obj]) for k, place in enumerate(places) if obj in place]
-            for (_, source), (k, location) in pairwise(rests):
-                if k > self._past and source != location:
-                    yield obj, source, location
+        """Yield the moves of a plan that are not done yet; what is in the hand already was at its last location."""
+        states = [state for state in plan.states if isinstance(state, ManipulationState)]
+        obj, grasped, rest = "", 0, dict[str, str]()
+        for k, (before, after) in enumerate(pairwise(states), start=1):
+            if before.held == after.held:
+                continue
+            if obj in rest and k > self._past:
+                yield _move(obj, rest, after.place[obj])
+            obj, grasped, rest = after.held or "", k, before.place
+        if obj in rest and grasped > self._past:
+            yield _move(obj, rest, "")
+
+
+def _move(obj: str, places: dict[str, str], target: str) -> Move:
+    """Return the move of an object, grasped while objects are at some places."""
+    return Move(obj, places[obj], target, tuple((other, place) for other, place in places.items() if other != obj))
+
+
+def _crowded(move: Move, conditions: frozenset[str]) -> str:
+    """Return beside which objects there is no room, where a move fails because some propositions hold."""
+    return f"no room beside {' and '.join('{} at {}'.format(*one) for one in move.others if at(*one) in conditions)}"
 
 
 def _first(parts: Sequence[str]) -> str:

@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from prefplan.models.feasibility import Move
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.cache import cache_folder, keep
 from sim.capability.place_check import PlaceCheck
@@ -74,28 +75,33 @@ class Capability:
 
         return self._kept(f"{obj} at {location}", answer)
 
-    def brings(self, obj: str, source: str, location: str) -> bool:
-        """Return whether the arm can bring an object from one location to another, without the others.
+    def rehearse(self, move: Move) -> PlaceCheck | None:
+        """Return what the arm cannot do of a move; None if it can, or an object is at no location of the scene.
 
         Raises:
             SimulationError: the scene cannot be built.
         """
-        if not self._knows(obj, source, location):
-            return True  # it may have been observed off every location
-        if source == self._model.initial_state.place.get(obj):
-            return self.check(obj, location).not_from != source
+        if not all(self._knows(*pair) for pair in ((move.obj, move.source), *move.others)):
+            return None  # something was observed off every location
+
+        done = PlaceCheck(move.obj, move.target)
 
         def answer() -> PlaceCheck:
-            can = self._feasibility.brings(obj, source, location)
-            return PlaceCheck(obj, location, not_from="" if can else source)
+            return self._feasibility.rehearse(move) or done
 
-        return not self._kept(f"{obj} from {source} to {location}", answer).not_from
+        words = [f"{obj} at {place}" for obj, place in move.others]
+        found = self._kept(" ".join([f"{move.obj} from {move.source} to {move.target} beside", *words]), answer)
+        if found == done:
+            return None
+        if found.take_unless or found.put_unless or found.crowded_by:
+            return found
+        # It fails whatever else stands around, or it is not known why: so may every move there.
+        always = self.check(move.obj, found.location)
+        return always.among(move.others, grasped=found.location != move.source) or found
 
-    def _knows(self, obj: str, *locations: str) -> bool:
-        """Return whether an object and locations are in the scene."""
-        return obj in self._model.initial_state.place and {*locations} <= {
-            place.name for place in self._model.locations
-        }
+    def _knows(self, obj: str, location: str) -> bool:
+        """Return whether an object and a location are in the scene."""
+        return obj in self._model.initial_state.place and any(place.name == location for place in self._model.locations)
 
     def _kept(self, name: str, answer: Callable[[], PlaceCheck]) -> PlaceCheck:
         """Return the answer of a name; it is found if it is not known yet, and kept."""

@@ -1,6 +1,8 @@
 """What the arm can do with one object at one location."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
@@ -22,7 +24,8 @@ class PlaceCheck:
         take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
         put_unless: the same, while they stand there it cannot be put down.
         crowded_by: the same: while any of them stands there, there is no room to put it down.
-        not_from: a location from which it cannot be brought there directly; empty if none is known.
+        not_from: a location from which it cannot be brought there directly, or not while all of `put_unless` stand
+            there; empty if none is known.
     """
 
     obj: str
@@ -40,13 +43,28 @@ class PlaceCheck:
         """Why something cannot be done there; beside which objects there is no room, if that is all."""
         return self.reason or f"no room beside {' or '.join(f'{obj} at {place}' for obj, place in self.crowded_by)}"
 
+    def among(self, others: Neighbours, *, grasped: bool) -> PlaceCheck | None:
+        """Return what of it keeps the arm from putting the object down among others, or from grasping it if it has not.
+
+        None if nothing does.
+        """
+        there = {*others}
+        if not grasped:
+            hindered = not self.take or (self.take_unless and there.issuperset(self.take_unless))
+            return replace(self, put=True, put_unless=(), crowded_by=(), not_from="") if hindered else None
+        if not self.put or (self.put_unless and there.issuperset(self.put_unless)):
+            return replace(self, take=True, take_unless=(), crowded_by=(), not_from="")
+        crowded_by = tuple(one for one in self.crowded_by if one in there)
+        return PlaceCheck(self.obj, self.location, crowded_by=crowded_by) if crowded_by else None
+
     @property
     def barred(self) -> Barred:
         """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
+        put_unless = () if self.not_from else self.put_unless
         here = frozenset({at(self.obj, self.location)})
         entries = (
             (self.take, self.take_unless, here, f"grasp {self.obj}"),
-            (self.put, self.put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
+            (self.put, put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
         )
         found = [
             (conditions | ({at(*one) for one in unless} if possible else set()), action)
@@ -54,3 +72,10 @@ class PlaceCheck:
             if unless or not possible
         ]
         return found + [(frozenset({at(*one)}), f"release {self.obj} {self.location}") for one in self.crowded_by]
+
+    @property
+    def not_after(self) -> frozenset[str]:
+        """Propositions: while they hold, the arm cannot grasp the object and bring it there directly."""
+        if not self.not_from:
+            return frozenset()
+        return frozenset({at(self.obj, self.not_from), *(at(*one) for one in self.put_unless)})

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from prefplan.errors import ModelError
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.arrangement import Places, positions, staged
-from sim.errors import SimulationError
+from sim.errors import BlockedError, SimulationError
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.skills.catalogue import perform
 from sim.skills.skill import Skill
@@ -94,20 +95,27 @@ def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapp
     They are found by a deletion filter (J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint
     sets in linear programs", 1991).
     """
-    if failing.run(cell, scene, skills)[1] is None:
+    error = failing.run(cell, scene, skills)[1]
+    if error is None:
         return None
-    found = list[str]()
-    for other in dispensable(failing, scene.model):
-        fewer = replace(failing, places={name: place for name, place in failing.places.items() if name != other})
-        try:
-            succeeds = fewer.run(cell, scene, skills)[1] is None
-        except ModelError:  # others rest on it
-            continue
-        if succeeds:
-            found.append(other)
-        else:
-            failing = fewer
-    return found
+
+    def fails(left_out: Collection[str]) -> bool | None:
+        """Return whether it fails without some objects, and leave them out for good if it does; None if it cannot."""
+        nonlocal failing
+        places = {name: place for name, place in failing.places.items() if name not in left_out}
+        fewer = replace(failing, places=places)
+        with suppress(ModelError):  # others rest on them
+            found = fewer.run(cell, scene, skills)[1] is not None
+            failing = fewer if found else failing
+            return found
+        return None
+
+    others = dispensable(failing, scene.model)
+    suspects = [other for other in others if isinstance(error, BlockedError) and other in error.by]
+    # Most often, all others are none of them.
+    if suspects and fails({*others} - {*suspects}):
+        others = suspects
+    return [other for other in others if fails([other]) is False]
 
 
 def unable_to_begin(scene: Scene, error: SimulationError) -> str:

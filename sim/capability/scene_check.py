@@ -116,7 +116,7 @@ def tasks_out_of_reach(
 def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCheck], achievable: Achievable) -> bool:
     """Return whether a task can be achieved without the actions that the arm cannot do; True if a limit was reached."""
     barred = [entry for found in unusable for entry in found.barred]
-    indirect = [never_directly(found.obj, found.location, [found.not_from]) for found in unusable if found.not_from]
+    indirect = [never_directly(found.obj, found.location, [found.not_after]) for found in unusable if found.not_from]
     try:
         return achievable(problem.system.without(barred), task, indirect)
     except (UnfinishedError, LimitError):

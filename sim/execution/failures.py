@@ -62,7 +62,10 @@ class Failures:
         sources = {at(obj, source) for (obj, _), places in self._detours.items() for source in places}
         system = replace(problem.system, propositions=problem.system.propositions | sources)
         knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
-        formulas = [never_directly(*pair, sources) for pair, sources in self._detours.items()]
+        formulas = [
+            never_directly(obj, target, [{at(obj, source)} for source in places])
+            for (obj, target), places in self._detours.items()
+        ]
         return knowing.limited(formulas, labels)
 
     def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:

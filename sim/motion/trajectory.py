@@ -175,3 +175,14 @@ def transfer_path(
     tilts, turns = (Rotation.from_rotvec(carried[:, None] * end) for end in (tilt.as_rotvec(), about_z))
     rotations = (turns * tilts).as_matrix() @ start.rotation
     return ToolPath(t, positions, rotations, smooth_step(t / t[-1]))
+
+
+def spaced(path: np.ndarray, levers: np.ndarray, *, step: float) -> np.ndarray:
+    """Return (M, n) configurations along (N, n) ones, from the first to the last, between which no point moves far.
+
+    No point moves farther than by the sum of the joints' turns times their (n,) levers, m per rad or m, which is at
+    most a step, m.
+    """
+    moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ levers))
+    aheads = np.linspace(0, moved[-1], int(np.ceil(moved[-1] / step)) + 1)
+    return np.column_stack([np.interp(aheads, moved, joint) for joint in path.T])

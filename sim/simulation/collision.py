@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from sim.geometry.mjcf import is_solid, with_descendants
-from sim.motion.trajectory import ToolPose
+from sim.motion.trajectory import ToolPose, spaced
 from sim.perception.sensors import Poses
 from sim.world.contacts import set_margins
 from sim.world.scene import Scene
@@ -179,11 +179,7 @@ class CollisionChecker:
         self._place(path[0])
         near = self._met(carriers)
         least = self._nearest(near) - MAX_NEARING_M
-        # No point moves farther than by the sum of the joints' turns times their levers.
-        moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ self.levers))
-        checks = int(np.ceil(moved[-1] / max(CHECK_STEP_M, 2 * clearance)))
-        aheads = np.linspace(0, moved[-1], checks + 1)[1:]
-        for q in np.column_stack([np.interp(aheads, moved, joint) for joint in path.T]):
+        for q in spaced(path, self.levers, step=max(CHECK_STEP_M, 2 * clearance))[1:]:
             self._place(q)
             met = self._met(carriers)
             near &= met

@@ -14,6 +14,10 @@ from sim.simulation.collision import CollisionChecker
 from sim.simulation.workcell import Workcell
 from sim.world.scene import Scene
 
+Followed = tuple[np.ndarray, float, tuple[str, np.ndarray] | None]
+"""A movement: its (N, n) joint angles, rad, the width between the pads, m, and the held object, if any, with its (3,)
+position in the hand, m."""
+
 CONTACT_M = 0.002
 """The hand holds an object when the width between its pads is less than the object's by more than this, m."""
 
@@ -29,6 +33,9 @@ class KinematicCell(Workcell):
     """A workcell in which skills are tried out: they plan and check the same motions as in a run, and nothing slips.
 
     `begin` sets its state, in which some objects of the scene may be missing.
+
+    Attributes:
+        followed: the movements since then.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, arm: Arm | None = None) -> None:
@@ -38,10 +45,11 @@ class KinematicCell(Workcell):
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
         self._foreseen: tuple[str | None] | None = None
         self._answers: dict[Hashable, bool] = {}
+        self.followed: list[Followed] = []
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
         """Set (nq,) positions, with the arm at rest, in a scene of the same MuJoCo model with the objects present."""
-        self.scene, self._in_hand, self._foreseen = scene, None, None
+        self.scene, self._in_hand, self._foreseen, self.followed = scene, None, None, []
         self.touch(None)
         self.contacts.pressed = -np.inf
         self._payload.shift(0.0)
@@ -58,7 +66,9 @@ class KinematicCell(Workcell):
     ) -> None:
         """Put the arm at the end of a movement; an empty closed hand follows it by control periods, as it may drag."""
         self.step()
-        rows = movement.references
+        rows, obj = movement.references, self.contacts.handled
+        load = None if obj is None or self._in_hand is None else (obj, self._in_hand[0])
+        self.followed.append((np.vstack([self.angles, rows]), self.width, load))
         for q in rows if self._is_closed() and self._in_hand is None else rows[-1:]:
             self._go(q)
             watch()

@@ -46,6 +46,7 @@ class Workcell(Plant):
 
     Attributes:
         arm: kinematics of the arm.
+        levers: (n,) see `CollisionChecker.levers`.
         planner: plans paths of the arm.
         sensor: observes the objects.
     """
@@ -68,8 +69,8 @@ class Workcell(Plant):
         super().__init__(scene, data)
         self.arm = arm or Arm(scene.robot)
         self._checker = CollisionChecker(scene)
-        ranges, levers = scene.robot.ranges(scene.mujoco), self._checker.levers
-        self.planner = MotionPlanner(ranges, levers, seed=seed, searches=searches)
+        self.levers = self._checker.levers
+        self.planner = MotionPlanner(scene.robot.ranges(scene.mujoco), self.levers, seed=seed, searches=searches)
         self.sensor: Sensor = sensor or ExactSensor()
         self._seen = {obj: object_pose(scene, data, obj) for obj in scene.shapes}
 

@@ -1,6 +1,6 @@
 """Symbolic states and actions of a manipulation model, and the propositions of states, as text."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 
@@ -38,9 +38,13 @@ def marked(obj: str, mark: str) -> str:
     return f"{obj}_{mark}"
 
 
-def never_directly(obj: str, target: str, sources: Collection[str]) -> str:
-    """Return the formula of a rule that an object is never brought to a location from where it stood at some others."""
-    held, there = holding(obj), f"({' | '.join(at(obj, source) for source in sorted(sources))})"
+def never_directly(obj: str, target: str, origins: Iterable[Collection[str]]) -> str:
+    """Return the formula of a rule that an object is never brought to a location after it was grasped in some states.
+
+    `origins` are their propositions, which hold until the hand has the object.
+    """
+    held = holding(obj)
+    there = f"({' | '.join(sorted(' & '.join(sorted(origin)) for origin in origins))})"
     return f"G !({there} & ({there} U ({held} & ({held} U {at(obj, target)}))))"
 
 

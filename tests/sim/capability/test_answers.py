@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from prefplan.models.feasibility import Move
 from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import Fixture, ManipulationModel, RobotSetup
 from sim.capability import answers
@@ -22,7 +23,8 @@ MODEL = ManipulationModel(
     (HERE, THERE, Location("far", at=(0.6, 0))),
     (CUP,),
 )
-ANSWER = PlaceCheck("cup", "there", "no room", put=False, take_unless=(("jug", "here"),), put_unless=(("jug", "far"),))
+MOVES = (("here", "far"), ()), (("far", "there"), ()), (("here", "far"), (("jug", "there"),))
+ANSWER = PlaceCheck("cup", "there", "no room", take_unless=(("jug", "here"),), put_unless=(("jug", "far"),))
 
 
 @pytest.fixture
@@ -38,9 +40,9 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             questions.append((obj, location))
             return ANSWER
 
-        def brings(self, obj: str, source: str, location: str) -> bool:
-            questions.append((obj, source, location))
-            return location == "far"
+        def rehearse(self, move: Move) -> PlaceCheck | None:
+            questions.append(move)
+            return None if move.target == "far" else PlaceCheck("cup", "there", "a wall", not_from=move.source)
 
         def check_start(self) -> str:
             questions.append("start")
@@ -58,13 +60,34 @@ def test_an_answer_is_asked_for_once_and_read_as_it_was_written(asked: list[Any]
     assert asked == [("cup", "there"), "start"]
 
 
-def test_moves_from_the_start_are_known_from_the_check_and_others_are_asked_for(asked: list[Any]) -> None:
-    arm = Capability(MODEL)
-    assert arm.brings("cup", "here", "there") and asked == [("cup", "there")]
-    assert [one.brings("cup", "there", "far") for one in (arm, arm, Capability(MODEL))] == [True] * 3
-    assert [one.brings("cup", "far", "there") for one in (arm, arm, Capability(MODEL))] == [False] * 3
-    assert asked[1:] == [("cup", "there", "far"), ("cup", "far", "there")]
-    assert arm.brings("cup", "spot1", "there") and arm.brings("unknown0", "here", "there") and len(asked) == 3
+def test_a_move_is_rehearsed_once_for_each_arrangement(asked: list[Any]) -> None:
+    arm, model = Capability(MODEL), replace(MODEL, objects=(CUP, replace(JUG, start="far")))
+    out, back, beside = (Move("cup", *ends, others) for ends, others in MOVES)
+    assert [one.rehearse(out) for one in (arm, arm, Capability(MODEL))] == [None] * 3
+    indirect = PlaceCheck("cup", "there", "a wall", not_from="far")
+    assert {one.rehearse(back) for one in (arm, arm, Capability(MODEL))} == {indirect}
+    assert Capability(model).rehearse(beside) is None and asked == [out, back, ("cup", "there"), beside]
+    off = [out._replace(source="spot1"), out._replace(obj="unknown0"), out._replace(others=(("jug", "spot1"),))]
+    assert not any(map(arm.rehearse, off)) and len(asked) == 4
+
+
+def test_what_fails_whatever_stands_around_is_what_the_check_says(
+    asked: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    never = PlaceCheck("cup", "there", "too low", take=False, put=False, crowded_by=(("jug", "far"),))
+    monkeypatch.setattr(Capability, "check", lambda self, obj, location: never)
+    refused = Capability(MODEL).rehearse(Move("cup", "far", "there", ()))
+    assert refused is not None and refused.barred == [(frozenset(), "release cup there")] and not refused.not_after
+
+
+def test_of_a_check_only_what_stands_there_counts() -> None:
+    found = PlaceCheck(
+        "cup", "here", "a jug", take_unless=(("jug", "far"),), crowded_by=(("jug", "far"), ("pot", "far"))
+    )
+    assert found.among((), grasped=False) is None and found.among((), grasped=True) is None
+    taken, put = (found.among((("jug", "far"),), grasped=grasped) for grasped in (False, True))
+    assert taken and taken.barred == [(frozenset({"cup_here", "jug_far"}), "grasp cup")]
+    assert put and put.barred == [(frozenset({"jug_far"}), "release cup here")] and put.reason is None
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import pytest
 from scenario_texts import CORNER, shipped
 
 from prefplan.errors import ModelError
+from prefplan.models.feasibility import Move
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.planner import Planner
@@ -248,7 +249,7 @@ def test_an_object_is_set_down_below_a_board_with_the_elbow_far_to_one_side() ->
 def asked(scene: Scene, tried: Callable[[Rehearsal], tuple[int, SimulationError | None]]) -> Feasibility:
     """Return what asks a function in place of rehearsals."""
     found = Feasibility(scene)
-    found._run = tried  # type: ignore[method-assign]
+    found._attempts.run = tried  # type: ignore[method-assign]
     found._diagnosis = SimpleNamespace(reason=lambda refused, error: str(error))  # type: ignore[assignment]
     return found
 
@@ -431,7 +432,8 @@ def test_what_no_grasp_brings_directly_between_walls_goes_by_way_of_another_loca
     model = ManipulationModel("home", COSTS, places, (bar,), fixtures=walls)
     scene = build_scene(model)
     arm = Capability(model, scene=scene)
-    assert not arm.brings("bar", "here", "deep") and arm.brings("bar", "far", "deep")
+    refused = arm.rehearse(Move("bar", "here", "deep", ()))
+    assert refused and refused.not_after == {"bar_here"} and not arm.rehearse(Move("bar", "far", "deep", ()))
     plan = Planner(Problem(model, {"t": "F bar_deep"}, Order(), feasible=arm)).cheapest()
     assert plan.actions[2] == "transport bar far" and len(plan.actions) == 7
     run = Execution(scene, initial_state(scene))

@@ -1,0 +1,77 @@
+"""Moves: what the arm brings from where to where, rehearsed among the objects that stand around then."""
+
+from contextlib import suppress
+from dataclasses import replace
+
+from prefplan.errors import ModelError
+from prefplan.models.feasibility import Move
+from sim.capability.arrangement import vacated
+from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, while_there
+from sim.capability.place_check import Neighbours, PlaceCheck
+from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing
+from sim.capability.witness import Witness
+from sim.world.places import under
+
+
+class Moves:
+    """Finds which moves the arm can carry out."""
+
+    def __init__(self, attempts: Attempts) -> None:
+        """Take what attempts are made with."""
+        self._attempts, self._scene = attempts, attempts.scene
+        # Moves that succeeded, by object, locations, and what is below these.
+        self._witnesses: dict[tuple[str, str, str, Neighbours], list[Witness]] = {}
+
+    def rehearse(self, move: Move) -> PlaceCheck | None:
+        """Return what the arm cannot do of a move; None if it can.
+
+        Nothing is excluded where it is not known which objects hinder it, or in which slots of a location they are.
+        """
+        obj, source, target, others = move
+        witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(move)), [])
+        if any(witness.allows(dict(others)) for witness in witnesses):
+            return None
+        taking = Rehearsal((f"transit {source}", f"grasp {obj}"), {**dict(others), obj: source}, obj, source)
+        putting = (f"transport {obj} {target}", f"release {obj} {target}") if target else ()
+        try:
+            whole = replace(taking, actions=taking.actions + putting, location=target or source)
+            attempt = self._attempts.attempt(whole)
+        except ModelError:  # operators of one's own may allow such places
+            return None
+        if attempt.error is None:
+            cell = self._attempts.cell
+            witnesses.append(Witness(self._scene, dict(others), cell.followed, cell.levers))
+            return None
+        if attempt.done < TAKEN and putting:  # perhaps in no grasp that suits the target
+            taken = self._attempts.attempt(taking)
+            attempt = replace(attempt, done=TAKEN) if taken.error is None else taken
+        return self._refused(move, attempt)
+
+    def _refused(self, move: Move, attempt: Attempt) -> PlaceCheck:
+        """Return what the arm cannot do of a move, from an attempt that failed."""
+        obj, source, target, others = move
+        unless, model = self._attempts.hindering(attempt), self._scene.model
+        if attempt.done < TAKEN:
+            reason = while_there(str(attempt.error), unless)
+            return PlaceCheck(obj, source, reason, take=not attempt.for_good, take_unless=unless)
+        if crowded_by := tuple(one for one in self._attempts.crowding(obj, target) if one in others):
+            return PlaceCheck(obj, target, crowded_by=crowded_by)
+        reason = while_there(f"from {source}: {attempt.error}", unless)
+        single = max(model.location(place).capacity for place in (source, target or source)) == 1
+        if not single or not (attempt.for_good or unless):
+            return PlaceCheck(obj, target, reason)
+        origins = self._attempts.beside(target, source)[:MORE_ORIGINS]
+        anywhere = bool(unless) and not any(self._is_brought(move, origin) for origin in origins)
+        return PlaceCheck(obj, target, reason, put_unless=unless, not_from="" if anywhere else source)
+
+    def _is_brought(self, move: Move, origin: str) -> bool:
+        """Return whether a move would succeed from another location, without what stands there."""
+        with suppress(ModelError):
+            places = vacated(self._scene.model, dict(move.others), origin)
+            return self._attempts.run(bringing(move.obj, origin, move.target, places).beginning(BROUGHT))[1] is None
+        return False
+
+    def _carriers(self, move: Move) -> Neighbours:
+        """Return what carries the object of a move, before and after it."""
+        below = {place for end in (move.source, move.target) if end for place in under(self._scene.model, end)}
+        return tuple(pair for pair in move.others if pair[1] in below)

@@ -1,0 +1,90 @@
+"""Moves rehearsed among the objects that stand around: what is refused, and what need not be rehearsed again."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from prefplan.models.feasibility import Move
+from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from prefplan.models.manipulation.surroundings import Fixture
+from prefplan.planner import Planner
+from prefplan.preferences.kinds import Order
+from prefplan.problem import Problem
+from sim.capability.answers import Capability
+from sim.capability.attempts import Attempts
+from sim.capability.feasibility import Feasibility
+from sim.capability.moves import Moves
+from sim.capability.rehearsal import Rehearsal
+from sim.execution.executor import Execution
+from sim.skills.catalogue import SKILLS
+from sim.world.scene import Scene, build_scene, initial_state
+
+COSTS = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+
+SIZES = (0.03, 0.03, 0.05), (0.04, 0.06, 0.09), (0.05, 0.05, 0.03), (0.03, 0.07, 0.06)
+
+BOXES = tuple(Object(f"o{k}", f"p{k}", kind="box", size=size) for k, size in enumerate(SIZES))
+
+
+def dense(*columns: float) -> Scene:
+    """Return a table of eight locations before a wall, with (4,) y, m; usually some objects hinder each other."""
+    grid = [(x, y) for x in (0.42, 0.53) for y in columns or (-0.2, -0.09, 0.03, 0.15)]
+    places = tuple(Location(f"p{k}", at=at) for k, at in enumerate(grid))
+    wall = Fixture("wall", "box", at=(0.62, 0.0, 0.1), size=(0.03, 0.5, 0.2))
+    return build_scene(ManipulationModel("home", COSTS, places, BOXES, fixtures=(wall,)))
+
+
+def random_move(rng: random.Random, scene: Scene) -> Move:
+    places = rng.sample([place.name for place in scene.model.locations], len(BOXES) + 1)
+    obj, *others = rng.sample([box.name for box in BOXES], len(BOXES))
+    stand = dict(zip(others, places[2:], strict=True))
+    return Move(obj, places[0], places[1], tuple((box.name, stand[box.name]) for box in BOXES if box.name in stand))
+
+
+@pytest.mark.slow
+def test_what_need_not_be_rehearsed_again_would_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The twin rehearses every move."""
+    scene, rng, tried = dense(-0.3, -0.14, 0.03, 0.19), random.Random(5), list[Rehearsal]()
+    attempts = Attempts(scene, SKILLS)
+    attempt, moves = attempts.attempt, Moves(attempts)
+    monkeypatch.setattr(attempts, "attempt", lambda rehearsal: (tried.append(rehearsal), attempt(rehearsal))[1])
+    spared = 0
+    for _ in range(20):
+        obj, source, target, _ = random_move(rng, scene)
+        for _ in range(20):
+            move = random_move(rng, scene)
+            if {obj, source, target} & {name for pair in move.others for name in pair}:
+                continue
+            move, before = move._replace(obj=obj, source=source, target=target), len(tried)
+            found, rehearsed = moves.rehearse(move), len(tried) > before
+            assert (found is None) == (Moves(attempts).rehearse(move) is None), move
+            spared += not rehearsed
+    assert spared >= 5
+
+
+def test_what_fails_because_of_its_neighbours_is_refused_while_they_are_there() -> None:
+    scene = dense()
+    arm = Feasibility(scene)
+    refused = [arm.rehearse(random_move(random.Random(seed), scene)) for seed in range(25)]
+    named = [(one, conditions) for one in refused if one for conditions, _ in one.barred]
+    assert any(len(conditions - {f"{one.obj}_{one.location}"}) for one, conditions in named)
+    for one in filter(None, refused):
+        assert one.barred or one.not_after or one.reason
+
+
+def test_what_would_hinder_a_later_move_is_not_put_in_its_way() -> None:
+    """Once a box stands at p4, the hand cannot grasp the other one at p0, which has to be moved before."""
+    model = dense().model
+    boxes = (replace(BOXES[1], start="p7"), replace(BOXES[3], start="p0"))
+    scene = build_scene(replace(model, objects=boxes))
+    problem = Problem(scene.model, {"t": "(!o3_p6 U o1_p4) & F o3_p6"}, Order())
+    able = Problem(problem.system, problem.tasks, Order(), feasible=Capability(scene.model, scene=scene))
+    planner = Planner(able)
+    plan = planner.cheapest()
+    assert Planner(problem).cheapest().cost == 20 < plan.cost
+    assert planner.geometry is not None and ("o3", "p0") in planner.geometry.left_out
+    run = Execution(scene, initial_state(scene))
+    assert all(run.step(action, ahead=plan.actions[k + 1 :]) for k, action in enumerate(plan.actions)), run.reason
