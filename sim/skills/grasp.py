@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -126,15 +127,16 @@ class GraspSkill(Grasp, Skill):
         here, tried = cell.arm.tool(cell.reference), list[ToolPose]()
         failure: BlockedError | None = None
         # From where a tilted hand is, as after a release in a shelf, the way to another grasp may be blocked.
-        alike = None
+        first = None
         if not here.points_down:
-            alike = find_grasp(cell, obj, pose, yaw, destination=destination, like=here, certain=True)
+            suiting = partial(find_grasp, cell, obj, pose, yaw, destination=destination, certain=True)
+            first = suiting(like=here) or (suiting() if destination else None)
         for tilted in (not here.points_down, *[True] * MORE_GRASPS):
             try:
-                choice = alike or choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
+                choice = first or choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
             except SimulationError as error:
                 raise failure or error from None
-            alike = None
+            first = None
             try:
                 return self._pick_up(cell, obj, pose, choice)
             except BlockedError as error:

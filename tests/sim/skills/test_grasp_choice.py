@@ -9,9 +9,11 @@ import pytest
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
+from sim.capability.rehearsal import Rehearsal
 from sim.errors import BlockedError, SimulationError
 from sim.motion.trajectory import ToolPose
 from sim.simulation.kinematic_cell import KinematicCell
+from sim.skills.catalogue import SKILLS
 from sim.skills.grasp_choice import ChosenGrasp, _can_place, _next_slot, find_grasp, freely
 from sim.skills.hand import frame_of, free_pose
 from sim.world.grasps import GraspPose, ranked
@@ -95,3 +97,15 @@ def test_the_grasp_chosen_is_the_first_that_every_test_allows(obj: Object, walls
     if found and right:
         assert np.array_equal(found.tool.rotation, right.tool.rotation)
         assert np.array_equal(found.tool.position, right.tool.position) and found.grasp.opening == right.grasp.opening
+
+
+def test_a_hand_that_is_tilted_after_a_release_takes_another_grasp_where_only_that_suits_the_next_location() -> None:
+    wall = Fixture("wall", "box", at=(0.414, -0.114, 0.165), size=(0.04, 0.15, 0.33), yaw=27)
+    spots = {"far": (0.526, 0.627), "on_the_way": (0.67, 0.39), "beside": (0.27, -0.024)}
+    box = Object("box", "far", kind="box", size=(0.038, 0.081, 0.074))
+    places = tuple(Location(name, at=at) for name, at in spots.items())
+    scene = build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(wall,)))
+    there = "transit far", "grasp box", "transport box on_the_way", "release box on_the_way"
+    actions = (*there, "grasp box", "transport box beside", "release box beside")
+    rehearsal = Rehearsal(actions, {"box": "far"}, "box", "beside")
+    assert rehearsal.run(KinematicCell(scene, initial_state(scene)), scene, SKILLS) == (len(actions), None)
