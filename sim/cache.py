@@ -26,6 +26,14 @@ def keep(path: Path, contents: bytes) -> None:
             os.replace(part, path)
 
 
+def add_line(path: Path, line: str) -> None:
+    """Append a line to a file of the cache if that is writable; it is whole also after one that was cut off."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("ab", buffering=0) as file:
+            file.write(f"\n{line}".encode())
+
+
 def kept_arrays(path: Path, make: Callable[[], Sequence[np.ndarray]]) -> list[np.ndarray]:
     """Return the arrays in a file of the cache; where it is missing or damaged, make and keep them."""
     try:

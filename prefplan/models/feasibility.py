@@ -27,6 +27,11 @@ MOST_NAMED = 3
 """Most exclusions, and most plans, that a sentence names."""
 
 
+MOST_RULES = 12
+"""Most rules that exclude moves, each an automaton in the product; further moves are excluded wherever they come from,
+among just these other objects."""
+
+
 class Move(NamedTuple):
     """What a plan does from one state with an empty hand to the next, or to its end.
 
@@ -90,7 +95,7 @@ class Geometry:
         self._rehearsed: dict[Move, Answer | None] = {}
         self._conflicts = set[frozenset[str]]()
         self._applied = 0  # how many of the exclusions
-        self._barred = set[tuple[frozenset[str], str]]()
+        self._barred: dict[tuple[frozenset[str], str], None] = {}
         # By object and location, propositions after which it cannot be brought there directly.
         self._indirect: dict[tuple[str, str], set[frozenset[str]]] = {}
 
@@ -114,7 +119,7 @@ class Geometry:
         """Return a problem without what is excluded; a move that its past contains stays possible."""
         system, labels = problem.system, problem.past.labels
         formulas = [never_directly(*pair, origins) for pair, origins in self._indirect.items()]
-        possible = problem.over(system.without(sorted(self._barred, key=str)))
+        possible = problem.over(system.without(list(self._barred)))
         self._applied = self._size
         return possible.limited(formulas, [*labels, system.label(system.start)])
 
@@ -135,13 +140,16 @@ class Geometry:
         pair = move.obj, refused.location
         for conditions, action in refused.barred:
             conflict = conditions | {at(*pair)}
-            self._barred.add((conditions, action))
+            self._barred[conditions, action] = None
             if refused.reason or conflict not in self._conflicts:
                 self.left_out.setdefault(pair, refused.reason or _crowded(move, conditions))
                 self._conflicts.add(conflict)
         if refused.not_after:
-            self._indirect.setdefault(pair, set()).add(refused.not_after)
             self.left_out.setdefault(pair, str(refused.reason))
+            if pair in self._indirect or len(self._indirect) < MOST_RULES:
+                self._indirect.setdefault(pair, set()).add(refused.not_after)
+            else:
+                self._barred[frozenset(at(*one) for one in move.others), f"release {move.obj} {move.target}"] = None
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import cached_property
 from importlib.metadata import version
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from prefplan.models.feasibility import Move
 from prefplan.models.manipulation.model import ManipulationModel
-from sim.cache import cache_folder, keep
+from sim.cache import add_line, cache_folder
 from sim.capability.place_check import PlaceCheck
 from sim.capability.sources import digest_of_sources
 
@@ -107,8 +108,7 @@ class Capability:
         """Return the answer of a name; it is found if it is not known yet, and kept."""
         if name not in self._answers:
             self._answers[name] = answer()
-            text = json.dumps({name: asdict(each) for name, each in self._answers.items()}, indent=1)
-            keep(self._path, text.encode())
+            add_line(self._path, json.dumps([name, asdict(self._answers[name])]))
         return self._answers[name]
 
     @cached_property
@@ -125,14 +125,18 @@ class Capability:
 
     @cached_property
     def _answers(self) -> dict[str, PlaceCheck]:
-        try:
-            return {name: _decoded(each) for name, each in json.loads(self._path.read_text()).items()}
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
-            return {}
+        lines, found = list[bytes](), dict[str, PlaceCheck]()
+        with suppress(OSError):
+            lines = self._path.read_bytes().splitlines()
+        for line in lines:
+            with suppress(ValueError, TypeError, KeyError):  # it was cut off
+                name, each = json.loads(line)
+                found[name] = _decoded(each)
+        return found
 
     @cached_property
     def _path(self) -> Path:
-        return cache_folder("capability") / f"{self._key}.json"
+        return cache_folder("capability") / f"{self._key}.jsonl"
 
     @cached_property
     def _key(self) -> str:

@@ -25,7 +25,7 @@ from prefplan import (
 )
 from prefplan.errors import LimitError
 from prefplan.limits import Limits
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import MOST_RULES, Move
 from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from prefplan.replanning import Past, continue_cheaply
@@ -179,6 +179,18 @@ def test_an_object_goes_by_way_of_another_location_and_no_rule_is_blamed_if_ther
     arm.answers |= {("cup", place): cannot("cup", place) for place in others}
     with pytest.raises(NoPlanError, match="task t can never be satisfied"):
         Planner(Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm)).cheapest()
+
+
+def test_however_many_moves_are_impossible_the_product_stays_small() -> None:
+    places = [spot(f"p{k}") for k in range(20)]
+    model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "p0"), Object("jug", "p19")))
+    arm = Arm({})
+    arm.indirect = {("cup", "p0", f"p{k}"): frozenset() for k in range(1, 18)}
+    goal = " | ".join(f"cup_p{k}" for k in range(1, 18))
+    planner = Planner(Problem(model, {"t": f"F ({goal})"}, Order(), feasible=arm))
+    front = planner.front()
+    assert [plan.cost for plan in front] == [17] and "transport cup p18" in front[0].actions
+    assert planner.geometry is not None and len(planner.geometry.without(planner.problem).rules) == MOST_RULES
 
 
 PLACES = (*(spot(f"s{k}") for k in range(3)), spot("near", capacity=2), spot("far"))

@@ -90,6 +90,16 @@ def test_of_a_check_only_what_stands_there_counts() -> None:
     assert put and put.barred == [(frozenset({"jug_far"}), "release cup here")] and put.reason is None
 
 
+def test_an_answer_that_was_cut_off_is_asked_for_again(asked: list[Any], tmp_path: Path) -> None:
+    Capability(MODEL).check_start()
+    Capability(MODEL).check("cup", "there")
+    (kept,) = tmp_path.rglob("*.jsonl")
+    kept.write_bytes(kept.read_bytes()[:-9])
+    for arm in (Capability(MODEL), Capability(MODEL)):
+        assert (arm.check("cup", "there"), arm.check_start()) == (ANSWER, "too low")
+    assert asked == ["start", ("cup", "there"), ("cup", "there")]
+
+
 @pytest.mark.parametrize(
     "other",
     [
