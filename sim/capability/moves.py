@@ -10,6 +10,7 @@ from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, while_there
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing
 from sim.capability.witness import Witness
+from sim.skills.skill import SkillError
 from sim.world.places import under
 
 
@@ -50,7 +51,11 @@ class Moves:
     def _refused(self, move: Move, attempt: Attempt) -> PlaceCheck:
         """Return what the arm cannot do of a move, from an attempt that failed."""
         obj, source, target, others = move
-        unless, model = self._attempts.hindering(attempt), self._scene.model
+        model = self._scene.model
+        supports = tuple(pair for pair in others if target and pair[1] in model.location(target).on)
+        if attempt.done >= TAKEN and isinstance(attempt.error, SkillError) and supports:
+            return PlaceCheck(obj, target, while_there(str(attempt.error), supports), put_unless=supports)
+        unless = self._attempts.hindering(attempt)
         if attempt.done < TAKEN:
             reason = while_there(str(attempt.error), unless)
             return PlaceCheck(obj, source, reason, take=not attempt.for_good, take_unless=unless)

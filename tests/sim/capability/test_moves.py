@@ -88,3 +88,23 @@ def test_what_would_hinder_a_later_move_is_not_put_in_its_way() -> None:
     assert planner.geometry is not None and ("o3", "p0") in planner.geometry.left_out
     run = Execution(scene, initial_state(scene))
     assert all(run.step(action, ahead=plan.actions[k + 1 :]) for k, action in enumerate(plan.actions)), run.reason
+
+
+def test_an_object_is_put_on_supports_of_equal_height() -> None:
+    spots = {
+        "l": (0.45, -0.038),
+        "r": (0.45, 0.038),
+        "a": (0.45, -0.3),
+        "b": (0.55, -0.3),
+        "c": (0.45, 0.3),
+        "d": (0.6, 0.2),
+    }
+    places = (*(Location(name, at=at) for name, at in spots.items()), Location("top", on=("l", "r")))
+    cubes = {"low": ("a", 0.035), "tall": ("l", 0.05), "low2": ("c", 0.035)}
+    plank = Object("plank", "d", kind="box", size=(0.05, 0.118, 0.03))
+    objects = (*(Object(name, start, size=(size,)) for name, (start, size) in cubes.items()), plank)
+    model = ManipulationModel("home", COSTS, places, objects)
+    planner = Planner(Problem(model, {"t": "F plank_top"}, Order(), feasible=Capability(model)))
+    assert (Planner(Problem(model, {"t": "F plank_top"}, Order())).cheapest().cost, planner.cheapest().cost) == (20, 40)
+    assert planner.geometry is not None
+    assert planner.geometry.left_out["plank", "top"].startswith("plank would not rest on low")
