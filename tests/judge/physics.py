@@ -1,8 +1,9 @@
 """What `sim.capability` says that the arm cannot do, tried in physics: `PYTHONPATH=tests python -m judge.physics`.
 
-The cheapest plans of random scenes are searched for; each exclusion that they meet is tried from five starts: the hand
-comes from five places to grasp the object, or brings it from five locations, with the other objects in their places and
-with all but its supports away. One success refutes the exclusion.
+The cheapest plans of random scenes are searched for. What they meet of what the arm can never do at a location is tried
+from five starts: the hand comes from five places to grasp the object, or brings it from five locations, with the other
+objects in their places and with all but its supports away. Each move that was refused is tried as it is, among the same
+objects. One success refutes the exclusion.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from judge.random_scenes.generator import scene_text
 from prefplan import Planner, Scenario, load
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
+from prefplan.models.feasibility import Move
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.answers import Capability
 from sim.capability.arrangement import Places, arranged, positions, staged
@@ -40,17 +42,18 @@ MAX_BYTES, MAX_SECONDS = 1e9, 60.0
 
 
 @patch.dict(os.environ, XDG_CACHE_HOME=os.devnull)  # no answer is kept
-def excluded(scenario: Scenario, scene: Scene) -> list[PlaceCheck]:
-    """Return the answers because of which plans were searched for again."""
+def excluded(scenario: Scenario, scene: Scene) -> tuple[list[PlaceCheck], list[Move]]:
+    """Return the checks of what plans do without, and the moves that were refused."""
     assert isinstance(scenario.model, ManipulationModel)
     arm = Capability(scenario.model, scene=scene)
     if arm.check_start() is not None:
-        return []
+        return [], []
     planner = Planner(replace(scenario, feasible=arm).problem())
     with suppress(PrefplanError), Limits(bytes=MAX_BYTES, seconds=MAX_SECONDS):
         planner.cheapest()
     assert planner.geometry is not None
-    return [arm.check(*pair) for pair in planner.geometry.left_out]
+    refused = [move for move, answer in planner.geometry._rehearsed.items() if answer is not None]
+    return [arm.check(*pair) for pair in planner.geometry.left_out], refused
 
 
 def trials(model: ManipulationModel, found: PlaceCheck) -> Iterator[Rehearsal]:
@@ -82,6 +85,12 @@ def succeeds(scene: Scene, trial: Rehearsal, places: Places) -> bool:
     return all(run.step(action, ahead=actions[k:]) for k, action in enumerate(actions, 1))
 
 
+def rehearsal_of(move: Move) -> Rehearsal:
+    """Return what a move is."""
+    where = bringing(move.obj, move.source, move.target, dict(move.others))
+    return where.beginning(BROUGHT if move.target else TAKEN)
+
+
 def is_possible(scene: Scene, trial: Rehearsal) -> bool:
     """Return whether a trial succeeds with the other objects there or away."""
     others = dispensable(trial, scene.model)
@@ -98,7 +107,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    options, count, refuted = parser.parse_args(), 0, 0
+    options, count, refuted, moves, possible = parser.parse_args(), 0, 0, 0, 0
     for number in range(options.scenes):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"scene_{number}.toml"
@@ -109,7 +118,15 @@ def main() -> int:
                 scene = build_scene(scenario.model)
             except PrefplanError:
                 continue
-            for found in excluded(scenario, scene):
+            checks, refused = excluded(scenario, scene)
+            for move in refused:
+                moves += 1
+                trial = rehearsal_of(move)
+                with suppress(PrefplanError):
+                    if succeeds(scene, trial, trial.places):
+                        possible += 1
+                        print(f"scene {number}: possible: {move}", flush=True)
+            for found in checks:
                 for kind, length in (("grasp", TAKEN), ("put down", BROUGHT)):
                     tried = [one for one in trials(scenario.model, found) if len(one.actions) == length]
                     count += bool(tried)
@@ -117,7 +134,8 @@ def main() -> int:
                         refuted += 1
                         print(f"scene {number}: {kind} {found.obj} at {found.location} is possible: {found.reason}")
     print(f"{options.scenes} scenes from seed {options.seed}: {count} exclusions, {refuted} of them possible")
-    return 1 if refuted else 0
+    print(f"{moves} moves refused, {possible} of them possible")
+    return 1 if refuted or possible else 0
 
 
 if __name__ == "__main__":
