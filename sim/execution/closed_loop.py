@@ -155,6 +155,8 @@ class ClosedLoop:
         problem = self._failures.with_detours(kept, labels)
         try:
             plan = self._go_on(problem, past, system)
+            if self._failures.rehearse(self.execution, self._states[-1], plan.actions[len(past.actions) :]):
+                return self._plan_on(surprise, system)
         except NoPlanError as error:
             if self._failures.bar_detours():
                 return self._plan_on(surprise, self._system())

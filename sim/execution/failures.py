@@ -32,6 +32,7 @@ class Failures:
         # Locations from which an object cannot be brought directly, by the object and the blocked location.
         self._detours: dict[tuple[str, str], set[str]] = {}
         self._blocked: Counter[tuple[str, str]] = Counter()
+        self._rehearsed: set[tuple[str, str, str]] = set()
         # What is barred instead if no plan has these detours, which are then given up.
         self._instead: set[tuple[frozenset[str], str]] = set()
         self._detours_barred = False
@@ -66,6 +67,24 @@ class Failures:
             for (obj, target), places in self._detours.items()
         ]
         return knowing.limited(formulas, labels)
+
+    def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
+        """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
+
+        Only what has failed from elsewhere is rehearsed.
+        """
+        place, found = dict(state.place), False
+        for action in map(run.scene.model.action, actions):
+            obj, target = action.obj, action.location
+            source, barred = place.get(obj, ""), self._detours.get((obj, target), set())
+            if action.kind == "release":
+                place[obj] = target
+            elif action.kind == "transport" and barred and source and (obj, source, target) not in self._rehearsed:
+                self._rehearsed.add((obj, source, target))
+                if not run.can_bring(state, obj, source, target):
+                    barred.add(source)
+                    found = True
+        return found
 
     def bar_detours(self) -> bool:
         """Give up detours and bar the actions that they were to replace; return whether there were any."""
