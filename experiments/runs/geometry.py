@@ -10,7 +10,7 @@ from experiments.cli.start import has_simulation
 from experiments.cli.status import is_quiet, tell
 
 if TYPE_CHECKING:
-    from prefplan.models.feasibility import Move
+    from prefplan.models.feasibility import Transfer
     from sim.capability.answers import Capability
     from sim.capability.place_check import PlaceCheck
     from sim.world.scene import Scene
@@ -30,14 +30,14 @@ class AskedArm:
         """Take what the arm can do in the scenario of a file."""
         self._capability, self._path, self.failed = capability, path, False
 
-    def rehearse(self, move: Move) -> PlaceCheck | None:
+    def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
         """See `prefplan.models.feasibility.Feasible`."""
         from sim.errors import RobotError, SimulationError
 
         if not self.failed:
             try:
                 if (fault := self._capability.check_start()) is None:
-                    return self._capability.rehearse(move)
+                    return self._capability.rehearse(transfer)
                 why = fault
             except (SimulationError, RobotError) as error:
                 faults = error.faults if isinstance(error, SimulationError) else (f"robot: {error}",)

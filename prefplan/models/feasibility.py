@@ -1,7 +1,7 @@
 """What an arm can do, as a planner asks for it: the protocol that a simulation implements, and what answers exclude.
 
-The moves of a plan are rehearsed, each among the objects that stand around then. A plan with a move that fails is
-searched for again without what makes it fail; leaving actions out makes no plan cheaper, so plans that hold are the
+The transfers of a plan are rehearsed, each among the objects that stand around then. A plan with a transfer that fails
+is searched for again without what makes it fail; leaving actions out makes no plan cheaper, so plans that hold are the
 best that the arm can carry out.
 (Lazy collision checking does the same on a roadmap: R. Bohlin and L. E. Kavraki, "Path planning using lazy PRM", ICRA
 2000; for tasks and motions: C. R. Garrett et al., "PDDLStream", ICAPS 2020.)
@@ -28,11 +28,11 @@ MOST_NAMED = 3
 
 
 MOST_RULES = 12
-"""Most rules that exclude moves, each an automaton in the product; further moves are excluded wherever they come from,
-among just these other objects."""
+"""Most rules that exclude transfers, each an automaton in the product; further ones are excluded wherever they come
+from, among just these other objects."""
 
 
-class Move(NamedTuple):
+class Transfer(NamedTuple):
     """What a plan does from one state with an empty hand to the next, or to its end.
 
     Attributes:
@@ -71,8 +71,8 @@ class Answer(Protocol):
 class Feasible(Protocol):
     """What an arm can do in a scene. The answers never change."""
 
-    def rehearse(self, move: Move) -> Answer | None:
-        """Return what the arm cannot do of a move, in as many states as is known; None if it can carry it out."""
+    def rehearse(self, transfer: Transfer) -> Answer | None:
+        """Return what the arm cannot do of a transfer, in as many states as is known; None if it can carry it out."""
 
 
 class Geometry:
@@ -92,7 +92,7 @@ class Geometry:
         self.abstract: list[dict[str, Number]] = []
         self.lost: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
-        self._rehearsed: dict[Move, Answer | None] = {}
+        self._rehearsed: dict[Transfer, Answer | None] = {}
         self._conflicts = set[frozenset[str]]()
         self._applied = 0  # how many of the exclusions
         self._barred: dict[tuple[frozenset[str], str], None] = {}
@@ -107,16 +107,16 @@ class Geometry:
         """
         try:
             for plan in plans:
-                for move in self._moves(plan):
-                    if (refused := self._rehearse(move)) is not None:
-                        self._refuse(move, refused)
+                for transfer in self._transfers(plan):
+                    if (refused := self._rehearse(transfer)) is not None:
+                        self._refuse(transfer, refused)
         finally:
             if self.left_out and not self.abstract:
                 self.abstract = [each.objectives for each in plans]
         return self._size > self._applied
 
     def without(self, problem: Problem) -> Problem:
-        """Return a problem without what is excluded; a move that its past contains stays possible."""
+        """Return a problem without what is excluded; a transfer that its past contains stays possible."""
         system, labels = problem.system, problem.past.labels
         formulas = [never_directly(*pair, origins) for pair, origins in self._indirect.items()]
         possible = problem.over(system.without(list(self._barred)))
@@ -128,28 +128,30 @@ class Geometry:
         """The number of exclusions."""
         return len(self._barred) + sum(map(len, self._indirect.values()))
 
-    def _rehearse(self, move: Move) -> Answer | None:
-        """Return what the arm cannot do of a move."""
-        if move not in self._rehearsed:
+    def _rehearse(self, transfer: Transfer) -> Answer | None:
+        """Return what the arm cannot do of a transfer."""
+        if transfer not in self._rehearsed:
             check_limits()
-            self._rehearsed[move] = self._feasible.rehearse(move)
-        return self._rehearsed[move]
+            self._rehearsed[transfer] = self._feasible.rehearse(transfer)
+        return self._rehearsed[transfer]
 
-    def _refuse(self, move: Move, refused: Answer) -> None:
-        """Exclude what the arm cannot do of a move."""
-        pair = move.obj, refused.location
+    def _refuse(self, transfer: Transfer, refused: Answer) -> None:
+        """Exclude what the arm cannot do of a transfer."""
+        pair = transfer.obj, refused.location
         for conditions, action in refused.barred:
             conflict = conditions | {at(*pair)}
             self._barred[conditions, action] = None
             if refused.reason or conflict not in self._conflicts:
-                self.left_out.setdefault(pair, refused.reason or _crowded(move, conditions))
+                self.left_out.setdefault(pair, refused.reason or _crowded(transfer, conditions))
                 self._conflicts.add(conflict)
         if refused.not_after:
             self.left_out.setdefault(pair, str(refused.reason))
             if pair in self._indirect or len(self._indirect) < MOST_RULES:
                 self._indirect.setdefault(pair, set()).add(refused.not_after)
             else:
-                self._barred[frozenset(at(*one) for one in move.others), f"release {move.obj} {move.target}"] = None
+                self._barred[
+                    frozenset(at(*one) for one in transfer.others), f"release {transfer.obj} {transfer.target}"
+                ] = None
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""
@@ -158,7 +160,9 @@ class Geometry:
 
     def holds(self, plan: Plan) -> bool:
         """Return whether it is known that the arm can do all that a plan needs."""
-        return all(move in self._rehearsed and self._rehearsed[move] is None for move in self._moves(plan))
+        return all(
+            transfer in self._rehearsed and self._rehearsed[transfer] is None for transfer in self._transfers(plan)
+        )
 
     @property
     def note(self) -> str | None:
@@ -170,28 +174,30 @@ class Geometry:
         price = f"If it could: {_first(values)}." if values else "Other plans are as good."
         return f"The arm cannot do {_first(said)}. {price}"
 
-    def _moves(self, plan: Plan) -> Iterator[Move]:
-        """Yield the moves of a plan that are not done yet; what is in the hand already was at its last location."""
+    def _transfers(self, plan: Plan) -> Iterator[Transfer]:
+        """Yield the transfers of a plan that are not done yet; what is in the hand already was at its last location."""
         states = [state for state in plan.states if isinstance(state, ManipulationState)]
         obj, grasped, rest = "", 0, dict[str, str]()
         for k, (before, after) in enumerate(pairwise(states), start=1):
             if before.held == after.held:
                 continue
             if obj in rest and k > self._past:
-                yield _move(obj, rest, after.place[obj])
+                yield _transfer(obj, rest, after.place[obj])
             obj, grasped, rest = after.held or "", k, before.place
         if obj in rest and grasped > self._past:
-            yield _move(obj, rest, "")
+            yield _transfer(obj, rest, "")
 
 
-def _move(obj: str, places: dict[str, str], target: str) -> Move:
-    """Return the move of an object, grasped while objects are at some places."""
-    return Move(obj, places[obj], target, tuple((other, place) for other, place in places.items() if other != obj))
+def _transfer(obj: str, places: dict[str, str], target: str) -> Transfer:
+    """Return the transfer of an object, grasped while objects are at some places."""
+    return Transfer(obj, places[obj], target, tuple((other, place) for other, place in places.items() if other != obj))
 
 
-def _crowded(move: Move, conditions: frozenset[str]) -> str:
-    """Return beside which objects there is no room, where a move fails because some propositions hold."""
-    return f"no room beside {' and '.join('{} at {}'.format(*one) for one in move.others if at(*one) in conditions)}"
+def _crowded(transfer: Transfer, conditions: frozenset[str]) -> str:
+    """Return beside which objects there is no room, where a transfer fails because some propositions hold."""
+    return (
+        f"no room beside {' and '.join('{} at {}'.format(*one) for one in transfer.others if at(*one) in conditions)}"
+    )
 
 
 def _first(parts: Sequence[str]) -> str:

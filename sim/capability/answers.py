@@ -17,7 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.cache import add_line, cache_folder
 from sim.capability.place_check import PlaceCheck
@@ -76,29 +76,31 @@ class Capability:
 
         return self._kept(f"{obj} at {location}", answer)
 
-    def rehearse(self, move: Move) -> PlaceCheck | None:
-        """Return what the arm cannot do of a move; None if it can, or an object is at no location of the scene.
+    def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
+        """Return what the arm cannot do of a transfer; None if it can, or an object is at no location of the scene.
 
         Raises:
             SimulationError: the scene cannot be built.
         """
-        if not all(self._knows(*pair) for pair in ((move.obj, move.source), *move.others)):
+        if not all(self._knows(*pair) for pair in ((transfer.obj, transfer.source), *transfer.others)):
             return None  # something was observed off every location
 
-        done = PlaceCheck(move.obj, move.target)
+        done = PlaceCheck(transfer.obj, transfer.target)
 
         def answer() -> PlaceCheck:
-            return self._feasibility.rehearse(move) or done
+            return self._feasibility.rehearse(transfer) or done
 
-        words = [f"{obj} at {place}" for obj, place in move.others]
-        found = self._kept(" ".join([f"{move.obj} from {move.source} to {move.target} beside", *words]), answer)
+        words = [f"{obj} at {place}" for obj, place in transfer.others]
+        found = self._kept(
+            " ".join([f"{transfer.obj} from {transfer.source} to {transfer.target} beside", *words]), answer
+        )
         if found == done:
             return None
         if found.take_unless or found.put_unless or found.crowded_by:
             return found
-        # It fails whatever else stands around, or it is not known why: so may every move there.
-        always = self.check(move.obj, found.location)
-        return always.among(move.others, grasped=found.location != move.source) or found
+        # It fails whatever else stands around, or it is not known why: so may every transfer there.
+        always = self.check(transfer.obj, found.location)
+        return always.among(transfer.others, grasped=found.location != transfer.source) or found
 
     def _knows(self, obj: str, location: str) -> bool:
         """Return whether an object and a location are in the scene."""

@@ -11,13 +11,13 @@ from dataclasses import replace
 from functools import partial
 
 from prefplan.errors import ModelError
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from sim.capability.arrangement import Places, arranged, vacated
 from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, is_at_goal, while_there
 from sim.capability.diagnosis import FailureDiagnosis
-from sim.capability.moves import Moves
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, unable_to_begin
+from sim.capability.transfers import Transfers
 from sim.errors import BlockedError
 from sim.skills.catalogue import SKILLS
 from sim.skills.grasp_choice import is_placeable
@@ -33,11 +33,11 @@ class Feasibility:
         self._immovable: dict[str, Attempt] = {}  # how bringing an object went that cannot be grasped at its start
         self._scene, self._attempts = scene, Attempts(scene, skills)
         self._diagnosis = FailureDiagnosis(scene, self._attempts.cell, skills)
-        self._moves = Moves(self._attempts)
+        self._transfers = Transfers(self._attempts)
 
-    def rehearse(self, move: Move) -> PlaceCheck | None:
-        """See `Moves.rehearse`."""
-        return self._moves.rehearse(move)
+    def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
+        """See `Transfers.rehearse`."""
+        return self._transfers.rehearse(transfer)
 
     def check_start(self) -> str | None:
         """Return why the hand cannot reach its start location; None if it can, or does not start at a location."""

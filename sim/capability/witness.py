@@ -1,4 +1,4 @@
-"""Moves that succeeded in a rehearsal: with what is clear of all their motions, they need not be rehearsed again."""
+"""Transfers that succeeded in a rehearsal: among what is clear of their motions, they need not be rehearsed again."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ step, and more than any clearance that skills keep."""
 
 
 class Witness:
-    """A move that succeeded among some other objects."""
+    """A transfer that succeeded among some other objects."""
 
     def __init__(self, scene: Scene, others: Places, followed: Sequence[Followed], levers: np.ndarray) -> None:
         """Take the scene, the other objects, the movements, and (n,) bounds as of `CollisionChecker.levers`."""
@@ -34,7 +34,7 @@ class Witness:
         self._clear: dict[tuple[str, str], bool] = {}
 
     def allows(self, others: Places) -> bool:
-        """Return whether the move succeeds among other objects, too: those that stand elsewhere are clear of it."""
+        """Return whether the transfer succeeds among other objects, too: those that stand elsewhere are clear of it."""
         return all(self._is_clear(*one) for one in others.items() if one not in self._others.items())
 
     def _is_clear(self, obj: str, place: str) -> bool:

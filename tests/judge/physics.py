@@ -2,8 +2,8 @@
 
 The cheapest plans of random scenes are searched for. What they meet of what the arm can never do at a location is tried
 from five starts: the hand comes from five places to grasp the object, or brings it from five locations, with the other
-objects in their places and with all but its supports away. Each move that was refused is tried as it is, among the same
-objects. One success refutes the exclusion.
+objects in their places and with all but its supports away. Each transfer that was refused is tried as it is, among the
+same objects. One success refutes the exclusion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from judge.random_scenes.generator import scene_text
 from prefplan import Planner, Scenario, load
 from prefplan.errors import PrefplanError
 from prefplan.limits import Limits
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.model import ManipulationModel
 from sim.capability.answers import Capability
 from sim.capability.arrangement import Places, arranged, positions, staged
@@ -42,8 +42,8 @@ MAX_BYTES, MAX_SECONDS = 1e9, 60.0
 
 
 @patch.dict(os.environ, XDG_CACHE_HOME=os.devnull)  # no answer is kept
-def excluded(scenario: Scenario, scene: Scene) -> tuple[list[PlaceCheck], list[Move]]:
-    """Return the checks of what plans do without, and the moves that were refused."""
+def excluded(scenario: Scenario, scene: Scene) -> tuple[list[PlaceCheck], list[Transfer]]:
+    """Return the checks of what plans do without, and the transfers that were refused."""
     assert isinstance(scenario.model, ManipulationModel)
     arm = Capability(scenario.model, scene=scene)
     if arm.check_start() is not None:
@@ -52,7 +52,7 @@ def excluded(scenario: Scenario, scene: Scene) -> tuple[list[PlaceCheck], list[M
     with suppress(PrefplanError), Limits(bytes=MAX_BYTES, seconds=MAX_SECONDS):
         planner.cheapest()
     assert planner.geometry is not None
-    refused = [move for move, answer in planner.geometry._rehearsed.items() if answer is not None]
+    refused = [transfer for transfer, answer in planner.geometry._rehearsed.items() if answer is not None]
     return [arm.check(*pair) for pair in planner.geometry.left_out], refused
 
 
@@ -85,10 +85,10 @@ def succeeds(scene: Scene, trial: Rehearsal, places: Places) -> bool:
     return all(run.step(action, ahead=actions[k:]) for k, action in enumerate(actions, 1))
 
 
-def rehearsal_of(move: Move) -> Rehearsal:
-    """Return what a move is."""
-    where = bringing(move.obj, move.source, move.target, dict(move.others))
-    return where.beginning(BROUGHT if move.target else TAKEN)
+def rehearsal_of(transfer: Transfer) -> Rehearsal:
+    """Return what a transfer is."""
+    where = bringing(transfer.obj, transfer.source, transfer.target, dict(transfer.others))
+    return where.beginning(BROUGHT if transfer.target else TAKEN)
 
 
 def is_possible(scene: Scene, trial: Rehearsal) -> bool:
@@ -107,7 +107,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
-    options, count, refuted, moves, possible = parser.parse_args(), 0, 0, 0, 0
+    options, count, refuted, transfers, possible = parser.parse_args(), 0, 0, 0, 0
     for number in range(options.scenes):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"scene_{number}.toml"
@@ -119,13 +119,13 @@ def main() -> int:
             except PrefplanError:
                 continue
             checks, refused = excluded(scenario, scene)
-            for move in refused:
-                moves += 1
-                trial = rehearsal_of(move)
+            for transfer in refused:
+                transfers += 1
+                trial = rehearsal_of(transfer)
                 with suppress(PrefplanError):
                     if succeeds(scene, trial, trial.places):
                         possible += 1
-                        print(f"scene {number}: possible: {move}", flush=True)
+                        print(f"scene {number}: possible: {transfer}", flush=True)
             for found in checks:
                 for kind, length in (("grasp", TAKEN), ("put down", BROUGHT)):
                     tried = [one for one in trials(scenario.model, found) if len(one.actions) == length]
@@ -134,7 +134,7 @@ def main() -> int:
                         refuted += 1
                         print(f"scene {number}: {kind} {found.obj} at {found.location} is possible: {found.reason}")
     print(f"{options.scenes} scenes from seed {options.seed}: {count} exclusions, {refuted} of them possible")
-    print(f"{moves} moves refused, {possible} of them possible")
+    print(f"{transfers} transfers refused, {possible} of them possible")
     return 1 if refuted or possible else 0
 
 

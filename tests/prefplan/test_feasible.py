@@ -25,7 +25,7 @@ from prefplan import (
 )
 from prefplan.errors import LimitError
 from prefplan.limits import Limits
-from prefplan.models.feasibility import MOST_RULES, Move
+from prefplan.models.feasibility import MOST_RULES, Transfer
 from prefplan.models.manipulation.symbolic import at
 from prefplan.models.system import Barred
 from prefplan.replanning import Past, continue_cheaply
@@ -48,12 +48,12 @@ class Arm:
     """
 
     def __init__(self, answers: dict[tuple[str, str], Told]) -> None:
-        self.answers, self.moves = answers, list[Move]()
+        self.answers, self.transfers = answers, list[Transfer]()
         self.indirect: dict[tuple[str, str, str], frozenset[str]] = {}
 
-    def rehearse(self, move: Move) -> Told | None:
-        self.moves.append(move)
-        obj, source, target, others = move
+    def rehearse(self, transfer: Transfer) -> Told | None:
+        self.transfers.append(transfer)
+        obj, source, target, others = transfer
         label = {at(*pair) for pair in others}
         steps = (source, f"grasp {obj}", label | {at(obj, source)}), (target, f"release {obj} {target}", label)
         for location, action, holding in steps:
@@ -61,10 +61,10 @@ class Arm:
             barred = [entry for entry in answer.barred if entry[1] == action and entry[0] <= holding]
             if barred:
                 return replace(answer, barred=barred, location=location)
-        return None if self.brings(obj, source, target, label) else Told((), "directly", target, self.origin(move))
+        return None if self.brings(obj, source, target, label) else Told((), "directly", target, self.origin(transfer))
 
-    def origin(self, move: Move) -> frozenset[str]:
-        return self.indirect[move[:3]] | {at(move.obj, move.source)}
+    def origin(self, transfer: Transfer) -> frozenset[str]:
+        return self.indirect[transfer[:3]] | {at(transfer.obj, transfer.source)}
 
     def brings(self, obj: str, source: str, location: str, label: Collection[str]) -> bool:
         return not self.indirect.get((obj, source, location), frozenset({"never"})) <= {*label}
@@ -109,7 +109,7 @@ def test_asking_only_for_what_plans_need_finds_the_front_of_all_that_the_arm_can
         front = planner.front()
         assert [plan.objectives for plan in front] == [plan.objectives for plan in expected]
         assert front.reason == expected.reason or (front.reason and expected.reason)
-        assert len(arm.moves) == len(set(arm.moves))
+        assert len(arm.transfers) == len(set(arm.transfers))
         if front:
             best = Planner(over(problem, arm)).cheapest()
             assert best.objectives == front[0].objectives
@@ -181,7 +181,7 @@ def test_an_object_goes_by_way_of_another_location_and_no_rule_is_blamed_if_ther
         Planner(Problem(MODEL, {"t": "F cup_far"}, Order(), feasible=arm)).cheapest()
 
 
-def test_however_many_moves_are_impossible_the_product_stays_small() -> None:
+def test_however_many_transfers_are_impossible_the_product_stays_small() -> None:
     places = [spot(f"p{k}") for k in range(20)]
     model = ManipulationModel("home", COSTS, tuple(places), (Object("cup", "p0"), Object("jug", "p19")))
     arm = Arm({})
@@ -205,7 +205,11 @@ def test_what_was_left_out_and_its_price_are_named() -> None:
     assert [note for note in front.assumptions if "arm" in note] == [
         "The arm cannot do cup at far (too far); jug at far (too far). If it could: cost 10, preference 0."
     ]
-    assert {(move.obj, move.target) for move in arm.moves} >= {("cup", "far"), ("jug", "far"), ("jug", "near")}
+    assert {(transfer.obj, transfer.target) for transfer in arm.transfers} >= {
+        ("cup", "far"),
+        ("jug", "far"),
+        ("jug", "near"),
+    }
 
 
 def test_only_the_plans_that_are_lost_are_named() -> None:
@@ -269,34 +273,36 @@ def test_what_was_done_already_is_not_asked_for() -> None:
     past = Past(("transit s0", "grasp cup"), (1, 2), tuple(map(system.decode, states[:2])), (frozenset(), frozenset()))
     here = replace(MODEL, begin=system.decode(states[2]))  # type: ignore[arg-type]
     plan = continue_cheaply(problem, past, here.transition_system())
-    assert plan.actions[2:] == ("transport cup far", "release cup far") and [move[:3] for move in arm.moves] == [
-        ("cup", "s0", "far")
-    ]
+    assert plan.actions[2:] == ("transport cup far", "release cup far") and [
+        transfer[:3] for transfer in arm.transfers
+    ] == [("cup", "s0", "far")]
 
 
 class Slow(Arm):
     """An arm whose answers take longer than a limit."""
 
-    def rehearse(self, move: Move) -> Told | None:
-        if self.moves:
+    def rehearse(self, transfer: Transfer) -> Told | None:
+        if self.transfers:
             raise LimitError("time")
-        return super().rehearse(move)
+        return super().rehearse(transfer)
 
 
-def test_a_move_that_was_found_impossible_when_a_limit_was_reached_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_transfer_that_was_found_impossible_when_a_limit_was_reached_stays_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     arm = Arm({})
     arm.indirect |= {("cup", "s0", "far"): frozenset(), ("jug", "s1", "far"): frozenset()}
     planner = Planner(Problem(MODEL, {"t": "F (cup_far & jug_far) | F (cup_far & jug_near)"}, Order(), feasible=arm))
     rehearse = arm.rehearse
 
-    def slow(move: Move) -> Told | None:
-        if len(arm.moves) == 1:
-            arm.moves.append(move)
+    def slow(transfer: Transfer) -> Told | None:
+        if len(arm.transfers) == 1:
+            arm.transfers.append(transfer)
             raise LimitError("time")
-        return rehearse(move)
+        return rehearse(transfer)
 
     monkeypatch.setattr(arm, "rehearse", slow)
-    assert planner.front().ended == "time" and arm.moves[0].obj == "cup"
+    assert planner.front().ended == "time" and arm.transfers[0].obj == "cup"
     front = planner.front()
     assert front.ended is None and [plan.cost for plan in front] == [27]
 

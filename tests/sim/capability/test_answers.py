@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.description import Location, Object
 from prefplan.models.manipulation.model import Fixture, ManipulationModel, RobotSetup
 from sim.capability import answers
@@ -23,7 +23,7 @@ MODEL = ManipulationModel(
     (HERE, THERE, Location("far", at=(0.6, 0))),
     (CUP,),
 )
-MOVES = (("here", "far"), ()), (("far", "there"), ()), (("here", "far"), (("jug", "there"),))
+TRANSFERS = (("here", "far"), ()), (("far", "there"), ()), (("here", "far"), (("jug", "there"),))
 ANSWER = PlaceCheck("cup", "there", "no room", take_unless=(("jug", "here"),), put_unless=(("jug", "far"),))
 
 
@@ -40,9 +40,9 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             questions.append((obj, location))
             return ANSWER
 
-        def rehearse(self, move: Move) -> PlaceCheck | None:
-            questions.append(move)
-            return None if move.target == "far" else PlaceCheck("cup", "there", "a wall", not_from=move.source)
+        def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
+            questions.append(transfer)
+            return None if transfer.target == "far" else PlaceCheck("cup", "there", "a wall", not_from=transfer.source)
 
         def check_start(self) -> str:
             questions.append("start")
@@ -60,9 +60,9 @@ def test_an_answer_is_asked_for_once_and_read_as_it_was_written(asked: list[Any]
     assert asked == [("cup", "there"), "start"]
 
 
-def test_a_move_is_rehearsed_once_for_each_arrangement(asked: list[Any]) -> None:
+def test_a_transfer_is_rehearsed_once_for_each_arrangement(asked: list[Any]) -> None:
     arm, model = Capability(MODEL), replace(MODEL, objects=(CUP, replace(JUG, start="far")))
-    out, back, beside = (Move("cup", *ends, others) for ends, others in MOVES)
+    out, back, beside = (Transfer("cup", *ends, others) for ends, others in TRANSFERS)
     assert [one.rehearse(out) for one in (arm, arm, Capability(MODEL))] == [None] * 3
     indirect = PlaceCheck("cup", "there", "a wall", not_from="far")
     assert {one.rehearse(back) for one in (arm, arm, Capability(MODEL))} == {indirect}
@@ -76,7 +76,7 @@ def test_what_fails_whatever_stands_around_is_what_the_check_says(
 ) -> None:
     never = PlaceCheck("cup", "there", "too low", take=False, put=False, crowded_by=(("jug", "far"),))
     monkeypatch.setattr(Capability, "check", lambda self, obj, location: never)
-    refused = Capability(MODEL).rehearse(Move("cup", "far", "there", ()))
+    refused = Capability(MODEL).rehearse(Transfer("cup", "far", "there", ()))
     assert refused is not None and refused.barred == [(frozenset(), "release cup there")] and not refused.not_after
 
 

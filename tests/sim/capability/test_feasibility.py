@@ -14,7 +14,7 @@ import pytest
 from scenario_texts import CORNER, shipped
 
 from prefplan.errors import ModelError
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.planner import Planner
@@ -432,8 +432,8 @@ def test_what_no_grasp_brings_directly_between_walls_goes_by_way_of_another_loca
     model = ManipulationModel("home", COSTS, places, (bar,), fixtures=walls)
     scene = build_scene(model)
     arm = Capability(model, scene=scene)
-    refused = arm.rehearse(Move("bar", "here", "deep", ()))
-    assert refused and refused.not_after == {"bar_here"} and not arm.rehearse(Move("bar", "far", "deep", ()))
+    refused = arm.rehearse(Transfer("bar", "here", "deep", ()))
+    assert refused and refused.not_after == {"bar_here"} and not arm.rehearse(Transfer("bar", "far", "deep", ()))
     plan = Planner(Problem(model, {"t": "F bar_deep"}, Order(), feasible=arm)).cheapest()
     assert plan.actions[2] == "transport bar far" and len(plan.actions) == 7
     run = Execution(scene, initial_state(scene))

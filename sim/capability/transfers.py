@@ -1,10 +1,10 @@
-"""Moves: what the arm brings from where to where, rehearsed among the objects that stand around then."""
+"""Transfers: what the arm brings from where to where, rehearsed among the objects that stand around then."""
 
 from contextlib import suppress
 from dataclasses import replace
 
 from prefplan.errors import ModelError
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from sim.capability.arrangement import vacated
 from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, while_there
 from sim.capability.place_check import Neighbours, PlaceCheck
@@ -14,22 +14,22 @@ from sim.skills.skill import SkillError
 from sim.world.places import under
 
 
-class Moves:
-    """Finds which moves the arm can carry out."""
+class Transfers:
+    """Finds which transfers the arm can carry out."""
 
     def __init__(self, attempts: Attempts) -> None:
         """Take what attempts are made with."""
         self._attempts, self._scene = attempts, attempts.scene
-        # Moves that succeeded, by object, locations, and what is below these.
+        # Transfers that succeeded, by object, locations, and what is below these.
         self._witnesses: dict[tuple[str, str, str, Neighbours], list[Witness]] = {}
 
-    def rehearse(self, move: Move) -> PlaceCheck | None:
-        """Return what the arm cannot do of a move; None if it can.
+    def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
+        """Return what the arm cannot do of a transfer; None if it can.
 
         Nothing is excluded where it is not known which objects hinder it, or in which slots of a location they are.
         """
-        obj, source, target, others = move
-        witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(move)), [])
+        obj, source, target, others = transfer
+        witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(transfer)), [])
         if any(witness.allows(dict(others)) for witness in witnesses):
             return None
         taking = Rehearsal((f"transit {source}", f"grasp {obj}"), {**dict(others), obj: source}, obj, source)
@@ -46,11 +46,11 @@ class Moves:
         if attempt.done < TAKEN and putting:  # perhaps in no grasp that suits the target
             taken = self._attempts.attempt(taking)
             attempt = replace(attempt, done=TAKEN) if taken.error is None else taken
-        return self._refused(move, attempt)
+        return self._refused(transfer, attempt)
 
-    def _refused(self, move: Move, attempt: Attempt) -> PlaceCheck:
-        """Return what the arm cannot do of a move, from an attempt that failed."""
-        obj, source, target, others = move
+    def _refused(self, transfer: Transfer, attempt: Attempt) -> PlaceCheck:
+        """Return what the arm cannot do of a transfer, from an attempt that failed."""
+        obj, source, target, others = transfer
         model = self._scene.model
         supports = tuple(pair for pair in others if target and pair[1] in model.location(target).on)
         if attempt.done >= TAKEN and isinstance(attempt.error, SkillError) and supports:
@@ -66,17 +66,20 @@ class Moves:
         if not single or not (attempt.for_good or unless):
             return PlaceCheck(obj, target, reason)
         origins = self._attempts.beside(target, source)[:MORE_ORIGINS]
-        anywhere = bool(unless) and not any(self._is_brought(move, origin) for origin in origins)
+        anywhere = bool(unless) and not any(self._is_brought(transfer, origin) for origin in origins)
         return PlaceCheck(obj, target, reason, put_unless=unless, not_from="" if anywhere else source)
 
-    def _is_brought(self, move: Move, origin: str) -> bool:
-        """Return whether a move would succeed from another location, without what stands there."""
+    def _is_brought(self, transfer: Transfer, origin: str) -> bool:
+        """Return whether a transfer would succeed from another location, without what stands there."""
         with suppress(ModelError):
-            places = vacated(self._scene.model, dict(move.others), origin)
-            return self._attempts.run(bringing(move.obj, origin, move.target, places).beginning(BROUGHT))[1] is None
+            places = vacated(self._scene.model, dict(transfer.others), origin)
+            return (
+                self._attempts.run(bringing(transfer.obj, origin, transfer.target, places).beginning(BROUGHT))[1]
+                is None
+            )
         return False
 
-    def _carriers(self, move: Move) -> Neighbours:
-        """Return what carries the object of a move, before and after it."""
-        below = {place for end in (move.source, move.target) if end for place in under(self._scene.model, end)}
-        return tuple(pair for pair in move.others if pair[1] in below)
+    def _carriers(self, transfer: Transfer) -> Neighbours:
+        """Return what carries the object of a transfer, before and after it."""
+        below = {place for end in (transfer.source, transfer.target) if end for place in under(self._scene.model, end)}
+        return tuple(pair for pair in transfer.others if pair[1] in below)

@@ -1,4 +1,4 @@
-"""Moves rehearsed among the objects that stand around: what is refused, and what need not be rehearsed again."""
+"""Transfers rehearsed among the objects that stand around: what is refused, and what need not be rehearsed again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from prefplan.models.feasibility import Move
+from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.planner import Planner
@@ -16,8 +16,8 @@ from prefplan.problem import Problem
 from sim.capability.answers import Capability
 from sim.capability.attempts import Attempts
 from sim.capability.feasibility import Feasibility
-from sim.capability.moves import Moves
 from sim.capability.rehearsal import Rehearsal
+from sim.capability.transfers import Transfers
 from sim.execution.executor import Execution
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene, initial_state
@@ -37,30 +37,30 @@ def dense(*columns: float) -> Scene:
     return build_scene(ManipulationModel("home", COSTS, places, BOXES, fixtures=(wall,)))
 
 
-def random_move(rng: random.Random, scene: Scene) -> Move:
+def random_transfer(rng: random.Random, scene: Scene) -> Transfer:
     places = rng.sample([place.name for place in scene.model.locations], len(BOXES) + 1)
     obj, *others = rng.sample([box.name for box in BOXES], len(BOXES))
     stand = dict(zip(others, places[2:], strict=True))
-    return Move(obj, places[0], places[1], tuple((box.name, stand[box.name]) for box in BOXES if box.name in stand))
+    return Transfer(obj, places[0], places[1], tuple((box.name, stand[box.name]) for box in BOXES if box.name in stand))
 
 
 @pytest.mark.slow
 def test_what_need_not_be_rehearsed_again_would_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The twin rehearses every move."""
+    """The twin rehearses every transfer."""
     scene, rng, tried = dense(-0.3, -0.14, 0.03, 0.19), random.Random(5), list[Rehearsal]()
     attempts = Attempts(scene, SKILLS)
-    attempt, moves = attempts.attempt, Moves(attempts)
+    attempt, transfers = attempts.attempt, Transfers(attempts)
     monkeypatch.setattr(attempts, "attempt", lambda rehearsal: (tried.append(rehearsal), attempt(rehearsal))[1])
     spared = 0
     for _ in range(20):
-        obj, source, target, _ = random_move(rng, scene)
+        obj, source, target, _ = random_transfer(rng, scene)
         for _ in range(20):
-            move = random_move(rng, scene)
-            if {obj, source, target} & {name for pair in move.others for name in pair}:
+            transfer = random_transfer(rng, scene)
+            if {obj, source, target} & {name for pair in transfer.others for name in pair}:
                 continue
-            move, before = move._replace(obj=obj, source=source, target=target), len(tried)
-            found, rehearsed = moves.rehearse(move), len(tried) > before
-            assert (found is None) == (Moves(attempts).rehearse(move) is None), move
+            transfer, before = transfer._replace(obj=obj, source=source, target=target), len(tried)
+            found, rehearsed = transfers.rehearse(transfer), len(tried) > before
+            assert (found is None) == (Transfers(attempts).rehearse(transfer) is None), transfer
             spared += not rehearsed
     assert spared >= 5
 
@@ -68,7 +68,7 @@ def test_what_need_not_be_rehearsed_again_would_succeed(monkeypatch: pytest.Monk
 def test_what_fails_because_of_its_neighbours_is_refused_while_they_are_there() -> None:
     scene = dense()
     arm = Feasibility(scene)
-    refused = [arm.rehearse(random_move(random.Random(seed), scene)) for seed in range(25)]
+    refused = [arm.rehearse(random_transfer(random.Random(seed), scene)) for seed in range(25)]
     named = [(one, conditions) for one in refused if one for conditions, _ in one.barred]
     assert any(len(conditions - {f"{one.obj}_{one.location}"}) for one, conditions in named)
     for one in filter(None, refused):
