@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 MOST_NAMED = 3
 """Most exclusions, and most plans, that a sentence names."""
 
-
 MOST_RULES = 12
 """Most rules that exclude transfers, each an automaton in the product; further ones are excluded wherever they come
 from, among just these other objects."""
@@ -149,9 +148,8 @@ class Geometry:
             if pair in self._indirect or len(self._indirect) < MOST_RULES:
                 self._indirect.setdefault(pair, set()).add(refused.not_after)
             else:
-                self._barred[
-                    frozenset(at(*one) for one in transfer.others), f"release {transfer.obj} {transfer.target}"
-                ] = None
+                here = frozenset(at(*one) for one in transfer.others)
+                self._barred[here, f"release {transfer.obj} {transfer.target}"] = None
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""

@@ -8,7 +8,7 @@ from prefplan.models.feasibility import Transfer
 from sim.capability.arrangement import vacated
 from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, while_there
 from sim.capability.place_check import Neighbours, PlaceCheck
-from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing
+from sim.capability.rehearsal import BROUGHT, TAKEN, bringing
 from sim.capability.witness import Witness
 from sim.skills.skill import SkillError
 from sim.world.places import under
@@ -32,19 +32,17 @@ class Transfers:
         witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(transfer)), [])
         if any(witness.allows(dict(others)) for witness in witnesses):
             return None
-        taking = Rehearsal((f"transit {source}", f"grasp {obj}"), {**dict(others), obj: source}, obj, source)
-        putting = (f"transport {obj} {target}", f"release {obj} {target}") if target else ()
+        rehearsal = bringing(obj, source, target or source, dict(others)).beginning(BROUGHT if target else TAKEN)
         try:
-            whole = replace(taking, actions=taking.actions + putting, location=target or source)
-            attempt = self._attempts.attempt(whole)
+            attempt = self._attempts.attempt(rehearsal)
         except ModelError:  # operators of one's own may allow such places
             return None
         if attempt.error is None:
             cell = self._attempts.cell
             witnesses.append(Witness(self._scene, dict(others), cell.followed, cell.levers))
             return None
-        if attempt.done < TAKEN and putting:  # perhaps in no grasp that suits the target
-            taken = self._attempts.attempt(taking)
+        if attempt.done < TAKEN and target:  # perhaps in no grasp that suits the target
+            taken = self._attempts.attempt(replace(rehearsal.beginning(TAKEN), location=source))
             attempt = replace(attempt, done=TAKEN) if taken.error is None else taken
         return self._refused(transfer, attempt)
 
@@ -55,12 +53,13 @@ class Transfers:
         supports = tuple(pair for pair in others if target and pair[1] in model.location(target).on)
         if attempt.done >= TAKEN and isinstance(attempt.error, SkillError) and supports:
             return PlaceCheck(obj, target, while_there(str(attempt.error), supports), put_unless=supports)
-        unless = self._attempts.hindering(attempt)
+        crowding = self._attempts.crowding(obj, target) if attempt.done >= TAKEN else ()
+        if crowded_by := tuple(one for one in crowding if one in others):
+            return PlaceCheck(obj, target, crowded_by=crowded_by)
+        unless = self._attempts.hindering(attempt)  # takes several rehearsals
         if attempt.done < TAKEN:
             reason = while_there(str(attempt.error), unless)
             return PlaceCheck(obj, source, reason, take=not attempt.for_good, take_unless=unless)
-        if crowded_by := tuple(one for one in self._attempts.crowding(obj, target) if one in others):
-            return PlaceCheck(obj, target, crowded_by=crowded_by)
         reason = while_there(f"from {source}: {attempt.error}", unless)
         single = max(model.location(place).capacity for place in (source, target or source)) == 1
         if not single or not (attempt.for_good or unless):
@@ -73,10 +72,8 @@ class Transfers:
         """Return whether a transfer would succeed from another location, without what stands there."""
         with suppress(ModelError):
             places = vacated(self._scene.model, dict(transfer.others), origin)
-            return (
-                self._attempts.run(bringing(transfer.obj, origin, transfer.target, places).beginning(BROUGHT))[1]
-                is None
-            )
+            rehearsal = bringing(transfer.obj, origin, transfer.target, places).beginning(BROUGHT)
+            return self._attempts.run(rehearsal)[1] is None
         return False
 
     def _carriers(self, transfer: Transfer) -> Neighbours:

@@ -82,8 +82,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         except TerminatedWorkerError:
             ended, why = FAILED, "a process that measured was killed"
         finally:
-            interrupted = len(done) + len(failures) < total
-            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest, failures, interrupted))
+            left = total - len(done) - len(failures)
+            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest, failures, left > 0))
             write_json(file, contents)
     if as_json:
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
@@ -93,7 +93,6 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     for reason in failures.values():
         tell(f"not measured: {reason}")
     if ended:
-        left = total - len(done) - len(failures)
         tell(f"{why}; the same command measures the other {left} actions")
     return ended or (FAILED if failures else DONE)
 
