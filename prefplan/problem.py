@@ -6,13 +6,13 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import count
 
 from prefplan.errors import PrefplanError, prefixed
 from prefplan.exact_costs import common_unit, exact, to_number
-from prefplan.logic.tasks import Limitation, Rule, Task, checked_automata, named_formulas
+from prefplan.logic.tasks import Rule, Task, checked_automata, named_formulas
 from prefplan.logic.weighted_dfa import WeightedAutomaton
 from prefplan.models.feasibility import Feasible
+from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import Past, System
 from prefplan.models.transition_system import SystemLike, system_of
 from prefplan.preferences.contracts import check_contract, check_never_falls
@@ -99,6 +99,8 @@ class Problem:
         self.system = system = system_of(system, start=start)
         self.past, propositions = past or Past(), system.propositions
         self.feasible, self.abstract = feasible, feasible is None
+        if feasible is not None and not isinstance(system, ManipulationSystem):
+            raise PrefplanError("feasible: only plans of a manipulation model can be asked for")
         self.preference = named[0].preference if named else WeightedSum({})
         self.resolution = None if system.resolution is None else to_number(system.resolution)
         self.tasks = tuple(replace(task, propositions=propositions) for task in named_formulas(Task, tasks, "tasks"))
@@ -222,12 +224,6 @@ class Problem:
             return self
         rules = (*self.rules, *kept)
         return Problem(self.system, self.tasks, self.preferences, rules=rules, past=self.past, feasible=self.feasible)
-
-    def limited(self, formulas: Iterable[str], labels: Sequence[frozenset[str]]) -> Problem:
-        """Return the problem with formulas of limitations; see `keeping`."""
-        taken = {*self.names, *(rule.name for rule in self.rules)}
-        names = (name for k in count() if (name := f"limitation_{k}") not in taken)
-        return self.keeping(map(Limitation, names, formulas), labels)
 
     def _assumed(self) -> tuple[str, ...]:
         """Return a sentence for every assumption under which a front is exact."""

@@ -24,7 +24,7 @@ from prefplan.product.product_automaton import histories
 def continued(problem: Problem, past: Past, system: System) -> Problem:
     """Return the problem in which every plan begins with the past; the start of `system` is the present."""
     names = problem.system.propositions | system.propositions
-    ahead = replace(system, costs=system.costs[:1], propositions=names)
+    ahead = replace(system.after(past.states), costs=system.costs[:1], propositions=names)
     return _changed(problem, system=ahead, past=past)
 
 

@@ -55,7 +55,7 @@ def label(system: TransitionSystem, *actions: str) -> frozenset[str]:
 
 def judged(problem: Problem) -> judge.GraphProblem:
     """Return a problem as the judge sees it, state by state but for its preference; states are called by number."""
-    system = problem.system
+    system = problem.system.listed
     edges = [
         judge.Edge(
             f"{state}",

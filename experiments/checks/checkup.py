@@ -125,17 +125,13 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     }
 
 
-def is_achievable(system: System, task: Task, limitations: Sequence[str] = (), *, limits: Limits) -> bool:
+def is_achievable(system: System, task: Task, *, limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped; for the rest, see `_least_costs`."""
-    return _least_costs(system, task, limits, system.cost_names[:1], limitations) is not None
+    return _least_costs(system, task, limits, system.cost_names[:1]) is not None
 
 
-def _least_costs(
-    system: System, task: Task, limits: Limits, names: Sequence[str], limitations: Sequence[str] = ()
-) -> dict[str, Number] | None:
+def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str]) -> dict[str, Number] | None:
     """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
-
-    `limitations` are formulas that every plan satisfies.
 
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
@@ -143,8 +139,7 @@ def _least_costs(
     # A name that differs from those of all costs.
     name = f"unmet_{'_'.join(system.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
-    problem = Problem(system, [task], [unmet]).limited(limitations, [system.label(system.start)])
-    planner = Planner(problem)
+    planner = Planner(Problem(system, [task], [unmet]))
     try:
         with interruptible(limits):
             return {name: planner.best(name).costs[name] for name in names}

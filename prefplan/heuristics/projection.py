@@ -23,7 +23,7 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.successors import canonical, unpack
-from prefplan.models.manipulation.symbolic import ManipulationState, at
+from prefplan.models.manipulation.symbolic import FROM, ManipulationState, at
 from prefplan.models.manipulation.symmetry import IN_HAND, Symmetry, read_exclusions
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
@@ -57,7 +57,7 @@ class Projection:
         relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
         # What may be barred here, too, each with the locations that it names.
         self._barred = {
-            one: {action.location, *(what for _, what in pairs)} - {"", IN_HAND}
+            one: {action.location, *(what.removeprefix(FROM) for _, what in pairs)} - {"", IN_HAND}
             for one in product.model.symmetry.barred
             for action, pairs in read_exclusions(model, [one])
             if action.obj in self.kept and all(obj in self.kept and what not in model.marks for obj, what in pairs)
@@ -82,7 +82,7 @@ class Projection:
     @cached_property
     def space(self) -> StateCodes:
         """How its states are encoded."""
-        return StateCodes(self.symmetry.model, self.names)
+        return StateCodes(self.symmetry.model, self.names, self.symmetry.origins)
 
     @cached_property
     def _listed(self) -> tuple[TransitionSystem, np.ndarray]:
@@ -139,7 +139,9 @@ def _without(view: Symmetry, kept: Sequence[str], start: ManipulationState) -> M
     objects = tuple(
         replace(obj, start=places.get(obj.name, locations[0].name)) for obj in view.model.objects if obj.name in kept
     )
-    begin = ManipulationState(hand, start.held if start.held in kept else None, tuple(places.items()))
+    begin = ManipulationState(
+        hand, start.held if start.held in kept else None, tuple(places.items()), origin=start.origin
+    )
     small = replace(view.model, locations=locations, objects=objects, begin=begin)
     marks = frozenset((obj, mark) for obj, mark in start.marks if obj in kept and mark in small.marks)
     return replace(small, begin=replace(begin, marks=marks))
@@ -154,6 +156,7 @@ class ProjectionArrays(NamedTuple):
         slots: (M, S + 1) int64, location in the projection, -1 for merged ones.
         hands: (M, H) int64, pose in the projection, -1 over merged locations.
         places: (M, n) int64, the locations of the projection that stand for merged ones.
+        origins: (M, D, V) int64, what a value of the last digit adds to a projection's state while an object is held.
         above: (S + 1,) int64, pose of the hand over each slot.
         radices: (D,) int64, number of values of each digit, and digits: (D,) int64, scratch: digits of a state.
         first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
@@ -164,6 +167,7 @@ class ProjectionArrays(NamedTuple):
     slots: np.ndarray
     hands: np.ndarray
     places: np.ndarray
+    origins: np.ndarray
     above: np.ndarray
     radices: np.ndarray
     digits: np.ndarray
@@ -176,6 +180,7 @@ def arrays_of(each: Sequence[Projection], whole: StateCodes) -> ProjectionArrays
     projections = list(dict.fromkeys(each))
     weights = np.zeros((len(projections), len(whole.radices)), dtype=np.int64)
     places = np.zeros((len(projections), max(len(one.merged) for one in projections) + 1), dtype=np.int64)
+    origins = np.zeros((*weights.shape, whole.radices[-1]), dtype=np.int64)
     numbers = []
     for m, one in enumerate(projections):
         space = one.space
@@ -183,6 +188,8 @@ def arrays_of(each: Sequence[Projection], whole: StateCodes) -> ProjectionArrays
             weights[m, 1 + whole.objects.index(obj)] = space.weights[1 + o]
         for pair, d in space.mark_digits.items():
             weights[m, whole.mark_digits[pair]] = -space.weights[d]
+        for (obj, place), value in space.origins.items():
+            origins[m, 1 + whole.objects.index(obj), whole.origins[obj, place]] = value * space.weights[-1]
         places[m, : len(one.merged)] = one.merged
         numbers.append(np.zeros(space.bound, dtype=np.int32))
         numbers[m][one.codes] = np.arange(len(one.codes))
@@ -195,6 +202,7 @@ def arrays_of(each: Sequence[Projection], whole: StateCodes) -> ProjectionArrays
         slots=np.ascontiguousarray(slots[:, whole.location]),  # kernels are compiled for each order in memory
         hands=np.array([one.hands for one in projections]),
         places=places,
+        origins=origins,
         above=whole.above.astype(np.int64),
         radices=radices,
         digits=np.zeros_like(radices),
@@ -228,6 +236,8 @@ def place_of(projections: ProjectionArrays | None, p: Integer, node: Integer) ->
             state -= weight * value
             continue
         slot = projections.slots[m, value]
+        if value == held:
+            state += projections.origins[m, d, digits[-1]]
         if slot < 0:
             slot = projections.places[m, rank]
             rank += 1

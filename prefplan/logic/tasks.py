@@ -102,10 +102,6 @@ class Rule(NamedFormula):
         return parse_rule(self.formula, propositions=self.propositions)
 
 
-class Limitation(Rule):
-    """A rule that says what cannot be done: every plan keeps it, and no message blames it."""
-
-
 class Possible(Rule):
     """The rule that a plan leaves a co-safe formula satisfiable: its bad prefixes are those of the formula."""
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from prefplan.exact_costs import Number
 from prefplan.limits import check_limits
-from prefplan.models.manipulation.symbolic import ManipulationState, at, never_directly
-from prefplan.models.system import Barred
+from prefplan.models.manipulation.symbolic import Barred, ManipulationState, at
+from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.text.layout import number
 
 if TYPE_CHECKING:
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 3
 """Most exclusions, and most plans, that a sentence names."""
-
-MOST_RULES = 12
-"""Most rules that exclude transfers, each an automaton in the product; further ones are excluded wherever they come
-from, among just these other objects."""
 
 
 class Transfer(NamedTuple):
@@ -56,11 +52,7 @@ class Answer(Protocol):
 
     @property
     def barred(self) -> Barred:
-        """The actions that it cannot do there, each with the propositions under which it cannot: none for always."""
-
-    @property
-    def not_after(self) -> frozenset[str]:
-        """Propositions: while they hold, it cannot grasp the object and bring it there directly. Empty if it can."""
+        """The actions that it cannot do there, each with the conditions under which it cannot: none for always."""
 
     @property
     def reason(self) -> str | None:
@@ -95,8 +87,6 @@ class Geometry:
         self._conflicts = set[frozenset[str]]()
         self._applied = 0  # how many of the exclusions
         self._barred: dict[tuple[frozenset[str], str], None] = {}
-        # By object and location, propositions after which it cannot be brought there directly.
-        self._indirect: dict[tuple[str, str], set[frozenset[str]]] = {}
 
     def exclude(self, plans: Sequence[Plan]) -> bool:
         """Exclude what the arm cannot do of what some plans need; return whether `without` has to be called for it.
@@ -112,20 +102,13 @@ class Geometry:
         finally:
             if self.left_out and not self.abstract:
                 self.abstract = [each.objectives for each in plans]
-        return self._size > self._applied
+        return len(self._barred) > self._applied
 
     def without(self, problem: Problem) -> Problem:
-        """Return a problem without what is excluded; a transfer that its past contains stays possible."""
-        system, labels = problem.system, problem.past.labels
-        formulas = [never_directly(*pair, origins) for pair, origins in self._indirect.items()]
-        possible = problem.over(system.without(list(self._barred)))
-        self._applied = self._size
-        return possible.limited(formulas, [*labels, system.label(system.start)])
-
-    @property
-    def _size(self) -> int:
-        """The number of exclusions."""
-        return len(self._barred) + sum(map(len, self._indirect.values()))
+        """Return a problem without what is excluded."""
+        assert isinstance(problem.system, ManipulationSystem)
+        self._applied = len(self._barred)
+        return problem.over(problem.system.without(list(self._barred)))
 
     def _rehearse(self, transfer: Transfer) -> Answer | None:
         """Return what the arm cannot do of a transfer."""
@@ -143,13 +126,6 @@ class Geometry:
             if refused.reason or conflict not in self._conflicts:
                 self.left_out.setdefault(pair, refused.reason or _crowded(transfer, conditions))
                 self._conflicts.add(conflict)
-        if refused.not_after:
-            self.left_out.setdefault(pair, str(refused.reason))
-            if pair in self._indirect or len(self._indirect) < MOST_RULES:
-                self._indirect.setdefault(pair, set()).add(refused.not_after)
-            else:
-                here = frozenset(at(*one) for one in transfer.others)
-                self._barred[here, f"release {transfer.obj} {transfer.target}"] = None
 
     def compare(self, plans: Sequence[Plan]) -> None:
         """Find what is lost, now that a search has ended with these plans."""

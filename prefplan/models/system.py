@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Self
@@ -14,9 +14,6 @@ from prefplan.text.names import DisplayNames
 
 if TYPE_CHECKING:
     from prefplan.models.transition_system import TransitionSystem
-
-Barred = Collection[tuple[frozenset[str], str]]
-"""(propositions, action): the action does not exist in states where all the propositions hold."""
 
 Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...], list[frozenset[str]], list[tuple[Fraction, ...]]]
 """(K,) actions, (K + 1,) states and labels before the first one and after each, and for each cost its (K,) values."""
@@ -48,6 +45,11 @@ class System(ABC):
     @abstractmethod
     def listed(self) -> TransitionSystem:
         """The same system with all its states listed."""
+
+    @property
+    @abstractmethod
+    def small(self) -> TransitionSystem | None:
+        """The same, if it has so few states that they are searched as they are."""
 
     @property
     @abstractmethod
@@ -94,9 +96,9 @@ class System(ABC):
         columns = [tuple(each[d] for each in costs) for d in range(len(self.costs))]
         return actions, tuple(map(self.decode, states)), list(map(self.label, states)), columns
 
-    @abstractmethod
-    def without(self, barred: Barred) -> Self:
-        """Return the system without some actions in some states; see `Barred`."""
+    def after(self, states: Sequence[Hashable]) -> Self:
+        """Return the same with what its start keeps of the states before it, by their names in plans."""
+        return self
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
@@ -13,7 +13,7 @@ import numpy as np
 from prefplan.errors import ModelError, choices, describe
 from prefplan.exact_costs import Number, in_units, to_number
 from prefplan.models.costs import DEFAULT_COST, Cost, CostTable, by_name, check_costs_agree
-from prefplan.models.system import Barred, System
+from prefplan.models.system import System
 from prefplan.text.names import check_names
 
 if TYPE_CHECKING:
@@ -61,6 +61,11 @@ class TransitionSystem(System):
         """This system."""
         return self
 
+    @property
+    def small(self) -> TransitionSystem:
+        """This system."""
+        return self
+
     def decode(self, state: int) -> Hashable:
         """See `System.decode`."""
         return self.states[state]
@@ -83,25 +88,6 @@ class TransitionSystem(System):
             if self.action_names[self.actions[edge]] == action:
                 return int(self.targets[edge]), tuple(int(each.entries[edge]) * each.unit for each in self.costs)
         raise ModelError(f"action {action!r} does not exist in state {self.states[state]!r}")
-
-    def without(self, barred: Barred) -> TransitionSystem:
-        """See `System.without`."""
-        if not barred:
-            return self
-        labels = np.repeat(self.labels, np.diff(self.offsets))
-        kept = np.ones(len(self.targets), dtype=bool)
-        for names, action in barred:
-            if action in self.action_names:
-                where = np.array([names <= label for label in self.label_sets])
-                kept &= ~where[labels] | (self.actions != self.action_names.index(action))
-        before = np.concatenate([[0], np.cumsum(kept)])
-        return replace(
-            self,
-            offsets=before[self.offsets].astype(np.int64),
-            targets=self.targets[kept],
-            actions=self.actions[kept],
-            costs=tuple(replace(each, entries=each.entries[kept]) for each in self.costs),
-        )
 
     @classmethod
     def from_transitions(

@@ -23,8 +23,9 @@ LETTERS_LIMIT = 2**14
 
 def product_of(problem: Problem) -> Product:
     """Return the product of a problem's tasks and its system, or a smaller one on which they read the same labels."""
-    if not isinstance(problem.system, ManipulationSystem):
-        return Product(problem)
+    if (system := problem.system.small) is not None:
+        return Product(problem.over(system))
+    assert isinstance(problem.system, ManipulationSystem)
     smaller = problem.system.reduced(problem.task_propositions, stutter_invariant=problem.stutter_invariant)
     return (GeneratedProduct if GeneratedProduct.suits(problem, smaller) else ReducedProduct)(problem, smaller)
 

@@ -9,7 +9,7 @@ from prefplan.errors import LimitError
 from prefplan.front import Reason
 from prefplan.heuristics.prepare import Options
 from prefplan.limits import Limits
-from prefplan.logic.tasks import Limitation, Rule, Task
+from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
 from prefplan.product.reduction import product_of
@@ -24,17 +24,15 @@ def infeasible(problem: Problem, limits: Limits) -> Reason | None:
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    tasks, rules = problem.tasks, [rule for rule in problem.rules if rule.skip is None]
-    limitations = tuple(rule for rule in rules if isinstance(rule, Limitation))
+    tasks, rules = problem.tasks, tuple(rule for rule in problem.rules if rule.skip is None)
 
     def is_satisfiable(tasks: tuple[Task, ...], rules: tuple[Rule, ...] = ()) -> bool:
-        return _is_satisfiable(problem, limits, tasks, (*limitations, *rules))
+        return _is_satisfiable(problem, limits, tasks, rules)
 
-    others = tuple(rule for rule in rules if rule not in limitations)
-    if is_satisfiable(tasks, others):
+    if is_satisfiable(tasks, rules):
         return None
-    if others and is_satisfiable(tasks):
-        broken = _irreducible(others, lambda few: is_satisfiable(tasks, few))
+    if rules and is_satisfiable(tasks):
+        broken = _irreducible(rules, lambda few: is_satisfiable(tasks, few))
         return Reason("rule", tuple(rule.name for rule in broken))
     blame = _irreducible(tasks, is_satisfiable)
     return Reason("task" if len(blame) == 1 else "conflict", tuple(task.name for task in blame))

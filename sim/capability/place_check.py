@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from prefplan.models.manipulation.symbolic import at
-from prefplan.models.system import Barred
+from prefplan.models.manipulation.symbolic import Barred, at, grasped_at
 
 Neighbours = tuple[tuple[str, str], ...]
 """Objects, each with its location."""
@@ -60,22 +59,13 @@ class PlaceCheck:
     @property
     def barred(self) -> Barred:
         """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
-        put_unless = () if self.not_from else self.put_unless
+        grasp, release = f"grasp {self.obj}", f"release {self.obj} {self.location}"
         here = frozenset({at(self.obj, self.location)})
-        entries = (
-            (self.take, self.take_unless, here, f"grasp {self.obj}"),
-            (self.put, put_unless, frozenset[str](), f"release {self.obj} {self.location}"),
-        )
+        held = frozenset({grasped_at(self.obj, self.not_from)} if self.not_from else ())
+        entries = ((self.take, self.take_unless, here, grasp), (self.put, self.put_unless, held, release))
         found = [
             (conditions | ({at(*one) for one in unless} if possible else set()), action)
             for possible, unless, conditions, action in entries
-            if unless or not possible
+            if unless or not possible or (action == release and held)
         ]
         return found + [(frozenset({at(*one)}), f"release {self.obj} {self.location}") for one in self.crowded_by]
-
-    @property
-    def not_after(self) -> frozenset[str]:
-        """Propositions: while they hold, the arm cannot grasp the object and bring it there directly."""
-        if not self.not_from:
-            return frozenset()
-        return frozenset({at(self.obj, self.not_from), *(at(*one) for one in self.put_unless)})

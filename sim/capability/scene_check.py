@@ -7,7 +7,7 @@ from prefplan.errors import LimitError
 from prefplan.front import UnfinishedError
 from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.manipulation.symbolic import never_directly
+from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import System
 from prefplan.problem import Problem, Task
 from sim.capability.answers import Capability
@@ -16,8 +16,8 @@ from sim.capability.place_check import PlaceCheck
 from sim.errors import SimulationError
 from sim.world.scene import build_scene
 
-Achievable = Callable[[System, Task, Sequence[str]], bool]
-"""Returns whether a task alone can be satisfied in a system, or else relaxed or skipped, within formulas of rules.
+Achievable = Callable[[System, Task], bool]
+"""Returns whether a task alone can be satisfied in a system, or else relaxed or skipped.
 
 Raises `UnfinishedError` or `LimitError` if a limit was reached first.
 """
@@ -94,7 +94,7 @@ def tasks_out_of_reach(
 
     `wanted` says for each task whether it could be achieved by an arm that can do everything.
     """
-    unusable = [found for found in places if found.barred or found.not_from]
+    unusable = [found for found in places if found.barred]
     # What fails only while other objects stand somewhere tells all of them apart, which makes searches long.
     never = [found for found in unusable if not (found.take and found.put) or found.not_from]
     for i, task in enumerate(problem.tasks):
@@ -116,8 +116,8 @@ def tasks_out_of_reach(
 def _achievable_without(problem: Problem, task: Task, unusable: Sequence[PlaceCheck], achievable: Achievable) -> bool:
     """Return whether a task can be achieved without the actions that the arm cannot do; True if a limit was reached."""
     barred = [entry for found in unusable for entry in found.barred]
-    indirect = [never_directly(found.obj, found.location, [found.not_after]) for found in unusable if found.not_from]
+    assert isinstance(problem.system, ManipulationSystem)
     try:
-        return achievable(problem.system.without(barred), task, indirect)
+        return achievable(problem.system.without(barred), task)
     except (UnfinishedError, LimitError):
         return True

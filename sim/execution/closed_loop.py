@@ -113,7 +113,7 @@ class ClosedLoop:
         try:
             state = run.reground()
             if run.steps:
-                self._failures.record(run, self._problem, self._states)
+                self._failures.record(run, self._states)
         except ObservationTimeoutError as error:
             raise _GivenUp(f"{surprise}; {error}") from None
         self._states[len(run.steps) :] = [state]
@@ -146,17 +146,17 @@ class ClosedLoop:
 
     def _system(self) -> System:
         """Return the model from the current state on, without the actions that are barred after failures."""
-        return self.execution.scene.model.transition_system().without(self._failures.barred)
+        system = self.execution.scene.model.transition_system().without(self._failures.excluded)
+        return system.after(self._states)
 
     def _plan_on(self, surprise: str, system: System) -> tuple[str, System]:
         """Plan from the current state in a model; return the reason for the new plan, and the model in which it is."""
         past, labels = self._past(), self._labels
-        kept = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
-        problem = self._failures.with_detours(kept, labels)
+        problem = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
         try:
             plan = self._go_on(problem, past, system)
             if self._failures.rehearse(self.execution, self._states[-1], plan.actions[len(past.actions) :]):
-                return self._plan_on(surprise, system)
+                return self._plan_on(surprise, self._system())
         except NoPlanError as error:
             if self._failures.bar_detours():
                 return self._plan_on(surprise, self._system())

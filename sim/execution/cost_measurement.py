@@ -14,7 +14,6 @@ from prefplan.models.manipulation.measured_costs import Measurement
 from prefplan.models.manipulation.model import ManipulationModel, ManipulationState
 from prefplan.models.manipulation.slots import hand_poses, location_of
 from prefplan.models.manipulation.symbolic import Action, at, holding
-from prefplan.models.manipulation.system import ManipulationSystem
 from sim.capability.arrangement import beginning
 from sim.errors import SimulationError
 from sim.perception.grounding import observe
@@ -69,10 +68,10 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     whole = replace(model, costs=numbered).transition_system()
-    alike = list[str]()
-    if isinstance(whole, ManipulationSystem):
-        whole, alike = whole.reduced((), stutter_invariant=False), [obj.name for obj in model.objects if not obj.fixed]
-    system = whole.listed
+    system, alike = whole.small, list[str]()
+    if system is None:
+        system = whole.reduced((), stutter_invariant=False).listed
+        alike = [obj.name for obj in model.objects if not obj.fixed]
     number = system.costs[0].counts(Fraction(1))
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(len(pairs) + 1))

@@ -2,11 +2,9 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.manipulation.symbolic import at, holding, never_directly
-from prefplan.problem import Problem
+from prefplan.models.manipulation.symbolic import Barred, at, grasped_at, holding
 from sim.execution.executor import Execution
 from sim.skills.transit import raised_by
 
@@ -39,9 +37,9 @@ class Failures:
 
     def __bool__(self) -> bool:
         """Whether there are constraints on plans."""
-        return bool(self.barred or self._detours)
+        return bool(self.excluded)
 
-    def record(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> None:
+    def record(self, run: Execution, before: Sequence[ManipulationState]) -> None:
         """Record the last action as failed, after some states; it is barred if it was blocked or failed repeatedly."""
         action, state = run.steps[-1].action, run.steps[-1].observed
         self._attempts[action, state] += 1
@@ -51,22 +49,18 @@ class Failures:
         # A rehearsal has no physics: what hinders there is not believed after moving it in vain.
         hindering = run.hindering if self._unreached[action] < MAX_ATTEMPTS else ()
         if repeated or run.blocked is not None:
-            bars = self._instead if self._adds_detour(run, problem, before) else self.barred
+            bars = self._instead if self._adds_detour(run, before) else self.barred
             bars |= {(_conditions(run, s, hindering), action) for s in (before[-1], state)}
 
-    def with_detours(self, problem: Problem, labels: Sequence[frozenset[str]]) -> Problem:
-        """Return a problem with the rules of detours, except those that the observed labels have broken."""
-        if not self._detours:
-            return problem
-        # An object may have been grasped at a temporary location, which the problem does not know.
-        sources = {at(obj, source) for (obj, _), places in self._detours.items() for source in places}
-        system = replace(problem.system, propositions=problem.system.propositions | sources)
-        knowing = Problem(system, problem.tasks, problem.preference, rules=problem.rules, feasible=problem.feasible)
-        formulas = [
-            never_directly(obj, target, [{at(obj, source)} for source in places])
+    @property
+    def excluded(self) -> Barred:
+        """What plans must not contain: barred actions, and objects brought directly where they need a detour."""
+        detours = (
+            (frozenset({grasped_at(obj, source)}), f"release {obj} {target}")
             for (obj, target), places in self._detours.items()
-        ]
-        return knowing.limited(formulas, labels)
+            for source in places
+        )
+        return {*self.barred, *detours}
 
     def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
         """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
@@ -94,7 +88,7 @@ class Failures:
         self._detours_barred = True
         return found
 
-    def _adds_detour(self, run: Execution, problem: Problem, before: Sequence[ManipulationState]) -> bool:
+    def _adds_detour(self, run: Execution, before: Sequence[ManipulationState]) -> bool:
         """Require a detour for a held object that a fixture keeps from a location; return whether one was added.
 
         In the present grasp the hand cannot reach the location; after the object was put down elsewhere, another grasp
@@ -105,10 +99,9 @@ class Failures:
         if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj, run.hindering):
             return False
         source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
-        known = source and at(obj, target) in problem.system.propositions
         tried = self._detours.get((obj, target), set())
         given_up = self._detours_barred or self._blocked[obj, target] >= MAX_ATTEMPTS
-        if not known or source == target or source in tried or given_up:
+        if not source or source == target or source in tried or given_up:
             return False
         self._blocked[obj, target] += 1
         self._detours[obj, target] = {*tried, source}

@@ -59,6 +59,7 @@ def route(system: System, plan: Plan) -> Route:
     Raises:
         SystemSizeError: the plan visits too many states with labels.
     """
+    system = system.small or system
     visited, costs = [system.start], []
     for action in plan.actions:
         target, cost = system.step(visited[-1], action)

@@ -22,8 +22,8 @@ class StateCodes:
     """The code of each state of a model.
 
     A code is one mixed-radix integer: the hand's pose, then each object's slot (the last one: in the hand), then one
-    bit for each object and mark that is visible. Where slots are not told apart, a location is one slot, whatever its
-    capacity.
+    bit for each object and mark that is visible, then where the held object was grasped. Where slots are not told
+    apart, a location is one slot, whatever its capacity.
 
     Attributes:
         hands: names of the hand's poses.
@@ -35,12 +35,17 @@ class StateCodes:
         above: (slots + 1,) index of the hand's pose over each slot; the last entry is unused.
         radices, weights: number of values and weight of each digit.
         mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
+        origins: by (object, location), from 1, the value of the last digit while the hand holds the object that it
+            grasped there; 0 for all others.
     """
 
-    def __init__(self, model: ManipulationModel, visible: Collection[str]) -> None:
+    def __init__(
+        self, model: ManipulationModel, visible: Collection[str], origins: Collection[tuple[str, str]] = ()
+    ) -> None:
         """Lay out the digits; the hand may be over no location at the start.
 
-        States tell only of `visible` propositions whether an object has a mark.
+        States tell only of `visible` propositions whether an object has a mark, and only of `origins`, each an object
+        and a location, whether the hand holds the object that it grasped there.
         """
         self.model, start = model, model.initial_state
         self.locations = [place.name for place in model.locations]
@@ -59,7 +64,9 @@ class StateCodes:
         pairs = ((obj, mark) for obj in self.objects for mark in model.marks)
         carried = [pair for pair in pairs if marked(*pair) in visible]
         self.mark_digits = {pair: len(self.radices) + d for d, pair in enumerate(carried)}
-        self.radices += [2] * len(carried)
+        grasped = sorted({place for _, place in origins})
+        self.origins = {(obj, place): 1 + grasped.index(place) for obj, place in sorted(origins)}
+        self.radices += [2] * len(carried) + [1 + len(grasped)]
         *self.weights, self.bound = accumulate(self.radices, mul, initial=1)
 
     def visible(self, names: Collection[str]) -> list[tuple[int, list[str]]]:
@@ -95,14 +102,16 @@ class StateCodes:
         digits = [code // w % r for w, r in zip(self.weights, self.radices, strict=True)]
         slots = dict(zip(self.objects, digits[1 : 1 + len(self.objects)], strict=True))
         resting = {obj: self._slots[slot] for obj, slot in slots.items() if slot != self.held}
-        hand = self.hands[digits[0]]
+        hand, held = self.hands[digits[0]], next((obj for obj, slot in slots.items() if slot == self.held), None)
+        grasped = ((obj, place) for (obj, place), value in self.origins.items() if value == digits[-1])
         return ManipulationState(
             hand=location_of(hand),
-            held=next((obj for obj, slot in slots.items() if slot == self.held), None),
+            held=held,
             places=tuple((obj, place) for obj, (place, _) in resting.items()),
             marks=frozenset(pair for pair, d in self.mark_digits.items() if digits[d]),
             slots=tuple((obj, i) for obj, (place, i) in resting.items() if self._counts[place] > 1),
             hand_slot=self._hand_slots.get(hand),
+            origin=next((place for obj, place in grasped if obj == held), None),
         )
 
     def encode(self, state: ManipulationState, *, where: str) -> int:
@@ -126,6 +135,7 @@ class StateCodes:
         code, slots = self.hand(state, where=where), self._resting_slots(state)
         for o, obj in enumerate(self.objects):
             code += self.weights[1 + o] * slots.get(obj, self.held)
+        code += self.weights[-1] * self.origins.get((state.held or "", state.origin or ""), 0)
         return code + sum(self.weights[d] for pair, d in self.mark_digits.items() if pair in state.marks)
 
     def hand(self, state: ManipulationState, *, where: str) -> int:

@@ -9,6 +9,7 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
+from prefplan.models.manipulation.symbolic import FROM
 from prefplan.models.manipulation.symmetry import IN_HAND, Exclusion, Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import OnDemand
@@ -39,6 +40,7 @@ def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
     capacity = np.array([place.capacity for place in model.locations], dtype=np.int64)
     digit = space.mark_digits
     marks = [[digit.get((obj, place.marks or ""), 0) for obj in space.objects] for place in model.locations]
+    origins = [[space.origins.get((obj, name), 0) for obj in space.objects] for name in names]
     return Moves(
         radices=np.array(space.radices, dtype=np.int64),
         location=space.location,
@@ -50,6 +52,7 @@ def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
         needs=below.astype(np.int8) - empty.astype(np.int8),
         blocks=below | (closed[:, None] & empty).T,
         mark=np.array(marks, dtype=np.int64).reshape(len(names), len(space.objects)),
+        origin=np.array(origins, dtype=np.int64).reshape(len(names), len(space.objects)),
         neutral=class_of,
         places=places,
         ranks=np.zeros(len(places), dtype=np.int64),
@@ -70,6 +73,9 @@ def _exclusion_arrays(
     slots[IN_HAND] = [space.held, space.held + 1]
 
     def condition(obj: str, what: str) -> list[int]:
+        if what.startswith(FROM):
+            value = space.origins[obj, what.removeprefix(FROM)]
+            return [len(space.radices) - 1, value, value + 1]
         is_mark = what not in slots
         return [space.mark_digits[obj, what], 1, 2] if is_mark else [1 + space.objects.index(obj), *slots[what]]
 

@@ -17,8 +17,7 @@ from prefplan.models.manipulation.description import (
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS, Operator, parameters_of, read_action
 from prefplan.models.manipulation.surroundings import Fixture, RobotSetup
 from prefplan.models.manipulation.symbolic import Action, ManipulationState, at, holding, marked
-from prefplan.models.manipulation.system import transition_system
-from prefplan.models.system import System
+from prefplan.models.manipulation.system import ManipulationSystem, transition_system
 from prefplan.text.forms import Form, check_fields
 from prefplan.text.names import DisplayNames, Names, labels_of
 
@@ -169,8 +168,8 @@ class ManipulationModel:
         """Return the propositions that an action makes true whenever it succeeds."""
         return self.operator(action.kind).effect(action)
 
-    def transition_system(self) -> System:
-        """Return what is reachable from `initial_state` as a system, see `listed_states`.
+    def transition_system(self) -> ManipulationSystem:
+        """Return what is reachable from `initial_state` as a system, none of whose states is listed yet.
 
         Each state is a `ManipulationState`; actions are in the order of the operators, of each as it yields them.
 

@@ -1,9 +1,10 @@
 """Successors of a manipulation model's states, from packed integers in compiled code.
 
-A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark. Where slots
-are not told apart, a location is one slot, and its number is also that of the slot and of the hand's pose over it. One
-canonical state stands for all that result from exchanging neutral locations and alike objects of one class each (see
-`prefplan.models.manipulation.symmetry`); where slots are told apart no location is neutral.
+A state consists of digits: the hand's pose, each object's slot (the last value: in the hand), each mark, and where the
+held object was grasped. Where slots are not told apart, a location is one slot, and its number is also that of the slot
+and of the hand's pose over it. One canonical state stands for all that result from exchanging neutral locations and
+alike objects of one class each (see `prefplan.models.manipulation.symmetry`); where slots are told apart no location is
+neutral.
 
 The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
 """
@@ -35,6 +36,7 @@ class Moves(NamedTuple):
         needs: (L, L) int8, [x, y]: 1 if y must hold an object, -1 if it must hold none, before one is put at x.
         blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
+        origin: (L, O) int64, value of the last digit while the hand holds an object that it grasped at a location.
         neutral: (max(S + 1, H),) int64, by slot or pose, the class of a neutral location, from 1 to C, 0 for others.
         places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
         alike: (O,) int64, the objects by class, within which they may be exchanged; first those that are alone.
@@ -54,6 +56,7 @@ class Moves(NamedTuple):
     needs: np.ndarray
     blocks: np.ndarray
     mark: np.ndarray
+    origin: np.ndarray
     neutral: np.ndarray
     places: np.ndarray
     ranks: np.ndarray
@@ -248,7 +251,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
             slot = _slot_at(moves, before, here)
             after = steps.digits[count]
             _copy(before, after)
-            after[0], after[1 + held] = moves.above[slot], slot
+            after[0], after[1 + held], after[-1] = moves.above[slot], slot, 0
             if moves.mark[here, held]:
                 after[moves.mark[here, held]] = 1
             steps.actions[count] = action
@@ -260,6 +263,7 @@ def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
                 after = steps.digits[count]
                 _copy(before, after)
                 after[0], after[1 + o] = moves.above[slot], moves.location.shape[0] - 1
+                after[-1] = moves.origin[here, o]
                 steps.actions[count] = locations + o
                 count = _end_step(moves, steps, count, np.int64(GRASP))
     return count

@@ -1,6 +1,6 @@
 """Symbolic states and actions of a manipulation model, and the propositions of states, as text."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -38,14 +38,18 @@ def marked(obj: str, mark: str) -> str:
     return f"{obj}_{mark}"
 
 
-def never_directly(obj: str, target: str, origins: Iterable[Collection[str]]) -> str:
-    """Return the formula of a rule that an object is never brought to a location after it was grasped in some states.
+FROM = "from "
+"""Begins the part of the condition `grasped_at` that is not the object."""
 
-    `origins` are their propositions, which hold until the hand has the object.
-    """
-    held = holding(obj)
-    there = f"({' | '.join(sorted(' & '.join(sorted(origin)) for origin in origins))})"
-    return f"G !({there} & ({there} U ({held} & ({held} U {at(obj, target)}))))"
+
+def grasped_at(obj: str, location: str) -> str:
+    """Return the condition that the hand holds an object that it grasped at a location; no formula can name it."""
+    return f"{obj} {FROM}{location}"
+
+
+Barred = Collection[tuple[frozenset[str], str]]
+"""(conditions, action): the action does not exist where all the conditions hold, as in `ManipulationState.conditions`.
+"""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,7 @@ class ManipulationState:
             distinguished: see `prefplan.models.manipulation.slots`.
         hand_slot: the slot that the hand is over, if its location has several and they are distinguished; None also
             for the middle between them.
+        origin: the location where the held object was grasped, where an exclusion depends on it; else None.
     """
 
     hand: str
@@ -69,6 +74,7 @@ class ManipulationState:
     marks: frozenset[tuple[str, str]] = frozenset()
     slots: tuple[tuple[str, int], ...] = ()
     hand_slot: int | None = None
+    origin: str | None = None
 
     @property
     def place(self) -> dict[str, str]:
@@ -80,6 +86,11 @@ class ManipulationState:
         """The propositions true in this state."""
         names = {at(obj, place) for obj, place in self.places} | {marked(obj, mark) for obj, mark in self.marks}
         return frozenset(names | ({holding(self.held)} if self.held else set()))
+
+    @property
+    def conditions(self) -> frozenset[str]:
+        """What exclusions may depend on: the label, and where the held object was grasped."""
+        return self.label | ({grasped_at(self.held, self.origin)} if self.held and self.origin else set())
 
     def __str__(self) -> str:
         """Return the state on one line."""

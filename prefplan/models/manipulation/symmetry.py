@@ -20,8 +20,8 @@ then no action of the plan is excluded after it was changed, as the conditions o
 does not.
 
 *Exclusions* are actions that do not exist in some states, such as those that no arm can do there: where all conditions
-hold, each that an object rests at a location, is in the hand, or has a mark. In `prefplan.models.system.Barred` they
-are texts; here they are read for one model.
+hold, each that an object rests at a location, is in the hand, was grasped at a location, or has a mark. In
+`prefplan.models.manipulation.symbolic.Barred` they are texts; here they are read for one model.
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.symbolic import Action, at, holding, marked
-from prefplan.models.system import Barred
+from prefplan.models.manipulation.symbolic import FROM, Action, Barred, at, holding, marked
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
@@ -48,7 +47,8 @@ IN_HAND = ""
 
 Exclusion = tuple[Action, frozenset[tuple[str, str]]]
 """An action that does not exist where all the conditions hold: (object, location) for an object that rests there,
-(object, mark), and (object, `IN_HAND`); no location has the name of a mark, as their propositions would be the same."""
+(object, mark), (object, `IN_HAND`), and (object, `FROM` + location) for the object that the action moves; no location
+has the name of a mark, as their propositions would be the same."""
 
 
 def most_states(model: ManipulationModel) -> int:
@@ -65,6 +65,7 @@ class Symmetry:
         model: the model.
         barred: actions that do not exist where some propositions hold. exclusions: the same, read for the model.
         visible: the propositions that are visible.
+        origins: (object, location): exclusions depend on whether the hand holds the object that it grasped there.
         neutral: names of the neutral locations, in classes.
         alike: names of the movable objects of which nothing is visible, in classes.
     """
@@ -80,6 +81,7 @@ class Symmetry:
         actions = [action for action, _ in self.exclusions]
         conditions = {pair for _, pairs in self.exclusions for pair in pairs}
         self._excluded = {action.location for action in actions}.union(what for _, what in conditions)
+        self.origins = {(obj, what.removeprefix(FROM)) for obj, what in conditions if what.startswith(FROM)}
         self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
@@ -87,7 +89,7 @@ class Symmetry:
             place.name
             for place in (model.locations if places_alike else ())
             if place.capacity == 1 and not (place.on or place.clear_of or place.closed)
-            if place.name not in supports and not self._is_visible(place)
+            if place.name not in supports.union(name for _, name in self.origins) and not self._is_visible(place)
         ]
         alike = [
             obj.name
@@ -154,12 +156,21 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     for obj in (obj.name for obj in model.objects):
         read |= {holding(obj): (obj, IN_HAND)} | {at(obj, place): (obj, place) for place in places}
         read |= {marked(obj, mark): (obj, mark) for mark in model.marks}
+    for name in (name for names, _ in barred for name in names if f" {FROM}" in name):
+        obj, _, what = name.partition(" ")
+        read[name] = obj, what  # the location may be gone
     objects, locations = {"", *(obj.name for obj in model.objects)}, {"", *places}
     actions = [(read_action(text, model.operators), names) for names, text in barred]
-    return frozenset(
+    found = (
         (action, frozenset(read[name] for name in names))
         for action, names in actions
         if action.obj in objects and action.location in locations and names <= read.keys()
+    )
+    # The hand grasped nothing but what it holds.
+    return frozenset(
+        (action, pairs)
+        for action, pairs in found
+        if all(obj == action.obj for obj, what in pairs if what.startswith(FROM))
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -17,9 +17,9 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS
 from prefplan.models.manipulation.successors import Moves, canonical
-from prefplan.models.manipulation.symbolic import Action, ManipulationState
+from prefplan.models.manipulation.symbolic import Action, Barred, ManipulationState
 from prefplan.models.manipulation.symmetry import Symmetry, most_states
-from prefplan.models.system import Barred, System
+from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
 
 if TYPE_CHECKING:
@@ -29,18 +29,16 @@ Transition = tuple[ManipulationState, str, ManipulationState, Mapping[str, Fract
 """An action of a state, with its successor and its costs by name."""
 
 
-def transition_system(model: ManipulationModel) -> System:
-    """Return a model's states that can be reached; all are listed unless they may be more than `listed_states`.
-
-    A model with others than the standard operators is always listed.
+def transition_system(model: ManipulationModel) -> ManipulationSystem:
+    """Return a model's states that can be reached, none of which is listed yet.
 
     Raises:
-        ModelError: the start is not a state of the model, or a state does not fit an integer.
+        ModelError: the start is not a state of the model.
     """
     symmetry = Symmetry(model, model.own_propositions, places_alike=False)
     space = StateCodes(model, symmetry.visible)
-    system = ManipulationSystem(
-        start=space.start,
+    return ManipulationSystem(
+        start=replace(space.start, origin=model.initial_state.origin),
         costs=cost_tables(model, space.hands),
         propositions=model.valid_propositions,
         left_out=model.costs.note if isinstance(model.costs, MeasuredCosts) else "",
@@ -48,9 +46,6 @@ def transition_system(model: ManipulationModel) -> System:
         space=space,
         symmetry=symmetry,
     )
-    if tuple(model.operators) == STANDARD_OPERATORS and most_states(model) > model.listed_states:
-        return system
-    return system.listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +91,13 @@ class ManipulationSystem(System):
             system = self._listed_by_operators()
         return replace(system, propositions=self.propositions, left_out=self.left_out, display=self.display)
 
+    @property
+    def small(self) -> TransitionSystem | None:
+        """See `System.small`, `ManipulationModel.listed_states`; only standard operators can do without a list."""
+        model = self.space.model
+        is_large = tuple(model.operators) == STANDARD_OPERATORS and most_states(model) > model.listed_states
+        return None if is_large else self.listed
+
     def _listed_by_operators(self) -> TransitionSystem:
         """Return the same with all states listed, by operators that may not be the standard ones."""
         transitions, states = list[Transition](), [self.start]
@@ -118,13 +120,25 @@ class ManipulationSystem(System):
         return self.space.bound
 
     def without(self, barred: Barred) -> ManipulationSystem:
-        """See `System.without`."""
+        """Return the system without some actions in some states; see `Barred`.
+
+        Raises:
+            ModelError: an action is of an unknown kind, or has not the names that its kind has.
+        """
         old = self.symmetry
-        return replace(self, symmetry=Symmetry(old.model, old.visible, (*old.barred, *barred), places_alike=False))
+        symmetry = Symmetry(old.model, old.visible, (*old.barred, *barred), places_alike=False)
+        return replace(self, symmetry=symmetry, space=StateCodes(old.model, symmetry.visible, symmetry.origins))
+
+    def after(self, states: Sequence[Hashable]) -> ManipulationSystem:
+        """See `System.after`: where the object in the hand was grasped."""
+        held = self.start.held
+        places = (state.place for state in reversed(states) if isinstance(state, ManipulationState))
+        origin = next((place[held] for place in places if held in place), None)
+        return replace(self, start=replace(self.start, origin=origin)) if origin else self
 
     def decode(self, state: ManipulationState) -> ManipulationState:
-        """See `System.decode`."""
-        return state
+        """See `System.decode`; where an object was grasped is told only where exclusions depend on it."""
+        return state if (state.held, state.origin) in self.symmetry.origins else replace(state, origin=None)
 
     def label(self, state: ManipulationState) -> frozenset[str]:
         """See `System.label`."""
@@ -136,14 +150,15 @@ class ManipulationSystem(System):
         Raises:
             ModelError: an operator yields an action of another kind.
         """
-        label = state.label
-        barred = {action for conditions, action in self.symmetry.barred if conditions <= label}
+        told = state.conditions
+        barred = {action for conditions, action in self.symmetry.barred if conditions <= told}
         for operator in self.space.model.operators:
             for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
                 if str(action) not in barred and UNMEASURED not in self._counts(action, state, after):
-                    yield action, after
+                    origin = state.origin if state.held else state.place.get(after.held or "")
+                    yield action, replace(after, origin=origin if after.held else None)
 
     def _counts(self, action: Action, before: ManipulationState, after: ManipulationState) -> list[int]:
         """Return the entries of an action in the tables of costs."""
@@ -176,11 +191,11 @@ class ManipulationSystem(System):
         symmetry = Symmetry(model, names, self.symmetry.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
         if stutter_invariant:
             symmetry = symmetry.relevant()
-        space = StateCodes(symmetry.model, symmetry.visible)
+        space = StateCodes(symmetry.model, symmetry.visible, symmetry.origins)
         hands = [self.space.hands.index(hand) for hand in space.hands]
         return replace(
             self,
-            start=space.start,
+            start=replace(space.start, origin=self.start.origin),
             costs=tuple(replace(costs, entries=costs.entries[:, hands][:, :, hands]) for costs in self.costs),
             space=space,
             symmetry=symmetry,

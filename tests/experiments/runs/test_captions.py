@@ -44,7 +44,7 @@ def outcome_of(scenario: Scenario, plan: Plan, states: Sequence[ManipulationStat
 
 
 def test_what_is_observed_has_the_labels_of_the_model(arch: Scenario) -> None:
-    system = arch.problem().system
+    system = arch.problem().system.listed
     for state in range(0, system.size, 7):
         assert cast(ManipulationState, system.states[state]).label == system.label(state)
 

@@ -12,16 +12,19 @@ from random_manipulation import random_problem, random_several
 from small_models import COSTS, measured, spot
 
 from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Reason, Task, TransitionSystem
+from prefplan.models.manipulation.symbolic import Barred, ManipulationState, at, grasped_at
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.manipulation.system import ManipulationSystem
-from prefplan.models.system import Barred
 
 SEEDS = 60
 """Random models of the first kind; a quarter as many of the second."""
 
 
 def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
-    """Draw exclusions, many of them the same for several objects or locations, some only while something holds."""
+    """Draw exclusions, many of them the same for several objects or locations, some only while something holds.
+
+    Some are of objects that were grasped at a location.
+    """
     objects, places = [obj.name for obj in model.objects], [place.name for place in model.locations]
     barred: list[tuple[frozenset[str], str]] = []
     for _ in range(rng.randint(1, 4)):
@@ -30,9 +33,13 @@ def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
         kind, other = rng.choice(("grasp", "transport", "release", "release", "transit")), rng.choice(objects)
         condition = rng.choice(("", "", f"{other}_{rng.choice(places)}", f"holding_{other}", f"{other}_wet"))
         conditions = frozenset({condition} - {""})
+        origins = rng.sample(places, rng.randint(1, 2)) if rng.random() < 0.4 else []
         for place in there:
             for obj in chosen:
-                if kind == "grasp":
+                if kind in ("transport", "release") and origins:
+                    action = f"{kind} {obj} {place}"
+                    barred += [(conditions | {grasped_at(obj, origin)}, action) for origin in origins]
+                elif kind == "grasp":
                     barred.append((conditions | {f"{obj}_{place}"}, f"grasp {obj}"))
                 else:
                     barred.append((conditions, f"transit {place}" if kind == "transit" else f"{kind} {obj} {place}"))
@@ -40,21 +47,25 @@ def random_barred(rng: random.Random, model: ManipulationModel) -> Barred:
 
 
 def enumerated(model: ManipulationModel, barred: Barred) -> TransitionSystem:
-    """Return the states that the judge reaches, one by one, without the excluded actions."""
-    cell = judge.Cell(model)
-    start = cell.start(model.initial_state)
+    """Return the states that the judge reaches without what is excluded, each with where what is held was grasped."""
+    cell, places = judge.Cell(model), [place.name for place in model.locations]
+    start = (cell.start(model.initial_state), "")
     seen, pending, transitions = {start}, [start], []
     while pending:
-        arm = pending.pop()
+        arm, origin = pending.pop()
         label = cell.label(arm)
-        for action, cost, after in cell.steps(arm):
-            if any(name == action and conditions <= label for conditions, name in barred):
+        for text, cost, after in cell.steps(arm):
+            action = model.action(text)
+            told = label | {grasped_at(action.obj, origin)}
+            if any(name == text and conditions <= told for conditions, name in barred):
                 continue
-            transitions.append((arm, action, after, cost))
-            if after not in seen:
-                seen.add(after)
-                pending.append(after)
-    labels = {arm: cell.label(arm) for arm in seen}
+            there = next((place for place in places if at(action.obj, place) in label), "")
+            reached = after, there if action.kind == "grasp" else origin if action.kind == "transport" else ""
+            transitions.append(((arm, origin), text, reached, cost))
+            if reached not in seen:
+                seen.add(reached)
+                pending.append(reached)
+    labels = {state: cell.label(state[0]) for state in seen}
     return TransitionSystem.from_transitions(
         transitions, start=start, labels=labels, propositions=model.valid_propositions
     )
@@ -79,9 +90,10 @@ def compared(draw: Callable[..., Problem], seed: int, *, measured: bool) -> bool
         assert front.reason == expected.reason
         for plan in front:
             # Each plan is one of the whole model without the excluded actions, with these costs.
-            _, _, labels, costs = fewer.trajectory(plan.actions)
+            _, states, _, costs = fewer.trajectory(plan.actions)
             assert [sum(each) for each in costs] == [plan.objectives[name] for name in fewer.cost_names]
-            steps = zip(labels, plan.actions, strict=False)
+            told = [state.conditions for state in states if isinstance(state, ManipulationState)]
+            steps = zip(told, plan.actions, strict=False)
             assert not any(name == action and held <= label for label, action in steps for held, name in barred)
     return points != [tuple(plan.objectives.values()) for plan in Planner(listed).front()]
 

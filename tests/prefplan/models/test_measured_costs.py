@@ -74,7 +74,7 @@ def model(costs: Any, *objects: Object, extra: tuple[Location, ...] = ()) -> Man
 
 def spent(what: ManipulationModel, *actions: str, start: ManipulationState | None = None) -> list[int | float]:
     """Return the cost of each action."""
-    system = replace(what, begin=start).transition_system()
+    system = replace(what, begin=start).transition_system().listed
     state, costs = system.start, []
     for action in actions:
         state, cost = system.step(state, action)
@@ -226,7 +226,7 @@ def test_measurements_of_another_geometry_are_refused(scenario: Path, old: str, 
 def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scenario: Path) -> None:
     write(scenario, table(*PLACES))
     scenario.write_text(SCENARIO.replace("[0.5, 0.5, 0.5, 1]", "[0.1, 0.5, 0.5, 1]").replace("cup_tray", "cup_tub"))
-    assert load(scenario).problem().system.size > 1
+    assert load(scenario).problem().system.listed.size > 1
     what = cast(ManipulationModel, load(scenario).model)
     assert geometry(what, "default") == geometry(replace(what, costs=UNIT), "default")
     assert geometry(what, "default") != geometry(what, "menagerie")

@@ -55,7 +55,7 @@ def shelf() -> ManipulationModel:
 
 
 def test_states_tell_slots_where_costs_are_measured(shelf: ManipulationModel) -> None:
-    system = measured(shelf).transition_system()
+    system = measured(shelf).transition_system().listed
     state, slots = system.start, []
     for action in ("transit desk", "grasp jug", "transport jug shelf", "release jug shelf", "grasp cup"):
         state, _ = system.step(state, action)
@@ -76,16 +76,16 @@ def test_states_tell_slots_where_costs_are_measured(shelf: ManipulationModel) ->
 def test_slots_that_are_known_at_the_start_are_begun_with(shelf: ManipulationModel) -> None:
     places = (("cup", "shelf"), ("jug", "desk"))
     start = ManipulationState("home", None, places, slots=(("cup", 1),))
-    system = replace(measured(shelf), begin=start).transition_system()
+    system = replace(measured(shelf), begin=start).transition_system().listed
     assert system.states[system.start] == start
 
 
 def test_numbers_for_costs_need_no_slots(shelf: ManipulationModel) -> None:
     costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
-    plain = ManipulationModel("home", costs, shelf.locations, shelf.objects).transition_system()
-    states = {(state.hand, state.held, state.places) for state in measured(shelf).transition_system().states}
+    plain = ManipulationModel("home", costs, shelf.locations, shelf.objects).transition_system().listed
+    states = {(state.hand, state.held, state.places) for state in measured(shelf).transition_system().listed.states}
     assert {(state.hand, state.held, state.places) for state in plain.states} == states
-    assert plain.size == len(states) < measured(shelf).transition_system().size
+    assert plain.size == len(states) < measured(shelf).transition_system().listed.size
     assert all(state.slots == () and state.hand_slot is None for state in plain.states)
 
 
@@ -156,7 +156,7 @@ def test_fronts_are_exact_where_slots_are_told_apart(seed: int, capacity: int) -
     places = tuple(Location(name, at=(0.4, 0.0), capacity=number) for name, number in capacities.items())
     objects = (Object("cup", "shelf"), Object("pot", "shelf"))
     model = ManipulationModel("home", MeasuredCosts("time", entries), places, objects)
-    system = model.transition_system()
+    system = model.transition_system().listed
     lying = {("cup", "shelf", 0), ("pot", "shelf", 1)}
     walk = spelled_out(entries, lying, capacities)
     assert (system.size, len(system.targets)) == (len(walk.labels), len(walk.edges))

@@ -159,18 +159,6 @@ def test_a_system_survives_networkx_and_back(seed: int) -> None:
     assert again.propositions == system.propositions
 
 
-def test_actions_may_be_taken_away_where_propositions_hold() -> None:
-    transitions = [("a", "go", "b", 1), ("a", "stay", "a", 2), ("b", "go", "a", 3), ("b", "stay", "b", 4)]
-    system = TransitionSystem.from_transitions(transitions, start="a", labels={"b": ["there"]})
-    less = system.without({(frozenset({"there"}), "go"), (frozenset(), "fly"), (frozenset({"nowhere"}), "stay")})
-    left = [[less.action_names[less.actions[edge]] for edge in less.edges(state)] for state in range(2)]
-    assert left == [["go", "stay"], ["stay"]]
-    nowhere = system.without({(frozenset(), "stay")})
-    assert [nowhere.action_names[action] for action in nowhere.actions] == ["go", "go"]
-    assert (less.step(0, "go"), less.step(1, "stay")) == ((1, 1), (1, 4))
-    assert system.without(set()) is system
-
-
 def test_an_undirected_edge_of_a_graph_leads_both_ways() -> None:
     graph = nx.Graph()
     graph.add_edge("a", "b", cost=3)

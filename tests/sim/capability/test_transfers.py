@@ -72,7 +72,7 @@ def test_what_fails_because_of_its_neighbours_is_refused_while_they_are_there() 
     named = [(one, conditions) for one in refused if one for conditions, _ in one.barred]
     assert any(len(conditions - {f"{one.obj}_{one.location}"}) for one, conditions in named)
     for one in filter(None, refused):
-        assert one.barred or one.not_after or one.reason
+        assert one.barred or one.reason
 
 
 def test_what_would_hinder_a_later_move_is_not_put_in_its_way() -> None:

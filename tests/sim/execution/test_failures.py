@@ -80,12 +80,11 @@ def test_a_place_out_of_reach_is_not_barred_for_good_where_what_is_there_was_not
     costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
     places = tuple(Location(name, at=point) for name, point in at.items())
     model = ManipulationModel("home", costs, places, (Object("cup", "far"), Object("box", "here")))
-    problem = Problem(model.transition_system(), [Task("cup", "F cup_rest")], Order())
     scene = build_scene(model)
     run = Execution(scene, initial_state(scene), skills=SKILLS | {"transit": ShortArm()})
     assert not run.step("transit far") and run.blocked == ()
     state, failures = run.reground(), Failures()
-    failures.record(run, problem, [replace(state, places=(("box", "here"),))])
+    failures.record(run, [replace(state, places=(("box", "here"),))])
     assert {bars for bars, _ in failures.barred} == {frozenset({"cup_far"}), frozenset({"box_here"})}
 
 

@@ -45,7 +45,7 @@ def test_everything_a_plan_may_do_is_measured_and_nothing_else(
 
 def places_of(model: ManipulationModel) -> set[Any]:
     """Return the states of a model, wherever in its locations the objects lie."""
-    states = cast(Iterable[ManipulationState], model.transition_system().states)
+    states = cast(Iterable[ManipulationState], model.transition_system().listed.states)
     return {(state.hand, state.held, state.places, state.marks) for state in states}
 
 

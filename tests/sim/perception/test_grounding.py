@@ -48,7 +48,7 @@ def places(scene: Scene, data: mujoco.MjData) -> dict[str, str]:
 
 
 def test_the_start_is_observed_as_the_model_says(scene: Scene, arrange: Arrange) -> None:
-    system = scene.model.transition_system()
+    system = scene.model.transition_system().listed
     assert observe(scene, arrange(), hand="home", held=None) == system.states[system.start]
 
 
