@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from dataclasses import replace
 
+import judge
 from small_models import COSTS
 
 from prefplan import (
@@ -20,10 +22,12 @@ from prefplan import (
     Problem,
     Relaxation,
     Task,
+    TransitionSystem,
     WeightedSum,
 )
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.slots import hand_poses
+from prefplan.models.manipulation.symbolic import Action, at
 
 
 def random_model(rng: random.Random, *, large: bool = False) -> ManipulationModel:
@@ -109,3 +113,28 @@ def _random_tasks(rng: random.Random, model: ManipulationModel) -> tuple[list[Ta
     ]
     paid = WeightedSum({name: rng.randint(1, 3) for name in ids}, over="violation")
     return tasks, [paid] if bought else free
+
+
+def enumerated(model: ManipulationModel, exists: Callable[[Action, str, frozenset[str]], bool]) -> TransitionSystem:
+    """Return the states that the judge reaches by actions that exist, each with where what is held was grasped.
+
+    `exists` is asked about an action, where the object in the hand was grasped, "" if none is, and the label before.
+    """
+    cell, places = judge.Cell(model), [place.name for place in model.locations]
+    start = (cell.start(model.initial_state), "")
+    labels, pending, transitions = {start: cell.label(start[0])}, [start], []
+    for arm, origin in pending:
+        label = labels[arm, origin]
+        for text, cost, after in cell.steps(arm):
+            action = model.action(text)
+            if not exists(action, origin, label):
+                continue
+            here = next((place for place in places if at(action.obj, place) in label), "")
+            reached = after, here if action.kind == "grasp" else origin if action.kind == "transport" else ""
+            transitions.append(((arm, origin), text, reached, cost))
+            if reached not in labels:
+                labels[reached] = cell.label(after)
+                pending.append(reached)
+    return TransitionSystem.from_transitions(
+        transitions, start=start, labels=labels, propositions=model.valid_propositions
+    )

@@ -99,8 +99,12 @@ class Capability:
         if found.take_unless or found.put_unless or found.crowded_by:
             return found
         # It fails whatever else stands around, or it is not known why: so may every transfer there.
-        always = self.check(transfer.obj, found.location)
-        return always.among(transfer.others, grasped=found.location != transfer.source) or found
+        grasped = found.location != transfer.source
+        if (always := self.check(transfer.obj, found.location).among(transfer.others, grasped=grasped)) is not None:
+            return always
+        # It can be grasped, but not for this.
+        directly = PlaceCheck(transfer.obj, transfer.target, found.reason, not_from=transfer.source)
+        return found if grasped or not transfer.target else directly
 
     def _knows(self, obj: str, location: str) -> bool:
         """Return whether an object and a location are in the scene."""

@@ -26,7 +26,8 @@ class Transfers:
     def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
         """Return what the arm cannot do of a transfer; None if it can.
 
-        Nothing is excluded where it is not known which objects hinder it, or in which slots of a location they are.
+        Where it is not known which objects hinder it, or in which slots of a location they are, it is excluded while
+        all others stand where they do.
         """
         obj, source, target, others = transfer
         witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(transfer)), [])
@@ -41,9 +42,11 @@ class Transfers:
             cell = self._attempts.cell
             witnesses.append(Witness(self._scene, dict(others), cell.followed, cell.levers))
             return None
-        if attempt.done < TAKEN and target:  # perhaps in no grasp that suits the target
+        if attempt.done < TAKEN and target:
             taken = self._attempts.attempt(replace(rehearsal.beginning(TAKEN), location=source))
-            attempt = replace(attempt, done=TAKEN) if taken.error is None else taken
+            # A tilted hand comes in a pose that suits the target: with another one it may get there.
+            same = taken.error is not None and (taken.done or taken.for_good)
+            attempt = taken if same else replace(attempt, done=TAKEN)
         return self._refused(transfer, attempt)
 
     def _refused(self, transfer: Transfer, attempt: Attempt) -> PlaceCheck:
@@ -57,13 +60,13 @@ class Transfers:
         if crowded_by := tuple(one for one in crowding if one in others):
             return PlaceCheck(obj, target, crowded_by=crowded_by)
         unless = self._attempts.hindering(attempt)  # takes several rehearsals
-        if attempt.done < TAKEN:
+        known = bool(attempt.for_good or unless)
+        if attempt.done < TAKEN and (known or not target):
             reason = while_there(str(attempt.error), unless)
-            return PlaceCheck(obj, source, reason, take=not attempt.for_good, take_unless=unless)
+            return PlaceCheck(obj, source, reason, take=not attempt.for_good, take_unless=unless if known else others)
         reason = while_there(f"from {source}: {attempt.error}", unless)
-        single = max(model.location(place).capacity for place in (source, target or source)) == 1
-        if not single or not (attempt.for_good or unless):
-            return PlaceCheck(obj, target, reason)
+        if not known or max(model.location(place).capacity for place in (source, target)) > 1:
+            return PlaceCheck(obj, target, reason, put_unless=others, not_from=source)
         origins = self._attempts.beside(target, source)[:MORE_ORIGINS]
         anywhere = bool(unless) and not any(self._is_brought(transfer, origin) for origin in origins)
         return PlaceCheck(obj, target, reason, put_unless=unless, not_from="" if anywhere else source)

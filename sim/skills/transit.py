@@ -1,7 +1,7 @@
 """Transit: bring the empty hand over a location."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -12,6 +12,7 @@ from sim.errors import BlockedError, SimulationError
 from sim.geometry.mjcf import first_met
 from sim.motion.trajectory import ToolPose
 from sim.simulation.workcell import Workcell
+from sim.skills.grasp import MORE_GRASPS
 from sim.skills.grasp_choice import ChosenGrasp, find_grasp
 from sim.skills.hand import HOVER_HEIGHT_M, PLANNING_CLEARANCE_M, transfer_height
 from sim.skills.skill import Skill, next_release
@@ -50,10 +51,15 @@ class TransitSkill(Transit, Skill):
             travel(cell, pose.symmetric_poses(), height=height)
         except SimulationError:
             # If the hand cannot be above the location, it goes to the pre-grasp pose of an object there.
-            found = _tilted_grasp(cell, action.location, floor, ahead)
-            if found is not None:
-                travel(cell, [found.before], height=height, onward=found.tool)
-                return
+            failure: SimulationError | None = None
+            for found in _tilted_grasps(cell, action.location, floor, ahead):
+                try:
+                    travel(cell, [found.before], height=height, onward=found.tool)
+                    return
+                except SimulationError as error:
+                    failure = failure or error
+            if failure is not None:
+                raise failure from None
             other = _clear_pose(cell, pose, floor)
             if other is None:
                 raise
@@ -111,15 +117,19 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
         raise BlockedError.on_the_way({str(model.body(int(model.geom_bodyid[geom])).name)})
 
 
-def _tilted_grasp(cell: Workcell, location: str, floor: float, ahead: Sequence[Action]) -> ChosenGrasp | None:
-    """Return a grasp by a tilted hand of the highest object that has one at a location above a floor, m, or None."""
+def _tilted_grasps(cell: Workcell, location: str, floor: float, ahead: Sequence[Action]) -> Iterator[ChosenGrasp]:
+    """Yield grasps by a tilted hand of the highest object that has one at a location above a floor, m."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
         offsets = {obj: pose.position - [*slot.position[:2], floor] for obj, pose in poses.items()}
         there = [obj for obj, off in offsets.items() if np.hypot(*off[:2]) < slot.radius and 0 < off[2] < PILE_HEIGHT_M]
         for obj in sorted(there, key=lambda obj: -float(poses[obj].position[2])):
-            destination = next_release(obj, ahead)
-            found = find_grasp(cell, obj, poses[obj], slot.yaw, destination=destination, tilted=True)
-            if found is not None:
-                return found
-    return None
+            destination, tried = next_release(obj, ahead), list[ToolPose]()
+            for _ in range(1 + MORE_GRASPS):
+                found = find_grasp(cell, obj, poses[obj], slot.yaw, destination=destination, tilted=True, unlike=tried)
+                if found is None:
+                    break
+                yield found
+                tried.append(found.tool)
+            if tried:
+                return

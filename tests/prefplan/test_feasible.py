@@ -6,9 +6,8 @@ import random
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-import judge
 import pytest
-from random_manipulation import random_model, random_problem
+from random_manipulation import enumerated, random_model, random_problem
 from small_models import COSTS, spot
 
 from prefplan import (
@@ -19,14 +18,13 @@ from prefplan import (
     Planner,
     Problem,
     Task,
-    TransitionSystem,
     UnfinishedError,
     WeightedSum,
 )
 from prefplan.errors import LimitError
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Transfer
-from prefplan.models.manipulation.symbolic import Barred, at, grasped_at
+from prefplan.models.manipulation.symbolic import Action, Barred, at, grasped_at
 from prefplan.replanning import Past, continue_cheaply
 from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import END
@@ -116,30 +114,6 @@ def test_asking_only_for_what_plans_need_finds_the_front_of_all_that_the_arm_can
     assert repaired >= 5
 
 
-def enumerated(model: ManipulationModel, arm: Arm) -> TransitionSystem:
-    """Return the judge's states, each with where the held object was grasped, and what the arm can do in them."""
-    cell, places = judge.Cell(model), [place.name for place in model.locations]
-    start = (cell.start(model.initial_state), "")
-    labels, pending, transitions = {start: cell.label(start[0])}, [start], []
-    for state, origin in pending:
-        label = labels[state, origin]
-        for text, cost, after in cell.steps(state):
-            action = model.action(text)
-            if any(name == text and conditions <= label for conditions, name in arm.barred):
-                continue
-            if action.kind == "release" and not arm.brings(action.obj, origin, action.location, label):
-                continue
-            taken = next((place for place in places if at(action.obj, place) in label), "")
-            there = after, taken if action.kind == "grasp" else origin if action.kind == "transport" else ""
-            transitions.append(((state, origin), text, there, cost))
-            if there not in labels:
-                labels[there] = cell.label(after)
-                pending.append(there)
-    return TransitionSystem.from_transitions(
-        transitions, start=start, labels=labels, propositions=model.valid_propositions
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("large", [False, True])
 def test_fronts_of_objects_that_must_not_go_directly_are_the_enumerated_ones(large: bool) -> None:
@@ -155,7 +129,13 @@ def test_fronts_of_objects_that_must_not_go_directly_are_the_enumerated_ones(lar
                 for origin in sorted({obj.start, source} - {location}):
                     beside = [at(*rng.choice(pairs))] if rng.random() < 0.2 else []
                     arm.indirect[obj.name, origin, location] = frozenset(beside)
-        listed = Problem(enumerated(model, arm), problem.tasks, problem.preferences, rules=problem.rules)
+
+        def exists(action: Action, origin: str, label: frozenset[str], arm: Arm = arm) -> bool:
+            if any(name == str(action) and conditions <= label for conditions, name in arm.barred):
+                return False
+            return action.kind != "release" or arm.brings(action.obj, origin, action.location, label)
+
+        listed = Problem(enumerated(model, exists), problem.tasks, problem.preferences, rules=problem.rules)
         expected = Planner(listed).front()
         planner = Planner(over(problem, arm))
         front = planner.front()

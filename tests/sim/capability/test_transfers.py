@@ -6,13 +6,14 @@ import random
 from dataclasses import replace
 
 import pytest
+from judge.transfers import fronts
 
 from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
 from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import Order
-from prefplan.problem import Problem
+from prefplan.problem import Problem, Task
 from sim.capability.answers import Capability
 from sim.capability.attempts import Attempts
 from sim.capability.feasibility import Feasibility
@@ -108,3 +109,46 @@ def test_an_object_is_put_on_supports_of_equal_height() -> None:
     assert (Planner(Problem(model, {"t": "F plank_top"}, Order())).cheapest().cost, planner.cheapest().cost) == (20, 40)
     assert planner.geometry is not None
     assert planner.geometry.left_out["plank", "top"].startswith("plank would not rest on low")
+
+
+def test_a_tilted_hand_comes_in_any_pose_that_is_free_whatever_is_done_next() -> None:
+    """Between two walls the first poses over the box are blocked by its neighbour; one of the next is free."""
+    places = {"p0": (0.54, -0.06), "p1": (0.54, -0.13), "p3": (0.4, -0.13), "p4": (0.62, 0.15)}
+    neighbour = Object("o0", "p0", kind="box", size=(0.03, 0.055, 0.08), fixed=True)
+    walls = (
+        Fixture("w0", "box", at=(0.435, -0.1, 0.1), size=(0.01, 0.15, 0.2)),
+        Fixture("w1", "box", at=(0.505, 0.0, 0.1), size=(0.01, 0.15, 0.2)),
+    )
+    model = ManipulationModel(
+        "home",
+        COSTS,
+        tuple(Location(name, at=at) for name, at in places.items()),
+        (neighbour, replace(neighbour, name="o1", start="p1", fixed=False)),
+        fixtures=walls,
+    )
+    scene = build_scene(model)
+    assert Feasibility(scene).check("o1", "p1").take
+    found, expected, rehearsed = fronts(scene, [Task("t", "F o1_p4")])
+    assert found == expected == [(10, 0)] and rehearsed == 9
+
+
+def test_what_fails_is_left_out_also_where_it_is_not_known_in_which_slot_an_object_is() -> None:
+    """At `a` there are two slots; the jars beside `t` leave no room for the fingers."""
+    places = {"t": (0.5, 0.0), "n": (0.5, 0.055), "s": (0.5, -0.055), "f": (0.45, 0.25)}
+    jar = Object("j1", "n", kind="cylinder", size=(0.05, 0.1))
+    model = ManipulationModel(
+        "home",
+        COSTS,
+        (Location("a", at=(0.45, -0.25), capacity=2), *(Location(name, at=at) for name, at in places.items())),
+        (Object("cube", "a"), jar, replace(jar, name="j2", start="s")),
+        fixtures=tuple(
+            Fixture(f"w{k}", "box", at=(x, 0.0, 0.06), size=(0.01, 0.06, 0.12)) for k, x in enumerate((0.465, 0.535))
+        ),
+    )
+    scene = build_scene(model)
+    arm = Capability(model, scene=scene)
+    planner = Planner(Problem(model, {"up": "F cube_t"}, Order(), feasible=arm))
+    plan = planner.cheapest()
+    assert planner.geometry is not None and ("cube", "t") in planner.geometry.left_out
+    run = Execution(scene, initial_state(scene))
+    assert all(run.step(action, ahead=plan.actions[k + 1 :]) for k, action in enumerate(plan.actions)), run.reason
