@@ -18,7 +18,7 @@ from sim.execution.faults.fault import Fault, spares_for
 from sim.perception.sensors import NoisySensor
 from sim.rendering.quality import DRAFT, Look, Quality
 from sim.simulation.run import ledger_of
-from sim.world.randomization import Perturbation, drawn
+from sim.world.randomization import NONE, Perturbation, drawn
 from sim.world.scene import Scene, build_scene
 
 
@@ -103,8 +103,10 @@ def run_plan(
     run, happened = loop.record(), loop.execution.injector.happened
     seed, faults = conditions.get("seed"), conditions.get("faults", ())
     perturbation = conditions.get("perturbation") or Perturbation()
-    differs = seed is not None or perturbation.noise
-    setting: dict[str, object] = {"seed": seed, "perturbation": str(perturbation) if differs else None}
+    # Without a seed, only the sensor differs from the nominal world.
+    applied = perturbation if seed is not None else replace(NONE, noise=perturbation.noise)
+    differs = seed is not None or applied != NONE
+    setting: dict[str, object] = {"seed": seed, "perturbation": str(applied) if differs else None}
     outcome = Outcome(
         scenario,
         scene,

@@ -9,8 +9,9 @@ import http
 import secrets
 from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import fields, replace
-from typing import Any
+from typing import Any, get_type_hints
 
+import msgspec
 import viser
 import websockets.asyncio.server
 from viser import _messages
@@ -127,6 +128,15 @@ def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
         return f"no message ({type(error).__name__})"
     if not isinstance(message, USED):
         return f"a message of another kind, {type(message).__name__}"
+    hints = get_type_hints(type(message))
+    for field in fields(message):
+        value = getattr(message, field.name)
+        try:
+            msgspec.convert(value, hints[field.name])
+        except msgspec.ValidationError:
+            return f"{field.name} is {value!r}"
+        if not all(abs(number) <= FARTHEST for number in _numbers(value)):
+            return f"{field.name} is {value!r}"
     if server is None:
         return "it came too early"
     if isinstance(message, _messages.GuiUpdateMessage):
@@ -138,9 +148,6 @@ def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
         return f"there is no object {name!r}"
     if index is not None and not (type(index) is int and 0 <= index < len(getattr(node, "batched_positions", (0,)))):
         return f"there is no instance {index!r} of {name!r}"
-    for field in fields(message):
-        if not all(abs(number) <= FARTHEST for number in _numbers(getattr(message, field.name))):
-            return f"{field.name} is {getattr(message, field.name)!r}"
     return None
 
 

@@ -111,8 +111,8 @@ class LiveRun(threading.Thread, Observer):
 
     @property
     def latest(self) -> float:
-        """The time of the last frame, s."""
-        return float(self.frames[-1]["times"])
+        """The time of the last frame, s; 0 before the first one."""
+        return float(self.frames[-1]["times"]) if self.frames else 0.0
 
     def frame_at(self, time: float) -> dict[str, Any]:
         """Return the last frame up to a time, s, or the first one."""

@@ -61,7 +61,7 @@ class Playback:
         """Play to the next end of an action in any run."""
         self.play()
         with self._lock:
-            self._stop_after = {run: run.status_at(self.time).done + 1 for run in self.runs}
+            self._stop_after = {run: run.status_at(self.time).done + 1 if run.statuses else 1 for run in self.runs}
 
     def seek(self, time: float) -> None:
         """Pause at another time, s."""

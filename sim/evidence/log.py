@@ -87,7 +87,7 @@ class About:
         text: the scenario file.
         measured: cost of each (kind, hand before, hand after) if the scenario has measured costs.
         robot: name of the simulated robot.
-        setting: seed, perturbation, faults and other options of the run.
+        setting: seed, perturbation and faults of the run, and whether it was interrupted.
         joints: index of each joint in `qpos`, by name.
         actions: in order, failed attempts included.
         events: of the kinds in `EVENTS`, in order of time.

@@ -16,11 +16,15 @@ from sim.evidence.log import About, Log
 from sim.external.bundle import unpacked
 from sim.robots.catalogue import robot_for
 from sim.simulation.recorder import STATE
-from sim.world.randomization import Perturbation, drawn, read_perturbation
+from sim.world.randomization import NONE, Perturbation, drawn, read_perturbation
 from sim.world.scene import Scene, build_scene
 
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
+
+
+SETTING = {"seed": int, "perturbation": str, "faults": list, "interrupted": bool}
+"""What the setting of a run says, and of which type each is."""
 
 
 @contextmanager
@@ -73,11 +77,15 @@ def built(scenario: Scenario, about: About) -> Scene:
 
 def perturbed_as_said(scene: Scene, about: About) -> tuple[Scene, np.ndarray, float, np.ndarray]:
     """Return a scene perturbed as the setting of a run says, the (nq,) positions at its start, noise and bias, m."""
+    for key, value in about.setting.items():
+        if value is not None and (key not in SETTING or type(value) is not SETTING[key]):
+            raise LogError(f"the setting in the log cannot be used: {key} {value!r}")
     seed, text = about.setting.get("seed"), about.setting.get("perturbation")
     with refusing("the setting in the log cannot be used"):
-        perturbation = read_perturbation(text) if isinstance(text, str) else Perturbation()
+        perturbation = Perturbation() if text is None else read_perturbation(text)
+        if seed is None and text is not None and perturbation != replace(NONE, noise=perturbation.noise):
+            raise LogError(f"the setting in the log cannot be used: without a seed, nothing is perturbed by {text}")
         scene, start, bias = drawn(scene, perturbation, seed=seed)
-        list(about.setting.get("faults") or ())
     return scene, start.qpos, perturbation.noise, bias
 
 

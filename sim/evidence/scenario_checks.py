@@ -29,6 +29,7 @@ def check_scenario(log: Log, scenario: Scenario) -> Check:
     ]
     files = packed(model) if model else {}
     differences += [f"the file {name} is another" for name in files if about.files.get(name) != files[name]]
+    differences += [f"the file {name} is not named there" for name in about.files.keys() - files.keys()]
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
         return Check("scenario", False, f"the log is of another one: {differences[0]}{more}")

@@ -135,8 +135,8 @@ class Browser:
                     if str(message.get("name", "")).startswith("/left/bodies/cup/"):
                         self.nodes.append(message["name"])
 
-    def send(self, message: _messages.Message) -> None:
-        self.socket.send(msgspec.msgpack.encode(message.as_serializable_dict([])))
+    def send(self, message: _messages.Message, **forged: Any) -> None:
+        self.socket.send(msgspec.msgpack.encode(message.as_serializable_dict([]) | forged))
 
     def set(self, label: str, value: Any) -> None:
         self.send(_messages.GuiUpdateMessage(self.controls[label]["uuid"], {"value": value}))
@@ -174,7 +174,13 @@ def test_bad_values_from_a_browser_are_refused_and_end_nothing(viewer: Viewer) -
         lambda: browser.send(drag(browser.nodes[0], "start", 1e9)),
         lambda: browser.send(drag(browser.nodes[0], "start", 0.5, 10**6)),
         lambda: browser.send(drag("/left/bodies/teapot/0", "start", 0.5)),
+        lambda: browser.send(drag(browser.nodes[0], "start", 0.5), end_position=[[1, 2, 3], [4, 5, 6]]),
+        lambda: browser.send(drag(browser.nodes[0], "start", 0.5), end_position=[0.5]),
+        lambda: browser.send(drag(browser.nodes[0], "start", 0.5), name=[browser.nodes[0]]),
+        lambda: browser.send(drag(browser.nodes[0], "start", 0.5), phase="fly"),
+        lambda: browser.send(camera(), position=[[1, 2], 3, 4]),
         lambda: browser.send(camera(float("nan"))),
+        lambda: browser.send(_messages.GuiUpdateMessage("any", {"value": True}), uuid={"a": 1}),
         lambda: browser.send(_messages.ShareUrlRequest()),
         lambda: browser.socket.send(b"\xc1"),
         lambda: browser.socket.send(msgspec.msgpack.encode({"type": "NoSuchMessage"})),

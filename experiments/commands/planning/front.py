@@ -71,6 +71,7 @@ def front(
     with limits:
         found = asking(pp.load(scenario), abstract=abstract)
         problem = found.problem()
+        _ = problem.system.small  # a limit that is reached before a search begins is an error
         bounds = bounds_of(problem, at_most, max_preference)
         wanted = [objective_name(problem, name, "--objective") for name in objectives]
         planner = pp.Planner(problem)

@@ -137,7 +137,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
         interrupted = data["interrupted"] is not False
     except FileNotFoundError:
         raise ModelError(f"nothing was measured yet; {remedy}") from None
-    except (AttributeError, KeyError, OSError, TypeError, ValueError):
+    except (AttributeError, KeyError, OSError, RecursionError, TypeError, ValueError):
         raise ModelError(f"the file of measurements cannot be read or is damaged; {remedy} (delete it first)") from None
     if digest != geometry(model, robot):
         raise ModelError(f"the measurements were made with other locations, objects or surroundings; {remedy}")

@@ -259,7 +259,7 @@ def test_an_older_file_is_refused_with_what_to_do(scenario: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("damage", ["", "[]", "{}"])
+@pytest.mark.parametrize("damage", ["", "[]", "{}", "[" * 100_000])
 def test_a_damaged_file_is_refused(scenario: Path, damage: str) -> None:
     measurements_file(scenario).write_text(damage)
     assert "model.costs.measured: the file of measurements" in refusal(scenario)

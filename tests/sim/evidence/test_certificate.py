@@ -99,6 +99,12 @@ def test_what_is_not_of_the_scenario_does_not_matter(arch_log: Log) -> None:
         ({"text": "not toml"}, "the scenario in the log cannot be used: .*not TOML"),
         ({"text": "[model]\nkind = 'grid'"}, "the scenario in the log cannot be used"),
         ({"setting": {"perturbation": "noise=1000"}}, "the setting in the log cannot be used: noise: 1000 is not"),
+        ({"setting": {"perturbation": {"position": 50}}}, "the setting in the log cannot be used: perturbation {'pos"),
+        (
+            {"setting": {"seed": None, "perturbation": "position=5"}},
+            "without a seed, nothing is perturbed",
+        ),
+        ({"setting": {"trusted": "by all"}}, "the setting in the log cannot be used: trusted 'by all'"),
         ({"joints": {}}, "its joints are not those of its scenario"),
         ({"joints": {f"joint{i}": 1000 for i in range(1, 8)}}, "its joints are not those of its scenario"),
         ({"controls": np.zeros((3, 6), int)}, "controls has 6 columns, its scenario 8"),
