@@ -7,6 +7,7 @@ values that its controls do not have, are refused.
 
 import http
 import secrets
+import warnings
 from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import fields, replace
 from typing import Any, get_type_hints
@@ -123,7 +124,8 @@ class Door:
 def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
     """Return what is wrong with a received message, or None."""
     try:
-        message = _messages.Message.deserialize(received)
+        with warnings.catch_warnings(action="ignore"):  # of what is refused below
+            message = _messages.Message.deserialize(received)
     except Exception as error:  # whatever a decoder of foreign bytes may raise
         return f"no message ({type(error).__name__})"
     if not isinstance(message, USED):
