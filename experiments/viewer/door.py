@@ -40,6 +40,9 @@ USED = (
 )
 """The messages that the page sends; viser's others upload files, or publish the page through another server."""
 
+FIELDS = {message: {one.name: get_type_hints(message)[one.name] for one in fields(message)} for message in USED}
+"""The types of their fields, by name."""
+
 SAFE_HEADERS = {"Referrer-Policy": "no-referrer", "Content-Security-Policy": "frame-ancestors 'none'"}
 """The token in the address is told to no other page, and no other page shows this one in a frame."""
 
@@ -130,15 +133,14 @@ def _objection(server: viser.ViserServer | None, received: Any) -> str | None:
         return f"no message ({type(error).__name__})"
     if not isinstance(message, USED):
         return f"a message of another kind, {type(message).__name__}"
-    hints = get_type_hints(type(message))
-    for field in fields(message):
-        value = getattr(message, field.name)
+    for field, kind in FIELDS[type(message)].items():
+        value = getattr(message, field)
         try:
-            msgspec.convert(value, hints[field.name])
+            is_valid = all(abs(number) <= FARTHEST for number in _numbers(msgspec.convert(value, kind)))
         except msgspec.ValidationError:
-            return f"{field.name} is {value!r}"
-        if not all(abs(number) <= FARTHEST for number in _numbers(value)):
-            return f"{field.name} is {value!r}"
+            is_valid = False
+        if not is_valid:
+            return f"{field} is {value!r}"
     if server is None:
         return "it came too early"
     if isinstance(message, _messages.GuiUpdateMessage):

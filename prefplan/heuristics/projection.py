@@ -23,7 +23,7 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.successors import canonical, unpack
-from prefplan.models.manipulation.symbolic import FROM, ManipulationState, at
+from prefplan.models.manipulation.symbolic import ManipulationState, at
 from prefplan.models.manipulation.symmetry import IN_HAND, Symmetry, read_exclusions
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.product.product_automaton import Product
@@ -57,9 +57,9 @@ class Projection:
         relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
         # What may be barred here, too, each with the locations that it names.
         self._barred = {
-            one: {action.location, *(what.removeprefix(FROM) for _, what in pairs)} - {"", IN_HAND}
+            one: {action.location, origin, *(what for _, what in pairs)} - {"", IN_HAND}
             for one in product.model.symmetry.barred
-            for action, pairs in read_exclusions(model, [one])
+            for action, pairs, origin in read_exclusions(model, [one])
             if action.obj in self.kept and all(obj in self.kept and what not in model.marks for obj, what in pairs)
         }
         named = {at(obj, place) for obj in self.kept for place in set[str]().union(*self._barred.values())}

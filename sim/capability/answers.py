@@ -98,7 +98,7 @@ class Capability:
             return None
         if found.take_unless or found.put_unless or found.crowded_by:
             return found
-        # It fails whatever else stands around, or it is not known why: so may every transfer there.
+        # It fails whatever else stands around: so may every transfer there.
         grasped = found.location != transfer.source
         if (always := self.check(transfer.obj, found.location).among(transfer.others, grasped=grasped)) is not None:
             return always

@@ -58,7 +58,7 @@ class PlaceCheck:
 
     @property
     def barred(self) -> Barred:
-        """The actions that the arm cannot do, as `System.without` takes them: the grasp there, the release there."""
+        """What the arm cannot do, as `ManipulationSystem.without` takes it: the grasp there, the release there."""
         grasp, release = f"grasp {self.obj}", f"release {self.obj} {self.location}"
         here = frozenset({at(self.obj, self.location)})
         held = frozenset({grasped_at(self.obj, self.not_from)} if self.not_from else ())

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.manipulation.symbolic import Barred, at, grasped_at, holding
+from prefplan.models.manipulation.symbolic import Barred, at, grasped_at, holding, last_place
 from sim.execution.executor import Execution
 from sim.skills.transit import raised_by
 
@@ -98,7 +98,7 @@ class Failures:
         obj, target = symbolic.obj, symbolic.location
         if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj, run.hindering):
             return False
-        source = next((state.place[obj] for state in reversed(before) if obj in state.place), "")
+        source = last_place(obj, before)
         tried = self._detours.get((obj, target), set())
         given_up = self._detours_barred or self._blocked[obj, target] >= MAX_ATTEMPTS
         if not source or source == target or source in tried or given_up:

@@ -18,6 +18,7 @@ from unittest.mock import patch
 from random_manipulation import enumerated
 from small_models import COSTS
 
+from judge.physics import rehearsal_of
 from prefplan import Location, ManipulationModel, Object, Order, Planner, Problem, Task
 from prefplan.errors import PrefplanError
 from prefplan.models.feasibility import Transfer
@@ -25,7 +26,6 @@ from prefplan.models.manipulation.surroundings import Fixture
 from prefplan.models.manipulation.symbolic import Action, at
 from sim.capability.answers import Capability
 from sim.capability.attempts import Attempts
-from sim.capability.rehearsal import BROUGHT, bringing
 from sim.skills.catalogue import SKILLS
 from sim.world.scene import Scene, build_scene
 
@@ -37,7 +37,7 @@ SIZES = (0.04, 0.04, 0.05), (0.045, 0.045, 0.1), (0.03, 0.055, 0.08), (0.06, 0.0
 
 
 def random_model(seed: int) -> ManipulationModel:
-    """Draw four or five locations, two or three boxes, and one to three walls between them."""
+    """Draw four or five locations, two or three boxes, and one to four walls between them."""
     rng, (xs, ys) = random.Random(seed), GRID_M
     points = rng.sample([(x, y) for x in xs for y in ys], rng.choice((4, 4, 5)))
     places = tuple(Location(f"p{k}", at=point) for k, point in enumerate(points))
@@ -67,8 +67,7 @@ def fronts(scene: Scene, tasks: Sequence[Task]) -> tuple[list[tuple[float, ...]]
 
     @cache
     def succeeds(transfer: Transfer) -> bool:
-        rehearsal = bringing(transfer.obj, transfer.source, transfer.target, dict(transfer.others))
-        return attempts.run(rehearsal.beginning(BROUGHT))[1] is None
+        return attempts.run(rehearsal_of(transfer))[1] is None
 
     def exists(action: Action, origin: str, label: frozenset[str]) -> bool:
         pairs = [(obj.name, place.name) for obj in model.objects for place in model.locations]

@@ -9,7 +9,6 @@ from prefplan.limits import check_limits
 from prefplan.models.costs import UNMEASURED, CostTable
 from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.successors import Moves, expand, steps_of
-from prefplan.models.manipulation.symbolic import FROM
 from prefplan.models.manipulation.symmetry import IN_HAND, Exclusion, Symmetry
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import OnDemand
@@ -73,15 +72,18 @@ def _exclusion_arrays(
     slots[IN_HAND] = [space.held, space.held + 1]
 
     def condition(obj: str, what: str) -> list[int]:
-        if what.startswith(FROM):
-            value = space.origins[obj, what.removeprefix(FROM)]
-            return [len(space.radices) - 1, value, value + 1]
         is_mark = what not in slots
         return [space.mark_digits[obj, what], 1, 2] if is_mark else [1 + space.objects.index(obj), *slots[what]]
 
+    def rows_of(exclusion: Exclusion) -> list[list[int]]:
+        action, pairs, origin = exclusion
+        value = space.origins[action.obj, origin] if origin else 0
+        grasped = [[len(space.radices) - 1, value, value + 1]] if origin else []
+        return [condition(*pair) for pair in sorted(pairs)] + grasped
+
     number = {text: a for a, text in enumerate(actions)}
-    ordered = sorted((number[str(action)], sorted(conditions)) for action, conditions in exclusions)
-    rows = [[condition(*pair) for pair in conditions] for _, conditions in ordered]
+    ordered = sorted((number[str(one.action)], rows_of(one)) for one in exclusions)
+    rows = [each for _, each in ordered]
     of_action = np.searchsorted([a for a, _ in ordered], np.arange(len(actions) + 1))
     conditions = np.array([row for each in rows for row in each], dtype=np.int64).reshape(-1, 3)
     return of_action.astype(np.int32), np.cumsum([0, *map(len, rows)]).astype(np.int32), conditions

@@ -1,6 +1,6 @@
 """Symbolic states and actions of a manipulation model, and the propositions of states, as text."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass
 
 
@@ -38,13 +38,9 @@ def marked(obj: str, mark: str) -> str:
     return f"{obj}_{mark}"
 
 
-FROM = "from "
-"""Begins the part of the condition `grasped_at` that is not the object."""
-
-
 def grasped_at(obj: str, location: str) -> str:
     """Return the condition that the hand holds an object that it grasped at a location; no formula can name it."""
-    return f"{obj} {FROM}{location}"
+    return f"{obj} from {location}"
 
 
 Barred = Collection[tuple[frozenset[str], str]]
@@ -100,3 +96,9 @@ class ManipulationState:
         parts += [f"{o} on {place}" for o, place in self.places]
         parts += [f"{o} {mark}" for o, mark in sorted(self.marks)]
         return ", ".join(parts)
+
+
+def last_place(obj: str | None, states: Sequence[Hashable]) -> str | None:
+    """Return where an object rested last along some states, which may be others than of a manipulation model."""
+    places = (state.place for state in reversed(states) if isinstance(state, ManipulationState))
+    return next((place[obj] for place in places if obj in place), None)

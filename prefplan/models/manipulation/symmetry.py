@@ -29,14 +29,14 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from math import perm
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from prefplan.models.costs import by_name
 from prefplan.models.manipulation.action_costs import ActionCosts, MeasuredCosts
 from prefplan.models.manipulation.description import Location
 from prefplan.models.manipulation.operators import read_action
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.symbolic import FROM, Action, Barred, at, holding, marked
+from prefplan.models.manipulation.symbolic import Action, Barred, at, grasped_at, holding, marked
 
 if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
@@ -45,10 +45,20 @@ if TYPE_CHECKING:
 IN_HAND = ""
 """Stands for the hand, where a condition names the location or the mark of an object."""
 
-Exclusion = tuple[Action, frozenset[tuple[str, str]]]
-"""An action that does not exist where all the conditions hold: (object, location) for an object that rests there,
-(object, mark), (object, `IN_HAND`), and (object, `FROM` + location) for the object that the action moves; no location
-has the name of a mark, as their propositions would be the same."""
+
+class Exclusion(NamedTuple):
+    """An action that does not exist where all the conditions hold.
+
+    Attributes:
+        action: the action.
+        conditions: (object, location) for an object that rests there, (object, mark), and (object, `IN_HAND`); no
+            location has the name of a mark, as their propositions would be the same.
+        origin: the location where the action's object was grasped; empty for any.
+    """
+
+    action: Action
+    conditions: frozenset[tuple[str, str]]
+    origin: str = ""
 
 
 def most_states(model: ManipulationModel) -> int:
@@ -78,10 +88,9 @@ class Symmetry:
         The propositions `names` are visible, and the marks on which barred actions depend.
         """
         self.model, self.barred, self.exclusions = model, barred, read_exclusions(model, barred)
-        actions = [action for action, _ in self.exclusions]
-        conditions = {pair for _, pairs in self.exclusions for pair in pairs}
-        self._excluded = {action.location for action in actions}.union(what for _, what in conditions)
-        self.origins = {(obj, what.removeprefix(FROM)) for obj, what in conditions if what.startswith(FROM)}
+        conditions = {pair for one in self.exclusions for pair in one.conditions}
+        self._excluded = {one.action.location for one in self.exclusions}.union(what for _, what in conditions)
+        self.origins = {(one.action.obj, one.origin) for one in self.exclusions if one.origin}
         self.visible = frozenset(names) | {marked(obj, what) for obj, what in conditions if what in model.marks}
         self._objects = [obj.name for obj in model.objects]
         supports = {support for place in model.locations for support in (*place.on, *place.clear_of)}
@@ -115,7 +124,7 @@ class Symmetry:
         places = start.place
         if not _loads_cost(model.costs) or any(place.on and self._is_visible(place) for place in model.locations):
             return self
-        blockers = {obj for action, pairs in self.exclusions for obj, _ in pairs if obj != action.obj}
+        blockers = {obj for one in self.exclusions for obj, _ in one.conditions if obj != one.action.obj}
         fixed = {obj.name for obj in model.objects if obj.fixed}
         idle = {obj for obj in fixed.union(*self.alike) - blockers if places.get(obj) in neutral}
         movable = [obj for obj in model.objects if not obj.fixed and obj.name not in idle]
@@ -156,22 +165,17 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     for obj in (obj.name for obj in model.objects):
         read |= {holding(obj): (obj, IN_HAND)} | {at(obj, place): (obj, place) for place in places}
         read |= {marked(obj, mark): (obj, mark) for mark in model.marks}
-    for name in (name for names, _ in barred for name in names if f" {FROM}" in name):
-        obj, _, what = name.partition(" ")
-        read[name] = obj, what  # the location may be gone
     objects, locations = {"", *(obj.name for obj in model.objects)}, {"", *places}
-    actions = [(read_action(text, model.operators), names) for names, text in barred]
-    found = (
-        (action, frozenset(read[name] for name in names))
-        for action, names in actions
-        if action.obj in objects and action.location in locations and names <= read.keys()
-    )
-    # The hand grasped nothing but what it holds.
-    return frozenset(
-        (action, pairs)
-        for action, pairs in found
-        if all(obj == action.obj for obj, what in pairs if what.startswith(FROM))
-    )
+    exclusions = set[Exclusion]()
+    for names, text in barred:
+        action = read_action(text, model.operators)
+        grasped = grasped_at(action.obj, "")
+        # A location that is gone may be one.
+        origins = {name.removeprefix(grasped) for name in names if name.startswith(grasped)}
+        others = {name for name in names if not name.startswith(grasped)}
+        if action.obj in objects and action.location in locations and others <= read.keys() and len(origins) <= 1:
+            exclusions.add(Exclusion(action, frozenset(map(read.__getitem__, others)), *origins))
+    return frozenset(exclusions)
 
 
 def classes(
@@ -193,7 +197,7 @@ def classes(
 
 def _renamed(exclusion: Exclusion, objects: Mapping[str, str], locations: Mapping[str, str]) -> Exclusion:
     """Return an exclusion with other names for some objects and locations."""
-    action, conditions = exclusion
+    action, conditions, origin = exclusion
     obj, location = objects.get(action.obj, action.obj), locations.get(action.location, action.location)
     pairs = frozenset((objects.get(one, one), locations.get(what, what)) for one, what in conditions)
-    return replace(action, obj=obj, location=location), pairs
+    return Exclusion(replace(action, obj=obj, location=location), pairs, origin)

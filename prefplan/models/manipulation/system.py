@@ -17,7 +17,7 @@ from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.listing import listed, moves_of
 from prefplan.models.manipulation.operators import STANDARD_OPERATORS
 from prefplan.models.manipulation.successors import Moves, canonical
-from prefplan.models.manipulation.symbolic import Action, Barred, ManipulationState
+from prefplan.models.manipulation.symbolic import Action, Barred, ManipulationState, last_place
 from prefplan.models.manipulation.symmetry import Symmetry, most_states
 from prefplan.models.system import System
 from prefplan.models.transition_system import TransitionSystem
@@ -131,9 +131,7 @@ class ManipulationSystem(System):
 
     def after(self, states: Sequence[Hashable]) -> ManipulationSystem:
         """See `System.after`: where the object in the hand was grasped."""
-        held = self.start.held
-        places = (state.place for state in reversed(states) if isinstance(state, ManipulationState))
-        origin = next((place[held] for place in places if held in place), None)
+        origin = last_place(self.start.held, states)
         return replace(self, start=replace(self.start, origin=origin)) if origin else self
 
     def decode(self, state: ManipulationState) -> ManipulationState:

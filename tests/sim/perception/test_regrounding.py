@@ -130,7 +130,7 @@ def test_what_fell_from_the_table_is_no_longer_in_the_model(see: See) -> None:
     assert found.lost == {"pink": "fell from the table"}
     assert [obj.name for obj in found.scene.model.objects] == ["blue", "green"]
     assert found.state.place == {"blue": "left", "green": "right"}
-    label = found.scene.model.initial_state.label
+    label = found.scene.model.transition_system().listed.label(0)
     assert "blue_sanitized" in label and "pink_sanitized" not in label
 
 
