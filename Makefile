@@ -32,7 +32,7 @@ demo: $(READY)
 # Each worker takes neighbouring tests, so that few of the fixtures of a file are made twice. There is one more than
 # cores: tests that drive a browser or other processes wait for them.
 test: $(TOOLS)
-	@echo "Running every test: 5 to 7 minutes on 2 cores"
+	@echo "Running every test: 6 to 8 minutes on 2 cores"
 	$(BIN)/python -m pytest -n $$(expr $$(nproc) + 1) --dist worksteal
 
 lint: $(TOOLS)
