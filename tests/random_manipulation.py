@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import judge
 from small_models import COSTS
@@ -27,7 +29,7 @@ from prefplan import (
 )
 from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.manipulation.slots import hand_poses
-from prefplan.models.manipulation.symbolic import Action, at
+from prefplan.models.manipulation.symbolic import at
 
 
 def random_model(rng: random.Random, *, large: bool = False) -> ManipulationModel:
@@ -115,26 +117,37 @@ def _random_tasks(rng: random.Random, model: ManipulationModel) -> tuple[list[Ta
     return tasks, [paid] if bought else free
 
 
-def enumerated(model: ManipulationModel, exists: Callable[[Action, str, frozenset[str]], bool]) -> TransitionSystem:
+def enumerated(model: ManipulationModel, exists: Callable[[str, str, frozenset[str]], bool]) -> TransitionSystem:
     """Return the states that the judge reaches by actions that exist, each with where what is held was grasped.
 
     `exists` is asked about an action, where the object in the hand was grasped, "" if none is, and the label before.
     """
     cell, places = judge.Cell(model), [place.name for place in model.locations]
-    start = (cell.start(model.initial_state), "")
-    labels, pending, transitions = {start: cell.label(start[0])}, [start], []
-    for arm, origin in pending:
-        label = labels[arm, origin]
+
+    @cache
+    def seen(arm: judge.Arm) -> tuple[frozenset[str], list[tuple[str, str, judge.Arm, Any]]]:
+        """Return the label of a state, and its actions, each with where it grasps, the state after it and its cost."""
+        label, steps = cell.label(arm), list[tuple[str, str, judge.Arm, Any]]()
         for text, cost, after in cell.steps(arm):
-            action = model.action(text)
-            if not exists(action, origin, label):
-                continue
-            here = next((place for place in places if at(action.obj, place) in label), "")
-            reached = after, here if action.kind == "grasp" else origin if action.kind == "transport" else ""
-            transitions.append(((arm, origin), text, reached, cost))
-            if reached not in labels:
-                labels[reached] = cell.label(after)
-                pending.append(reached)
+            kind, obj, *_ = text.split()
+            here = next(place for place in places if at(obj, place) in label) if kind == "grasp" else ""
+            steps.append((text, here, after, cost))
+        return label, steps
+
+    start = (cell.start(model.initial_state), "")
+    number, pending, transitions = {start: 0}, [start], []
+    for arm, origin in pending:
+        label, steps = seen(arm)
+        for text, here, after, cost in steps:
+            if exists(text, origin, label):
+                reached = after, here or (origin if after.held else "")
+                if reached not in number:
+                    number[reached] = len(number)
+                    pending.append(reached)
+                transitions.append((number[arm, origin], text, number[reached], cost))
     return TransitionSystem.from_transitions(
-        transitions, start=start, labels=labels, propositions=model.valid_propositions
+        transitions,
+        start=0,
+        labels={k: seen(arm)[0] for (arm, _), k in number.items()},
+        propositions=model.valid_propositions,
     )

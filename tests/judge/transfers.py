@@ -23,7 +23,7 @@ from prefplan import Location, ManipulationModel, Object, Order, Planner, Proble
 from prefplan.errors import PrefplanError
 from prefplan.models.feasibility import Transfer
 from prefplan.models.manipulation.surroundings import Fixture
-from prefplan.models.manipulation.symbolic import Action, at
+from prefplan.models.manipulation.symbolic import at
 from sim.capability.answers import Capability
 from sim.capability.attempts import Attempts
 from sim.skills.catalogue import SKILLS
@@ -69,10 +69,11 @@ def fronts(scene: Scene, tasks: Sequence[Task]) -> tuple[list[tuple[float, ...]]
     def succeeds(transfer: Transfer) -> bool:
         return attempts.run(rehearsal_of(transfer))[1] is None
 
-    def exists(action: Action, origin: str, label: frozenset[str]) -> bool:
+    def exists(action: str, origin: str, label: frozenset[str]) -> bool:
+        kind, obj, *location = action.split()
         pairs = [(obj.name, place.name) for obj in model.objects for place in model.locations]
         others = tuple(pair for pair in pairs if at(*pair) in label)
-        return action.kind != "release" or succeeds(Transfer(action.obj, origin, action.location, others))
+        return kind != "release" or succeeds(Transfer(obj, origin, *location, others))
 
     with patch.dict(os.environ, XDG_CACHE_HOME=os.devnull):  # no answer is kept
         able = Problem(model, tasks, Order(), feasible=Capability(model, scene=scene))

@@ -24,7 +24,7 @@ from prefplan import (
 from prefplan.errors import LimitError
 from prefplan.limits import Limits
 from prefplan.models.feasibility import Transfer
-from prefplan.models.manipulation.symbolic import Action, Barred, at, grasped_at
+from prefplan.models.manipulation.symbolic import Barred, at, grasped_at
 from prefplan.replanning import Past, continue_cheaply
 from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import END
@@ -130,10 +130,13 @@ def test_fronts_of_objects_that_must_not_go_directly_are_the_enumerated_ones(lar
                     beside = [at(*rng.choice(pairs))] if rng.random() < 0.2 else []
                     arm.indirect[obj.name, origin, location] = frozenset(beside)
 
-        def exists(action: Action, origin: str, label: frozenset[str], arm: Arm = arm) -> bool:
-            if any(name == str(action) and conditions <= label for conditions, name in arm.barred):
+        barred = arm.barred
+
+        def exists(action: str, origin: str, label: frozenset[str], arm: Arm = arm, barred: Barred = barred) -> bool:
+            if any(name == action and conditions <= label for conditions, name in barred):
                 return False
-            return action.kind != "release" or arm.brings(action.obj, origin, action.location, label)
+            kind, obj, *location = action.split()
+            return kind != "release" or arm.brings(obj, origin, *location, label)
 
         listed = Problem(enumerated(model, exists), problem.tasks, problem.preferences, rules=problem.rules)
         expected = Planner(listed).front()

@@ -11,7 +11,7 @@ from random_manipulation import enumerated, random_problem, random_several
 from small_models import COSTS, measured, spot
 
 from prefplan import ManipulationModel, ModelError, Object, Order, Planner, Problem, Reason, Task
-from prefplan.models.manipulation.symbolic import Action, Barred, ManipulationState, grasped_at
+from prefplan.models.manipulation.symbolic import Barred, ManipulationState, grasped_at
 from prefplan.models.manipulation.symmetry import Symmetry
 from prefplan.models.manipulation.system import ManipulationSystem
 
@@ -56,9 +56,9 @@ def compared(draw: Callable[..., Problem], seed: int, *, measured: bool) -> bool
     assert isinstance(large.system, ManipulationSystem)
     barred = random_barred(random.Random(seed), large.system.space.model)
 
-    def exists(action: Action, origin: str, label: frozenset[str]) -> bool:
-        told = label | {grasped_at(action.obj, origin)}
-        return not any(name == str(action) and conditions <= told for conditions, name in barred)
+    def exists(action: str, origin: str, label: frozenset[str]) -> bool:
+        told = label | {grasped_at(action.split()[1], origin)}
+        return not any(name == action and conditions <= told for conditions, name in barred)
 
     expected = Planner(over(listed, enumerated(large.system.space.model, exists))).front()
     points = [tuple(plan.objectives.values()) for plan in expected]
