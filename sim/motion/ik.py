@@ -99,8 +99,14 @@ class InverseKinematics:
         """
         for q, k in self.configurations(goals, near=near, margin=margin):
             return q, goals[k]
-        how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
-        raise SimulationError(f"the arm cannot {how} at {in_metres(goals[0].position)} within the limits of its joints")
+        raise _unreachable(goals)
+
+    def within_reach(self, goals: Sequence[ToolPose]) -> Sequence[ToolPose]:
+        """Return those of several poses that are not too far away for any posture; SimulationError if all are."""
+        near = [goal for goal in goals if not self._reach.excludes(goal)]
+        if not near:
+            raise _unreachable(goals)
+        return near
 
     def configurations(
         self,
@@ -283,3 +289,8 @@ class InverseKinematics:
         mujoco.mju_quat2Vel(error[3:], turn, 1.0)
         error[:3] = self._target[4:] - data.site_xpos[self._site]
         return jacobian, error
+
+
+def _unreachable(goals: Sequence[ToolPose]) -> SimulationError:
+    how = "point down" if all(goal.points_down for goal in goals) else "bring its hand there"
+    return SimulationError(f"the arm cannot {how} at {in_metres(goals[0].position)} within the limits of its joints")

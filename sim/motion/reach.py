@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import dropwhile
 
 import mujoco
 import numpy as np
 
 from sim.motion.trajectory import ToolPose
 
+ON_AXIS_M = 1e-6
+"""A point nearer to an axis than this, m, counts as on it."""
+
+TOLERANCE_M = 0.003
+"""By how much the bound may be exceeded, m: inverse kinematics tolerates errors of the tool's position and turn."""
+
 
 @dataclass(frozen=True)
 class Reach:
     """A bound of the distance between two points of an arm, of which a pose of the tool determines the second.
 
-    They are the (3,) origin of the first link at home, m, and that of the last link, the flange, in the tool's frame,
-    m; their greatest distance is the sum of the links' lengths, m.
+    They are the (3,) anchor of the first joint, m, and the origin of the last link, the flange, in the tool's frame, m.
     """
 
     centre: np.ndarray
@@ -24,20 +31,60 @@ class Reach:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, home: np.ndarray, tool: str) -> Reach:
-        """Bound the distance in a model of an arm alone, from its (n,) home configuration and the site of its tool."""
+        """Bound the distance in a model of an arm alone, from its (n,) home configuration and the site of its tool.
+
+        The anchors of the joints and the flange are as far apart as the shortest way from the first to the last of them
+        is long, each step of which is the greatest distance of two, if only one joint between them can change that.
+        """
         data = mujoco.MjData(model)
         data.qpos[:] = home
         mujoco.mj_kinematics(model, data)
-        first, body = model.jnt_bodyid[[0, -1]]
+        flange = data.xpos[model.jnt_bodyid[-1]]
+        points = np.array([*data.xanchor, flange])
+        ways = np.full(len(points), np.inf)
+        ways[0] = 0.0
+        for end in range(1, len(points)):
+            ways[end] = min(ways[start] + _greatest(model, data, points, start, end) for start in range(end))
         site = data.site(tool)
-        flange = site.xmat.reshape(3, 3).T @ (data.xpos[body] - site.xpos)
-        slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-        greatest = 2 * np.linalg.norm(model.jnt_pos, axis=1).sum() + np.abs(model.jnt_range[slides]).sum()
-        while body != first:
-            greatest += np.linalg.norm(model.body_pos[body])
-            body = model.body_parentid[body]
-        return cls(data.xpos[first].copy(), flange, float(greatest))
+        return cls(points[0].copy(), site.xmat.reshape(3, 3).T @ (flange - site.xpos), float(ways[-1]))
 
     def excludes(self, pose: ToolPose) -> bool:
-        """Return whether no configuration brings the tool to a pose."""
-        return float(np.linalg.norm(pose.position + pose.rotation @ self.flange - self.centre)) > self.greatest
+        """Return whether no configuration brings the tool to a pose, or nearly so."""
+        distance = float(np.linalg.norm(pose.position + pose.rotation @ self.flange - self.centre))
+        return distance > self.greatest + TOLERANCE_M
+
+
+def _greatest(model: mujoco.MjModel, data: mujoco.MjData, points: np.ndarray, start: int, end: int) -> float:
+    """Return the greatest distance of two of the (n + 1, 3) points, m; infinite if several joints change it.
+
+    Joints turn the end about the start, or the start about the end, as long as their axes pass through it.
+    """
+    joints = [*dropwhile(lambda joint: _is_on_axis(model, data, joint, points[start]), range(start, end))]
+    joints = [*dropwhile(lambda joint: _is_on_axis(model, data, joint, points[end]), reversed(joints))]
+    if len(joints) > 1:
+        return np.inf
+    ends = [points[end]] if not joints else _farthest(model, data, joints[0], points[start], points[end])
+    return max(float(np.linalg.norm(place - points[start])) for place in ends)
+
+
+def _is_on_axis(model: mujoco.MjModel, data: mujoco.MjData, joint: int, point: np.ndarray) -> bool:
+    off = np.cross(data.xaxis[joint], point - data.xanchor[joint])
+    return bool(model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE and np.linalg.norm(off) < ON_AXIS_M)
+
+
+def _farthest(
+    model: mujoco.MjModel, data: mujoco.MjData, joint: int, start: np.ndarray, end: np.ndarray
+) -> Iterator[np.ndarray]:
+    """Yield where one joint moves the end within its range, (3,) m, of which one is the farthest from the start."""
+    axis, anchor = data.xaxis[joint], data.xanchor[joint]
+    low, high = model.jnt_range[joint] - data.qpos[joint]
+    if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+        yield from (end + low * axis, end + high * axis)
+        return
+    radius, target = end - anchor, start - anchor
+    along = (radius @ axis) * axis
+    across, aside = radius - along, np.cross(axis, radius)
+    opposite = np.arctan2(-(target @ aside), -(target @ across))
+    inside = (opposite + turn for turn in (-2 * np.pi, 0.0, 2 * np.pi) if low < opposite + turn < high)
+    for turn in (low, high, *inside):
+        yield anchor + along + np.cos(turn) * across + np.sin(turn) * aside

@@ -168,6 +168,7 @@ def free_pose(
         BlockedError: bodies are in the way of the hand.
         SimulationError: the arm reaches none of the poses.
     """
+    goals = cell.arm.within_reach(goals)
     collisions: list[set[str]] = []
     for options in zip(*map(pregrasps, goals), strict=True):
         postures, at_hand = list[tuple[int, set[str]]](), dict[int, set[str]]()

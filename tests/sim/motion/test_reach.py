@@ -24,7 +24,7 @@ def test_no_pose_that_a_configuration_has_is_excluded(name: str) -> None:
     poses = [kinematics.tool(low + draw.random(len(low)) * (high - low)) for _ in range(2000)]
     assert not any(reach.excludes(pose) for pose in poses)
     distances = [np.linalg.norm(pose.position + pose.rotation @ reach.flange - reach.centre) for pose in poses]
-    assert max(distances) > 0.8 * reach.greatest
+    assert 0.98 * reach.greatest < max(distances) < reach.greatest + 1e-6
 
 
 def test_a_pose_is_excluded_where_the_wrist_would_be_too_far_and_not_by_the_tools_distance() -> None:
