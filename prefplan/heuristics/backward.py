@@ -87,10 +87,9 @@ class Backward:
     @cached_property
     def _incoming(self) -> Incoming:
         graph = self._graph
-        source = np.repeat(np.arange(graph.size, dtype=np.int32), np.diff(graph.offsets))
-        order = np.argsort(graph.targets, kind="stable")
-        offsets = np.searchsorted(graph.targets[order], np.arange(graph.size + 1)).astype(np.int64)
-        return Incoming(offsets, source[order], graph.costs[order])
+        edges = Incoming(np.zeros_like(graph.offsets), np.empty_like(graph.targets), np.empty_like(graph.costs))
+        _run(partial(turn, graph.offsets, graph.targets, graph.costs, edges), len(graph.targets))
+        return edges
 
 
 def _run(fill: Callable[[np.ndarray], None], entries: int) -> None:
@@ -152,6 +151,23 @@ def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     after = np.concatenate([tables.delta[i, :size].ravel(), tables.relaxed[first[0, 0] : first[-1, -1], 0]])
     order = np.argsort(read, kind="stable")
     return read[order], before[order], after[order].astype(np.int64)
+
+
+@kernel
+def turn(offsets: np.ndarray, targets: np.ndarray, costs: np.ndarray, incoming: Incoming, stop: np.ndarray) -> None:
+    """Enter the edges of S nodes by target, those of one in the order of their sources; return early at `stop`."""
+    for target in targets:
+        incoming.offsets[target + 1] += 1
+    for node in range(offsets.shape[0] - 1):
+        incoming.offsets[node + 1] += incoming.offsets[node]
+    entered = incoming.offsets[:-1].copy()
+    for node in range(offsets.shape[0] - 1):
+        if stop[0]:
+            return
+        for edge in range(offsets[node], offsets[node + 1]):
+            place = entered[targets[edge]]
+            entered[targets[edge]] += 1
+            incoming.sources[place], incoming.costs[place] = node, costs[edge]
 
 
 @kernel

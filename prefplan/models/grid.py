@@ -119,26 +119,30 @@ class GridModel:
         free = bordered[1:-1, 1:-1]
         for boxes in self.obstacles.values():
             _fill(free, boxes, False)
-        number = np.cumsum(bordered).reshape(bordered.shape) - 1
-        y, x = np.nonzero(free)
-        ends = [(y + 1 + dy, x + 1 + dx) for dx, dy in MOVES.values()]
-        exists = np.stack([bordered[end] for end in ends], axis=1)
+        cells = np.flatnonzero(free)
+        number = np.zeros(bordered.shape, dtype=np.int32)
+        number[1:-1, 1:-1][free] = np.arange(len(cells))
+        exists, targets = np.empty((len(cells), 4), dtype=bool), np.empty((len(cells), 4), dtype=np.int32)
+        for k, (dx, dy) in enumerate(MOVES.values()):
+            check_limits()
+            ends = np.s_[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+            exists[:, k], targets[:, k] = bordered[ends][free], number[ends][free]
         check_limits()
-        targets = np.stack([number[end] for end in ends], axis=1)[exists]
-        check_limits()
+        targets = targets[exists]
         ground = np.zeros((height, width), dtype=np.int64)  # the terrain of each cell by its number from 1, 0 for none
         for k, terrain in enumerate(self.terrain.values(), start=1):
             _fill(ground, terrain.boxes, k)
+        check_limits()
         entered = ground[free][targets]
         every = [self.cost, *(terrain.cost for terrain in self.terrain.values())]
         costs = {name: in_common_unit([exact(by_name(cost)[name]) for cost in every]) for name in self.cost_names}
         labels, label_sets = self._labels(free)
         return TransitionSystem(
-            states=OnDemand(len(x), lambda i: (int(x[i]), int(y[i]))),
+            states=OnDemand(len(cells), lambda i: divmod(int(cells[i]), width)[::-1]),
             start=int(number[self.start[1] + 1, self.start[0] + 1]),
             offsets=np.concatenate([[0], np.cumsum(exists.sum(axis=1))]).astype(np.int64),
-            targets=targets.astype(np.int32),
-            actions=np.tile(np.arange(4, dtype=np.int32), (len(x), 1))[exists],
+            targets=targets,
+            actions=np.tile(np.arange(4, dtype=np.int32), (len(cells), 1))[exists],
             costs=tuple(CostTable(name, counts[entered], unit) for name, (counts, unit) in costs.items()),
             labels=labels,
             action_names=tuple(MOVES),

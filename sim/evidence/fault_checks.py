@@ -49,7 +49,8 @@ def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> t
         The check, and of each fault that the states show, the time, s, and the object that it moved or let slip.
     """
     told = [_read(event, log) for event in log.about.events if event.kind == "fault"]
-    unasked = Counter(fault.text for fault in told) - Counter(map(str, log.about.setting.get("faults") or ()))
+    wanted, found = Counter(map(str, log.about.setting.get("faults") or ())), Counter(fault.text for fault in told)
+    unasked, missing = found - wanted, sorted((wanted - found).elements())
     objections, shown = list[str](), list[tuple[float, str]]()
     for fault in told:
         objection = "it was not asked for" if fault.text in unasked else _objection(fault, log, world, changes)
@@ -65,6 +66,7 @@ def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> t
         elif kinds == {"knock"} and change.far > UNMOVED_M:
             objections.append(f"{change.joint} jumps to another place {when}, which a knock does not do")
     words = f"{len(told)}, as asked for, and the states show them" if told else "none"
+    words += f"; asked for, too, but not done: {', '.join(missing)}" if missing else ""
     return Check("faults", not objections, objections[0] if objections else words), shown
 
 

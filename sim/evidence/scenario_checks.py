@@ -33,7 +33,7 @@ def check_scenario(log: Log, scenario: Scenario) -> Check:
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
         return Check("scenario", False, f"the log is of another one: {differences[0]}{more}")
-    conditions = [f"{key} {value}" for key, value in sorted(about.setting.items()) if value]
+    conditions = [f"{key} {value}" for key, value in sorted(about.setting.items()) if value and key != "faults"]
     return Check("scenario", True, f"the given one, with {', '.join([f'the robot {about.robot}', *conditions])}")
 
 

@@ -56,7 +56,8 @@ class CollisionChecker:
         links = [model.joint(name).bodyid[0] for name in robot.joints]
         self._is_link = np.isin(model.geom_bodyid, links) & (model.geom_contype != 0)
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
-        self._names = [str(model.body(body).name) for body in range(model.nbody)]
+        named = ((str(model.body(body).name), own[body]) for body in range(model.nbody))
+        self._names = [f"the robot's {name.rpartition(':')[2]}" if is_own else name for name, is_own in named]
         self._handled = self._load = -1
         self._let_collide()
         self._adjacent: set[tuple[int, int]] = set()

@@ -76,14 +76,14 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
     model = copy.copy(blocks.mujoco)
     robot.let_links_collide(model)
     set_margins(model, np.where(robot.bodies(model)[model.geom_bodyid], 0.006, 0.0))
-    links = [model.body(int(body)).name for body in np.flatnonzero(robot.bodies(model))]
-    adjacent, seen = {tuple(model.body(body).name for body in pair) for pair in check._adjacent}, set()
+    links = [f"the robot's {model.body(int(body)).name}" for body in np.flatnonzero(robot.bodies(model))]
+    adjacent, seen = {tuple(check._names[body] for body in pair) for pair in check._adjacent}, set()
     for q in np.random.default_rng(1).uniform(*robot.ranges(model).T, (100, 7)):
         data.qpos[robot.qpos(model)] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         pairs = np.sort(model.geom_bodyid[data.contact.geom], axis=1).tolist()
-        met = {tuple(model.body(body).name for body in pair) for pair in pairs}
+        met = {tuple(check._names[body] for body in pair) for pair in pairs}
         met = {pair for pair in met if set(pair) <= set(links)}
         assert {pair for pair in check.touches(q, clearance=0.006) if pair[1] in links} == met - adjacent
         seen |= met
@@ -116,9 +116,10 @@ def test_links_keep_farther_away_than_fingers_most_of_all_where_a_movement_ends(
     assert gap() > distance - 0.0002
     check = CollisionChecker(scene)
     check.see(data, true_poses(scene, data))
-    assert ((part, "cube") in check.touches(q, clearance=0.0015)) == there
+    pair = f"the robot's {part}", "cube"
+    assert (pair in check.touches(q, clearance=0.0015)) == there
     assert check.blockers(np.array([q, q]), clearance=0.0015) == ({"cube"} if on_path else set())
-    assert (part, "cube") not in check.touches(q)
+    assert pair not in check.touches(q)
 
 
 def test_a_load_that_hangs_lower_than_the_fingers_is_in_the_way() -> None:
