@@ -25,6 +25,9 @@ T = TypeVar("T")
 CHECK_PERIOD_S = 0.05
 """Time between two checks of the limits while a kernel runs."""
 
+WATCHED_ENTRIES = 100_000
+"""A kernel that fills or reads fewer entries than this takes less than 0.1 s, and is not watched."""
+
 MEMORY_CHECK_PERIOD_S = 0.005
 """Time between two checks of the memory in use, which take 0.01 ms each."""
 
@@ -190,17 +193,22 @@ def bounded(path: Path, most: int = MOST_BYTES) -> Path:
     return path
 
 
-def run_within_limits(run: Callable[[np.ndarray], T]) -> T:
-    """Run a kernel in a thread of its own; it is given a flag, (1,) bool, that is set when it must return.
+def run_within_limits(run: Callable[[np.ndarray], T], entries: float = math.inf) -> T:
+    """Run a kernel that fills or reads some entries; it is given a flag, (1,) bool, that is set when it must return.
+
+    Limits and Ctrl-C can end it if it runs in a thread of its own, as it does if there are many entries.
 
     Raises:
         LimitError: a limit was reached.
     """
+    stop = np.zeros(1, dtype=np.bool_)
+    if entries < WATCHED_ENTRIES:
+        check_limits()
+        return run(stop)
     # Few kernels take long, and loading this takes longer than a small problem.
     from concurrent.futures import ThreadPoolExecutor
     from concurrent.futures import TimeoutError as StillRunningError
 
-    stop = np.zeros(1, dtype=np.bool_)
     with ThreadPoolExecutor(max_workers=1) as pool:
         result = pool.submit(run, stop)
         try:

@@ -4,7 +4,7 @@ The growth of mu can be minimised in the same way: an edge of cost w adds rate(S
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -16,9 +16,6 @@ from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Graph
-
-WATCHED_ENTRIES = 100_000
-"""Limits and Ctrl-C can stop the filling of tables of at least this many entries; others take less than 0.1 s."""
 
 
 class Incoming(NamedTuple):
@@ -68,17 +65,22 @@ class Backward:
         check_limits(4 * entries)
         if self.stages is not None and self.is_swept:
             table = np.empty(entries, dtype=np.int32)
-            _run(sweep(self.stages, tasks, factors, table, shift=shift), entries)
+            run_within_limits(sweep(self.stages, tasks, factors, table, shift=shift), entries)
             return table
         check_limits(8 * entries)
         readings, edges = readings_of(self._product, tasks), self._incoming
         costs = np.full((len(readings.finished), self._graph.size), INFINITE)
         costs[readings.finished] = 0
-        ends = np.flatnonzero((costs == 0) & (np.diff(edges.offsets) > 0))[::-1].copy()
+        check_limits()
+        nodes, rows = np.flatnonzero(np.diff(edges.offsets)), np.flatnonzero(readings.finished)
+        ends = (rows[:, None] * self._graph.size + nodes).ravel()[::-1].copy()
         edges = edges._replace(costs=edges.costs >> shift)
-        weights = factors[readings.satisfied]
-        _run(partial(dijkstra, edges, self._graph.classes, readings, weights, ends, costs.ravel()), entries)
-        return np.where(costs < INFINITE, np.minimum(costs, UNREACHABLE - 1), UNREACHABLE).astype(np.int32).ravel()
+        arrays = self._graph.classes, readings, factors[readings.satisfied], ends, costs.ravel()
+        run_within_limits(partial(dijkstra, edges, *arrays), entries)
+        table = np.minimum(costs, UNREACHABLE - 1).astype(np.int32)
+        check_limits()
+        table[costs >= INFINITE] = UNREACHABLE
+        return table.ravel()
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""
@@ -88,17 +90,8 @@ class Backward:
     def _incoming(self) -> Incoming:
         graph = self._graph
         edges = Incoming(np.zeros_like(graph.offsets), np.empty_like(graph.targets), np.empty_like(graph.costs))
-        _run(partial(turn, graph.offsets, graph.targets, graph.costs, edges), len(graph.targets))
+        run_within_limits(partial(turn, graph.offsets, graph.targets, graph.costs, edges), len(graph.targets))
         return edges
-
-
-def _run(fill: Callable[[np.ndarray], None], entries: int) -> None:
-    """Fill a table within the limits, given what fills it until a flag is set."""
-    check_limits()
-    if entries < WATCHED_ENTRIES:
-        fill(np.zeros(1, dtype=np.bool_))
-    else:
-        run_within_limits(fill)
 
 
 class Readings(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, whole_numbers
+from prefplan.limits import check_limits
 from prefplan.text.names import check_names
 
 DEFAULT_COST = "cost"
@@ -16,6 +17,8 @@ DEFAULT_COST = "cost"
 Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""
 
+AT_ONCE = 2**20
+"""Entries of a table between two checks of the limits."""
 
 UNMEASURED = -1
 """Entry of a cost table for an action whose cost was not measured: it does not exist."""
@@ -40,8 +43,14 @@ class CostTable:
     @property
     def shared_unit(self) -> Fraction:
         """The largest unit of which every cost is a multiple, in the user's units."""
-        measured = self.entries[self.entries != UNMEASURED]
-        return self.unit * (int(np.gcd.reduce(measured, axis=None, initial=0)) or 1)
+        common, entries = 0, self.entries.ravel()
+        for first in range(0, len(entries), AT_ONCE):
+            check_limits()
+            part = entries[first : first + AT_ONCE]
+            common = int(np.gcd.reduce(part[part != UNMEASURED], initial=common))
+            if common == 1:
+                break
+        return self.unit * (common or 1)
 
     @property
     def greatest(self) -> Fraction:
@@ -50,10 +59,12 @@ class CostTable:
 
     def counts(self, unit: Fraction) -> np.ndarray:
         """Return all entries as whole multiples of another unit, in one dimension: int64 if all fit, else Python's."""
-        ratio = self.unit / unit
-        if ratio.numerator == 1 and self.entries.dtype != object:
-            return self.entries.ravel() // ratio.denominator
-        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in self.entries.ravel().tolist()])
+        ratio, entries = self.unit / unit, self.entries.ravel()
+        if ratio == 1:
+            return entries
+        if ratio.numerator == 1 and entries.dtype != object:
+            return entries // ratio.denominator
+        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in entries.tolist()])
 
 
 def by_name(cost: Cost) -> Mapping[str, Number]:

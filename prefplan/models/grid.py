@@ -129,21 +129,29 @@ class GridModel:
             exists[:, k], targets[:, k] = bordered[ends][free], number[ends][free]
         check_limits()
         targets = targets[exists]
-        ground = np.zeros((height, width), dtype=np.int64)  # the terrain of each cell by its number from 1, 0 for none
+        # The terrain of each cell by its number from 1, 0 for none.
+        ground = np.zeros((height, width), dtype=np.min_scalar_type(len(self.terrain)))
         for k, terrain in enumerate(self.terrain.values(), start=1):
             _fill(ground, terrain.boxes, k)
+        ground = ground[free]
         check_limits()
-        entered = ground[free][targets]
+        entered = ground[targets]
+        check_limits()
         every = [self.cost, *(terrain.cost for terrain in self.terrain.values())]
         costs = {name: in_common_unit([exact(by_name(cost)[name]) for cost in every]) for name in self.cost_names}
+        tables = [CostTable(name, counts[entered], unit) for name, (counts, unit) in costs.items()]
+        check_limits()
+        offsets = np.zeros(len(cells) + 1, dtype=np.int64)
+        np.cumsum(exists.sum(axis=1), out=offsets[1:])
         labels, label_sets = self._labels(free)
+        check_limits()
         return TransitionSystem(
             states=OnDemand(len(cells), lambda i: divmod(int(cells[i]), width)[::-1]),
             start=int(number[self.start[1] + 1, self.start[0] + 1]),
-            offsets=np.concatenate([[0], np.cumsum(exists.sum(axis=1))]).astype(np.int64),
+            offsets=offsets,
             targets=targets,
-            actions=np.tile(np.arange(4, dtype=np.int32), (len(cells), 1))[exists],
-            costs=tuple(CostTable(name, counts[entered], unit) for name, (counts, unit) in costs.items()),
+            actions=np.broadcast_to(np.arange(4, dtype=np.int32), exists.shape)[exists],
+            costs=tuple(tables),
             labels=labels,
             action_names=tuple(MOVES),
             label_sets=label_sets,
@@ -157,16 +165,21 @@ class GridModel:
 
     def _labels(self, free: np.ndarray) -> tuple[np.ndarray, tuple[frozenset[str], ...]]:
         """Return (S,) each free cell's label as an index, and the distinct labels."""
-        label = np.zeros(free.shape, dtype=np.int64)
+        label = np.zeros(free.shape, dtype=np.int32)
         sets: list[frozenset[str]] = [frozenset()]
         for name, boxes in self.regions.items():
+            check_limits()
             within = np.zeros(free.shape, dtype=bool)
             _fill(within, boxes, True)
-            for old in np.unique(label[within]):
+            for old in np.flatnonzero(np.bincount(label[within])).tolist():
                 label[within & (label == old)] = len(sets)
                 sets.append(sets[old] | {name})
-        used, labels = np.unique(label[free], return_inverse=True)
-        return labels.astype(np.int32), tuple(sets[i] for i in used)
+            check_limits()
+        labels = label[free]
+        used = np.flatnonzero(np.bincount(labels, minlength=len(sets)))
+        place = np.zeros(len(sets), dtype=np.int32)
+        place[used] = np.arange(len(used))
+        return place[labels], tuple(sets[i] for i in used)
 
 
 def _fill(cells: np.ndarray, boxes: Sequence[GridBox], value: int) -> None:

@@ -7,10 +7,12 @@ inert states between each two; so costs are kept, and sequences of labels that a
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from prefplan.exact_costs import INT64_LIMIT
+from prefplan.limits import run_within_limits
 from prefplan.models.kernels import INFINITE, Integer, kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
@@ -34,7 +36,8 @@ def contract(product: Product) -> Graph | None:
     node = np.full(len(keep), -1, dtype=np.int64)
     node[states] = np.arange(len(states))
     near = np.empty((len(states), len(states)), dtype=np.int64)
-    _cheapest_paths(whole.offsets, whole.targets, whole.costs, matters, states, node, near)
+    arrays = whole.offsets, whole.targets, whole.costs, matters, states, node, near
+    run_within_limits(partial(_cheapest_paths, *arrays), len(states) * len(whole.targets))
     if len(states) * int(near.max(initial=0)) >= INFINITE:
         return None
     source, target = np.nonzero(near >= 0)
@@ -59,8 +62,12 @@ def _cheapest_paths(
     states: np.ndarray,
     node: np.ndarray,
     near: np.ndarray,
+    stop: np.ndarray,
 ) -> None:
-    """Write the cost of the cheapest path through inert states from each kept one to each that matters; -1 for none."""
+    """Write the cost of the cheapest path through inert states from each kept one to each that matters; -1 for none.
+
+    It returns early once `stop` is set.
+    """
     size = offsets.shape[0] - 1
     distance = np.empty(size, dtype=np.int64)
     keys = np.empty(targets.shape[0] + size + 1, dtype=np.int64)
@@ -71,7 +78,7 @@ def _cheapest_paths(
         count: Integer = np.int64(0)
         for edge in range(offsets[states[k]], offsets[states[k] + 1]):
             count = heap_push(keys, items, count, costs[edge], np.int64(targets[edge]), None)
-        while count > 0:
+        while count > 0 and not stop[0]:
             cost, s = keys[0], items[0]
             count = heap_pop(keys, items, count, None)
             if distance[s] >= 0:

@@ -119,7 +119,7 @@ class Product:
         # Where a detour may be worth its cost, paths have any number of actions.
         live = self.nodes * math.prod(dfa.live for dfa in self.followers)
         shift = 0 if problem.is_general else _tie_bits(costs, live)
-        edges = system.offsets, system.targets, (costs << shift) + (shift > 0)
+        edges = system.offsets, system.targets, (costs << shift) + 1 if shift else costs
         self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, shift)
         if states > INTERPRETED_STATES:
             compile_kernels()

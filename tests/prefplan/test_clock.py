@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import random
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -38,6 +38,16 @@ class WorkClock:
 
     def look(self) -> None:
         self.work = 0.0
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Count the work that is done in this context."""
+        before = sys.gettrace()
+        sys.settrace(self.trace)
+        try:
+            yield
+        finally:
+            sys.settrace(before)
 
     def trace(self, frame: FrameType, event: str, arg: Any) -> Any:
         if not frame.f_code.co_filename.startswith(FOLDER):
@@ -147,11 +157,12 @@ def plan_all(make: Callable[[], Problem]) -> None:
 )
 def test_the_clock_is_looked_at_before_much_work_is_done(make: Callable[[], Problem], clock: WorkClock) -> None:
     plan_all(make)  # compiles what is needed
-    before = sys.gettrace()
-    sys.settrace(clock.trace)
-    try:
+    with clock.running():
         plan_all(make)
-    finally:
-        sys.settrace(before)
-    assert clock.most > 0
-    assert clock.most < MOST_WORK, clock.where
+    assert 0 < clock.most < MOST_WORK, clock.where
+
+
+def test_a_large_grid_is_built_in_steps(clock: WorkClock) -> None:
+    with Limits(), clock.running():
+        on_grid(400, 20, errands)
+    assert 0 < clock.most < MOST_WORK, clock.where

@@ -34,6 +34,8 @@ from prefplan import (
 )
 from prefplan.errors import LimitError, PrefplanError
 from prefplan.limits import MEMORY_SHARE, Limits, run_within_limits
+from prefplan.product.contraction import contract
+from prefplan.product.product_automaton import Product
 from prefplan.search import incumbent
 from prefplan.search.driver import LabelSearch
 from prefplan.search.labels import AT, END
@@ -242,6 +244,15 @@ def test_a_kernel_is_stopped_by_the_limits() -> None:
     with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
         run_within_limits(run)
     assert returned == [True]
+
+
+def test_a_large_graph_is_contracted_within_the_limits() -> None:
+    regions = {"a": [(39, 39, 39, 39)], "b": [(0, 39, 0, 39)]}
+    grid = GridModel((40, 40), (0, 0), regions=regions).transition_system()
+    product = Product(Problem(grid, {"both": "F a & F b"}, Order()))
+    assert contract(product) is not None
+    with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
+        contract(product)
 
 
 def test_a_grid_larger_than_any_memory_is_refused() -> None:
