@@ -15,7 +15,7 @@ import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from prefplan.errors import prefixed
-from prefplan.limits import bounded
+from prefplan.limits import bounded, check_limits
 from prefplan.models.manipulation.model import Object
 from sim.cache import cache_folder, kept_arrays
 from sim.errors import SimulationError
@@ -29,8 +29,8 @@ SIDES_M = 1e-4, 1.0
 CONVEX_SHARE = 0.97
 """Least share of its convex hull that a convex mesh fills."""
 
-MAX_DRAWN_FACES = 20_000
-"""Greatest number of faces of a visual mesh; larger ones are simplified."""
+MAX_FACES = 20_000
+"""A mesh of more faces is simplified to so many, drawn and in collisions: its convex hull would take half a minute."""
 
 COACD = {
     "threshold": 0.1,
@@ -121,18 +121,21 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
         raise SimulationError(f"scale: its longest side is {longest:g} m; 0.001 if the file is in millimetres")
     mesh.apply_scale(scale)
     mesh.apply_translation(-mesh.bounds.mean(axis=0))
-    drawn = mesh
-    if len(mesh.faces) > MAX_DRAWN_FACES:
-        drawn = mesh.simplify_quadric_decimation(face_count=MAX_DRAWN_FACES)
+    check_limits()
+    is_closed = mesh.is_watertight
+    check_limits()
+    if len(mesh.faces) > MAX_FACES:
+        mesh = mesh.simplify_quadric_decimation(face_count=MAX_FACES)
+        check_limits()
     try:
         hull = mesh.convex_hull
     except QhullError:
         raise ValueError("it has no volume") from None
-    if not mesh.is_watertight:
+    if not is_closed:
         warning = "its surface is not closed, so that it collides as its convex hull"
-        return MeshParts(smoothed(drawn), (hull,), warning)
+        return MeshParts(smoothed(mesh), (hull,), warning)
     convex = mesh.volume > CONVEX_SHARE * hull.volume
-    return MeshParts(smoothed(drawn), (hull,) if convex else _decomposed(mesh))
+    return MeshParts(smoothed(mesh), (hull,) if convex else _decomposed(mesh))
 
 
 def _decomposed(mesh: trimesh.Trimesh) -> tuple[trimesh.Trimesh, ...]:

@@ -60,6 +60,15 @@ def test_a_convex_mesh_is_one_part_about_the_middle_of_its_box(tmp_path: Path) -
     assert found.drawn.bounds.mean(axis=0) == pytest.approx([0, 0, 0], abs=1e-9)
 
 
+def test_a_mesh_of_many_faces_is_simplified_in_collisions_too(tmp_path: Path) -> None:
+    trimesh.creation.icosphere(6, 0.025).export(tmp_path / "ball.stl")
+    found = mesh_of(Object("o", "a", kind="mesh", file="ball.stl"), tmp_path)
+    (part,) = found.parts
+    assert len(part.faces) <= meshes.MAX_FACES and found.warning is None
+    assert part.extents == pytest.approx([0.05] * 3, abs=2e-4)
+    assert part.volume == pytest.approx(4 / 3 * np.pi * 0.025**3, rel=0.01)
+
+
 def test_a_hole_stays_free_and_parts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     TUBE.export(tmp_path / "tube.stl")
     tube = Object("o", "a", kind="mesh", file="tube.stl")
