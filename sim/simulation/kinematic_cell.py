@@ -94,7 +94,7 @@ class KinematicCell(Workcell):
         return self._checker.touches(q, width=width, clearance=clearance)
 
     def hand_is_inside(self, tool: ToolPose, *, touching: str, width: float) -> bool:
-        """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
+        """See `Workcell.hand_is_inside`."""
         self._foresee(touching)
         return self._checker.hand_is_inside(tool, width=width)
 

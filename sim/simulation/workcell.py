@@ -206,11 +206,8 @@ class Workcell(Plant):
         return self._checker.touches_hand(collision)
 
     def hand_is_inside(self, tool: ToolPose, *, touching: str, width: float) -> bool:
-        """Return False: in a run, where each check needs another observation, only reachable poses are checked.
-
-        `KinematicCell` rejects poses of the hand before inverse kinematics.
-        """
-        return False
+        """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
+        return self.collision_checker(touching=touching).hand_is_inside(tool, width=width)
 
     def recall(self, obj: str, question: Hashable, answer: Callable[[], bool]) -> bool:
         """Return the answer to a question about an object that depends on nothing else but where the others are.
