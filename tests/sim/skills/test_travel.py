@@ -204,7 +204,7 @@ def test_the_arms_own_links_are_in_each_others_way() -> None:
     cell = perform_all(scene)
     assert touched(cell, scene.robot.home) == touched(cell, scene.robot.home, width=0.0, clearance=0.006) == []
     folded = np.array([0.0, 0.0, 0.0, -3.05, 0.0, 0.3, 0.78])
-    assert {"hand", "link7"} <= set(touched(cell, folded))
+    assert {"the robot's hand", "the robot's link7"} <= set(touched(cell, folded))
 
 
 def test_a_pyramid_is_built_and_a_neighbour_on_the_same_level_carries_nothing() -> None:
