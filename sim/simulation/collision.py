@@ -131,6 +131,8 @@ class CollisionChecker:
         self._place(q)
         contact, names, found = self._data.contact, self._names, dict[tuple[str, str], float]()
         counted = self._pairs(contact.geom)
+        if not counted:
+            return found
         # Margins of two geoms that both move add up (`set_margins`).
         rows = zip(contact.geom.tolist(), contact.dist.tolist(), contact.includemargin.tolist(), strict=True)
         for (one, other), distance, margin in rows:
