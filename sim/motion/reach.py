@@ -41,12 +41,12 @@ class Reach:
         mujoco.mj_kinematics(model, data)
         flange = data.xpos[model.jnt_bodyid[-1]]
         points = np.array([*data.xanchor, flange])
-        ways = np.full(len(points), np.inf)
-        ways[0] = 0.0
+        lengths = np.full(len(points), np.inf)
+        lengths[0] = 0.0
         for end in range(1, len(points)):
-            ways[end] = min(ways[start] + _greatest(model, data, points, start, end) for start in range(end))
+            lengths[end] = min(lengths[start] + _greatest(model, data, points, start, end) for start in range(end))
         site = data.site(tool)
-        return cls(points[0].copy(), site.xmat.reshape(3, 3).T @ (flange - site.xpos), float(ways[-1]))
+        return cls(points[0].copy(), site.xmat.reshape(3, 3).T @ (flange - site.xpos), float(lengths[-1]))
 
     def excludes(self, pose: ToolPose) -> bool:
         """Return whether no configuration brings the tool to a pose, or nearly so."""
