@@ -135,7 +135,7 @@ def _free_grasps(
         if not any(suits(replace(grasp, rotation=frame.T @ one.rotation)) for one in poses):
             continue
         try:
-            choice = freely(cell, obj, pose, frame, grasp)
+            choice = freely(cell, obj, pose, frame, grasp, briefly=collisions is None)
         except BlockedError as error:
             if collisions is not None:
                 collisions += error.collisions
@@ -151,12 +151,15 @@ def _points_alike(one: ToolPose, other: ToolPose) -> bool:
     return bool(one.rotation[:, 2] @ other.rotation[:, 2] > np.cos(TILT_STEP_RAD))
 
 
-def freely(cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose) -> ChosenGrasp:
+def freely(
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, *, briefly: bool = False
+) -> ChosenGrasp:
     """Return a grasp with its poses by `free_pose`, which may raise.
 
     Of two symmetric poses of the hand one is chosen, and the grasp has its rotation.
     """
-    before, tool = free_pose(cell, grasp.at(pose.position, frame).symmetric_poses(), grasp, obj, near=cell.reference)
+    goals = grasp.at(pose.position, frame).symmetric_poses()
+    before, tool = free_pose(cell, goals, grasp, obj, near=cell.reference, briefly=briefly)
     return ChosenGrasp(replace(grasp, rotation=frame.T @ tool.rotation), before, tool)
 
 
@@ -182,7 +185,9 @@ def _placement(
             if foreseen and _is_inside(cell, obj, goals, option.opening):
                 continue
             try:
-                poses = free_pose(cell, goals, option, obj, near=near, margin=margin, clearance=clearance)
+                poses = free_pose(
+                    cell, goals, option, obj, near=near, margin=margin, clearance=clearance, briefly=foreseen
+                )
                 return ChosenGrasp(option, *poses)
             except BlockedError as error:
                 collisions += error.collisions

@@ -2,7 +2,7 @@
 
 import contextlib
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -149,6 +149,7 @@ def free_pose(
     near: np.ndarray | None = None,
     margin: float = CHOSEN_MARGIN_RAD,
     clearance: float = FINGER_CLEARANCE_M,
+    briefly: bool = False,
 ) -> tuple[ToolPose, ToolPose]:
     """Return one of several poses at which the hand can open and close for a grasp without a collision.
 
@@ -160,6 +161,7 @@ def free_pose(
         near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
         margin: distance from the joints' position limits if the hand is tilted, rad.
         clearance: from other bodies if the hand is tilted, m.
+        briefly: whether an error need not name all that is in the way, which takes longer to find.
 
     Returns:
         The pre-grasp pose, from which the hand moves straight to that pose, and the pose.
@@ -173,20 +175,16 @@ def free_pose(
     for options in zip(*map(pregrasps, goals), strict=True):
         postures, at_hand = list[tuple[int, set[str]]](), dict[int, set[str]]()
         for q, k in cell.arm.configurations(options, near=near, margin=margin, without=at_hand):
-            pose = goals[k]
-            beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
+            met = set[tuple[str, str]]()
             try:
-                path = _followed(cell, q, options[k], pose, margin=margin)
+                for touches in _touches(cell, q, options[k], goals[k], grasp, obj, margin=margin, clearance=clearance):
+                    met.update(pair for pair in touches if pair[1] != obj)
+                    if met and briefly:
+                        break
             except SimulationError:
                 continue
-            touches = cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
-            for there in path[:-1]:
-                touches |= cell.touches(there, touching=obj, width=grasp.opening, clearance=beside)
-            for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
-                touches |= cell.touches(path[-1], touching=obj, width=float(width), clearance=beside)
-            met = [(part, other) for part, other in touches if other != obj]
             if not met:
-                return options[k], pose
+                return options[k], goals[k]
             postures.append((k, {other for _, other in met}))
             if hindering := {pair[1] for pair in met if cell.touches_hand(pair)}:
                 at_hand[k] = hindering  # whatever the elbow does
@@ -195,6 +193,27 @@ def free_pose(
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     cell.arm.reach(options, near=near, margin=margin)  # raises if none is in reach
     raise SimulationError(RECONFIGURED)
+
+
+def _touches(
+    cell: Workcell,
+    q: np.ndarray,
+    before: ToolPose,
+    pose: ToolPose,
+    grasp: GraspPose,
+    obj: str,
+    *,
+    margin: float,
+    clearance: float,
+) -> Iterator[frozenset[tuple[str, str]]]:
+    """Yield the collisions of each step in which the hand moves straight to a pose and closes; see `_followed`."""
+    beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
+    yield cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
+    path = _followed(cell, q, before, pose, margin=margin)
+    for there in path[:-1]:
+        yield cell.touches(there, touching=obj, width=grasp.opening, clearance=beside)
+    for width in np.linspace(grasp.opening, grasp.width, CLOSING_CHECKS):
+        yield cell.touches(path[-1], touching=obj, width=float(width), clearance=beside)
 
 
 def _followed(
