@@ -45,7 +45,8 @@ class CostTable:
         """The largest unit of which every cost is a multiple, in the user's units."""
         common, entries = 0, self.entries.ravel()
         for first in range(0, len(entries), AT_ONCE):
-            check_limits()
+            if first:
+                check_limits()
             part = entries[first : first + AT_ONCE]
             common = int(np.gcd.reduce(part[part != UNMEASURED], initial=common))
             if common == 1:

@@ -43,7 +43,7 @@ class FailureDiagnosis:
         self._scene, self._cell = scene, cell
         grasp = skills["grasp"]
         # Dragging and turning take long to search for, and a greater change lets the hand grasp without them.
-        direct = replace(grasp, max_preparations=0) if isinstance(grasp, GraspSkill) else grasp
+        direct = replace(grasp, max_preparations=0, briefly=True) if isinstance(grasp, GraspSkill) else grasp
         self._skills = {**skills, "grasp": direct}
         model = scene.mujoco
         self._fixtures = opaque(model, is_solid(model) & (model.body_weldid[model.geom_bodyid] == 0))

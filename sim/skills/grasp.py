@@ -78,9 +78,11 @@ class GraspSkill(Grasp, Skill):
 
     Attributes:
         max_preparations: how often at most an object is dragged free or turned over before it is grasped.
+        briefly: whether errors need not say why there is no grasp, which takes as long to find as that there is none.
     """
 
     max_preparations: int = 2
+    briefly: bool = False
 
     def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
         """See `Skill.perform`; the grasp is one in which the object can be put down where it is released next."""
@@ -133,7 +135,9 @@ class GraspSkill(Grasp, Skill):
             first = suiting(like=here) or (suiting() if destination else None)
         for tilted in (not here.points_down, *[True] * MORE_GRASPS):
             try:
-                choice = first or choose_grasp(cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried)
+                choice = first or choose_grasp(
+                    cell, obj, pose, yaw, destination, tilted=tilted, unlike=tried, briefly=self.briefly
+                )
             except SimulationError as error:
                 raise failure or error from None
             first = None

@@ -45,8 +45,9 @@ def choose_grasp(
     *,
     tilted: bool = False,
     unlike: Sequence[ToolPose] = (),
+    briefly: bool = False,
 ) -> ChosenGrasp:
-    """Return what `find_grasp` finds for these arguments, or raise an error that says why it finds none.
+    """Return what `find_grasp` finds for these arguments, or raise an error that says why it finds none, or `briefly`.
 
     Raises:
         BlockedError: bodies are in the way of grasps that the arm reaches.
@@ -55,6 +56,8 @@ def choose_grasp(
     found = find_grasp(cell, obj, pose, yaw, destination=destination, tilted=tilted, unlike=unlike)
     if found is not None:
         return found
+    if briefly:
+        raise SimulationError(f"{obj} cannot be grasped")
     frame, collisions = frame_of(pose, yaw), list[Collection[str]]()
     if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, collisions=collisions)):
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
