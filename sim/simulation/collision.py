@@ -53,6 +53,10 @@ class CollisionChecker:
         self._is_world = ~self._is_robot & is_solid(model)
         self._tool = self._data.site(robot.tool)
         self._hand = with_descendants(model, model.body_weldid[model.site(robot.tool).bodyid[0]])
+        self._hand_parts = (
+            (np.flatnonzero(self._hand), self._data.xipos, self._data.ximat),
+            (np.flatnonzero(self._hand[model.geom_bodyid]), self._data.geom_xpos, self._data.geom_xmat),
+        )
         links = [model.joint(name).bodyid[0] for name in robot.joints]
         self._is_link = np.isin(model.geom_bodyid, links) & (model.geom_contype != 0)
         self._object_poses = {obj: self._data.joint(obj).qpos for obj in scene.shapes}
@@ -157,15 +161,15 @@ class CollisionChecker:
         mujoco.mj_kinematics(model, data)
         turn = tool.rotation @ self._tool.xmat.reshape(3, 3).T
         shift = tool.position - turn @ self._tool.xpos
-        geoms = self._hand[model.geom_bodyid]
-        parts = (self._hand, data.xipos, data.ximat), (geoms, data.geom_xpos, data.geom_xmat)
-        for moved, positions, rotations in parts:
+        for moved, positions, rotations in self._hand_parts:
             positions[moved] = positions[moved] @ turn.T + shift
             rotations[moved] = (turn @ rotations[moved].reshape(-1, 3, 3)).reshape(-1, 9)
         mujoco.mj_collision(model, data)
+        if not data.ncon:
+            return False
         pairs = data.contact.geom[data.contact.dist < -HAND_DEPTH_M]
         other = ~self._is_robot & (model.geom_bodyid != self._handled)
-        return bool((geoms[pairs] & other[pairs[:, ::-1]]).any())
+        return bool((self._hand[model.geom_bodyid[pairs]] & other[pairs[:, ::-1]]).any())
 
     def blockers(self, path: np.ndarray, *, clearance: float) -> frozenset[str]:
         """Return the names of the bodies in the first collision along (N, n) configurations; none if there is none.

@@ -1,7 +1,7 @@
 """Choice of a grasp: the arm must reach it without a collision, where the object is and where it is put down next."""
 
 import itertools
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -59,7 +59,7 @@ def choose_grasp(
     if briefly:
         raise SimulationError(f"{obj} cannot be grasped")
     frame, collisions = frame_of(pose, yaw), list[Collection[str]]()
-    if any(_free_grasps(cell, obj, pose, frame, tilted=tilted, unlike=unlike, collisions=collisions)):
+    if any(_free_grasps(cell, obj, pose, frame, _candidates(cell, obj, pose, frame, tilted), unlike, collisions)):
         raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
     if collisions:
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
@@ -98,16 +98,36 @@ def find_grasp(
         certain: whether the grasp must be possible there for a standing object, too.
     """
     slot, frame = _next_slot(cell, obj, destination), frame_of(pose, yaw)
-    free = partial(_free_grasps, cell, obj, pose, frame, tilted=tilted, like=like, unlike=unlike)
+    outside: Iterator[GraspPose] = (
+        grasp
+        for grasp in _candidates(cell, obj, pose, frame, tilted, like)
+        if not _is_inside(cell, obj, grasp.at(pose.position, frame).symmetric_poses(), grasp.opening)
+    )
+
+    def free(suits: Callable[[GraspPose], bool] = lambda grasp: True) -> Iterator[ChosenGrasp]:
+        nonlocal outside
+        outside, again = itertools.tee(outside)
+        return _free_grasps(cell, obj, pose, frame, again, unlike, suits=suits)
+
     if slot is None:
         return next(free(), None)
     lenient = pose.is_upright and not certain
     for barely in (False, True) if lenient else (False,):
         suits = _placing(cell, obj, slot, barely=barely)
-        for choice in free(suits=suits):
+        for choice in free(suits):
             if suits(choice.grasp):
                 return choice
     return next(free(), None) if lenient else None
+
+
+def _candidates(
+    cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, tilted: bool, like: ToolPose | None = None
+) -> Iterator[GraspPose]:
+    """Yield grasps in the order of preference; the arguments are those of `find_grasp`, with the (3, 3) axes."""
+    for grasp in ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, frame):
+        tool = grasp.at(pose.position, frame)
+        if not (tilted and tool.points_down) and (like is None or _points_alike(tool, like)):
+            yield grasp
 
 
 def _free_grasps(
@@ -115,26 +135,19 @@ def _free_grasps(
     obj: str,
     pose: ObjectPose,
     frame: np.ndarray,
-    *,
-    tilted: bool,
-    like: ToolPose | None = None,
+    candidates: Iterable[GraspPose],
     unlike: Sequence[ToolPose],
-    suits: Callable[[GraspPose], bool] = lambda grasp: True,
     collisions: list[Collection[str]] | None = None,
+    *,
+    suits: Callable[[GraspPose], bool] = lambda grasp: True,
 ) -> Iterator[ChosenGrasp]:
-    """Yield grasps that the arm reaches without a collision where the object is.
+    """Yield those of some grasps that the arm reaches without a collision where the object is.
 
-    The arguments are those of `find_grasp`, with the object's (3, 3) axes. Grasps are left out that do not suit with
-    the hand turned either way. The bodies that keep the hand from each candidate of other grasps are added to
-    `collisions`, if given; that takes longer.
+    Grasps are left out that do not suit with the hand turned either way. The bodies that keep the hand from each
+    candidate of other grasps are added to `collisions`, if given; that takes longer.
     """
-    for grasp in ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, frame):
-        tool = grasp.at(pose.position, frame)
-        if (tilted and tool.points_down) or (like is not None and not _points_alike(tool, like)):
-            continue
-        poses = tool.symmetric_poses()
-        if collisions is None and _is_inside(cell, obj, poses, grasp.opening):
-            continue
+    for grasp in candidates:
+        poses = grasp.at(pose.position, frame).symmetric_poses()
         if not any(suits(replace(grasp, rotation=frame.T @ one.rotation)) for one in poses):
             continue
         try:
