@@ -20,6 +20,7 @@ from fractions import Fraction
 import numpy as np
 
 from prefplan.errors import ModelError
+from prefplan.limits import clocked
 
 Number = int | float | Decimal | Fraction
 
@@ -121,9 +122,9 @@ def whole_numbers(counts: list[int]) -> np.ndarray:
 def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
     """Return values as whole multiples of their common unit, and that unit."""
     values = list(values)
-    unit = common_unit(set(values))
+    unit = common_unit(set(map(clocked, values)))
     per, of = unit.denominator, unit.numerator
-    return whole_numbers([value.numerator * (per // value.denominator) // of for value in values]), unit
+    return whole_numbers([value.numerator * (per // value.denominator) // of for value in map(clocked, values)]), unit
 
 
 def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | None]:
@@ -131,14 +132,14 @@ def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | 
 
     Floats of more than 12 digits are rounded to 12 digits of the largest cost if sums would not fit 64 bits.
     """
-    values = {cost: exact(cost) for cost in dict.fromkeys(costs)}
-    floats = [cost for cost in values if isinstance(cost, (float, np.floating))]
+    values = {cost: exact(cost) for cost in map(clocked, dict.fromkeys(costs))}
+    floats = [cost for cost in map(clocked, values) if isinstance(cost, (float, np.floating))]
     rounded = [cost for cost in floats if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
     largest, resolution = max(values.values(), default=Fraction(0)), None
     if rounded and largest / common_unit(values.values()) >= 10**FLOAT_DIGITS:
         magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()
         resolution = Fraction(10) ** (magnitude + 1 - RESOLVED_DIGITS)
-        values |= {cost: round(values[cost] / resolution) * resolution for cost in rounded}
+        values |= {cost: round(values[cost] / resolution) * resolution for cost in map(clocked, rounded)}
     multiples, unit = in_common_unit(values.values())
     counts = dict(zip(values, multiples.tolist(), strict=True))
     return np.array([counts[cost] for cost in costs], dtype=multiples.dtype), unit, resolution

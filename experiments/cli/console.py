@@ -28,8 +28,12 @@ class Console(rich.console.Console):
 
     def __init__(self, *, stderr: bool = False) -> None:
         """Write to stdout, or to stderr, where lines wrap; a string is text, whatever brackets and colons are in it."""
-        super().__init__(soft_wrap=not stderr, stderr=stderr, markup=False, emoji=False, highlight=False)
-        if not self.is_terminal and not os.environ.get("COLUMNS", "").isdigit():
+        # Rich would print nothing in no columns.
+        given = {name: value for name, value in os.environ.items() if name != "COLUMNS" or value.strip("0")}
+        super().__init__(
+            soft_wrap=not stderr, stderr=stderr, markup=False, emoji=False, highlight=False, _environ=given
+        )
+        if not self.is_terminal and not given.get("COLUMNS", "").isdigit():
             self.width = UNLIMITED
 
     def print(self, *objects: Any, **options: Any) -> None:

@@ -103,11 +103,12 @@ def contents(text: str, path: Path) -> dict[str, Any]:
 def _explained(message: str, text: str) -> str:
     """Return what a TOML parser says, with the line of the text, and what is probably wrong with it."""
     single = re.search(r"^\[(tasks|rules|preferences)\]", text, re.MULTILINE)
+    place = re.search(r"\(at line (\d+), column (\d+)\)", message)
+    line, column = (text.splitlines()[int(place[1]) - 1], int(place[2]) - 1) if place else ("", 0)
     if single and message.startswith("Cannot"):
         message += f"; write [[{single[1]}]] above each of its tables"
+    elif re.match(r"[+-]?\.\d", line[column:]):
+        message += "; a number has a digit before its point, such as 0.5"
     elif message.startswith("Invalid value"):
         message += '; text is written in "quotes"'
-    place = re.search(r"\(at line (\d+), column (\d+)\)", message)
-    if place is None:
-        return message
-    return f"{message}\n    {text.splitlines()[int(place[1]) - 1]}\n    {' ' * (int(place[2]) - 1)}^"
+    return f"{message}\n    {line}\n    {' ' * column}^" if place else message

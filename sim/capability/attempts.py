@@ -110,6 +110,13 @@ class Attempts:
         alone = all(self.scene.model.location(place).capacity == 1 for place in stations)
         return tuple((other, places[other]) for other in found if other != obj) if alone else ()
 
+    def unsteady(self, attempt: Attempt) -> Neighbours:
+        """Return the objects, each with its location, on which together what an attempt puts down would not rest."""
+        rehearsal, on = attempt.rehearsal, self.scene.model.location(attempt.rehearsal.location).on
+        if attempt.done < TAKEN or not isinstance(attempt.error, SkillError):
+            return ()
+        return tuple(pair for pair in rehearsal.places.items() if pair[1] in on)
+
     def crowding(self, obj: str, location: str) -> Neighbours:
         """Return other objects, each with a location, beside which there is no room for an object at a location.
 

@@ -84,7 +84,7 @@ class Feasibility:
             reason = while_there(f"from {start}: {brought.error}", put_unless)
             return place(reason, put=put, put_unless=put_unless)
         take = not stayed.for_good or (brought is not None and brought.succeeds_alone)
-        unless = self._attempts.hindering(stayed)
+        unless = self._attempts.unsteady(stayed) or self._attempts.hindering(stayed)
         if stayed.done >= TAKEN:
             reason = f"to put it there: {self._diagnosis.reason(stayed.rehearsal, stayed.error)}"
             return place(while_there(reason, unless), put=put or take, put_unless=unless)

@@ -10,7 +10,6 @@ from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, while_there
 from sim.capability.place_check import Neighbours, PlaceCheck
 from sim.capability.rehearsal import BROUGHT, TAKEN, bringing
 from sim.capability.witness import Witness
-from sim.skills.skill import SkillError
 from sim.world.places import under
 
 
@@ -53,8 +52,7 @@ class Transfers:
         """Return what the arm cannot do of a transfer, from an attempt that failed."""
         obj, source, target, others = transfer
         model = self._scene.model
-        supports = tuple(pair for pair in others if target and pair[1] in model.location(target).on)
-        if attempt.done >= TAKEN and isinstance(attempt.error, SkillError) and supports:
+        if supports := self._attempts.unsteady(attempt):
             return PlaceCheck(obj, target, while_there(str(attempt.error), supports), put_unless=supports)
         crowding = self._attempts.crowding(obj, target) if attempt.done >= TAKEN else ()
         if crowded_by := tuple(one for one in crowding if one in others):

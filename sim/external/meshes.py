@@ -128,6 +128,7 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
         mesh = mesh.simplify_quadric_decimation(face_count=MAX_FACES)
         check_limits()
     try:
+        ConvexHull(mesh.vertices)  # trimesh makes a hull of what is flat, too
         hull = mesh.convex_hull
     except QhullError:
         raise ValueError("it has no volume") from None

@@ -72,7 +72,7 @@ def read_scene(model: ManipulationModel) -> UserScene | None:
     try:
         compiled = mujoco.MjModel.from_xml_path(as_utf8(path))
     except (ValueError, mujoco.FatalError) as error:
-        raise SimulationError(f"scene: {path}: {str(error).strip()}") from None
+        raise SimulationError(f"scene: {path}: {' '.join(str(error).split())}") from None
     data = mujoco.MjData(compiled)
     mujoco.mj_kinematics(compiled, data)
     return UserScene(path, compiled, data)

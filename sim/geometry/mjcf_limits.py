@@ -70,7 +70,7 @@ def _tried(path: Path) -> list[Path]:
         within = f"{MAX_SECONDS} s and {memory / 1e6:.0f} MB of memory"
         raise SimulationError(f"{path}: MuJoCo cannot build it within {within}")
     if told["refusal"]:
-        raise SimulationError(f"{path}: {told['refusal'].strip()}")
+        raise SimulationError(f"{path}: {' '.join(told['refusal'].split())}")
     return files
 
 

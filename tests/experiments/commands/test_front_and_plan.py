@@ -119,6 +119,13 @@ def test_a_narrow_terminal_cuts_no_number_of_a_front(run: Run, detour: Path, mon
     assert table and max(map(len, table)) <= 30 and "…" not in "".join(table)
 
 
+def test_no_columns_are_as_many_as_a_line_needs(run: Run, detour: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS")
+    shown = run("plan", "detour.toml").out
+    monkeypatch.setenv("COLUMNS", "0")
+    assert run("plan", "detour.toml").out == shown != ""
+
+
 def test_a_terminal_too_narrow_for_a_front_still_shows_all_its_numbers(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

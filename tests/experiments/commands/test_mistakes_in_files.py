@@ -168,6 +168,12 @@ IN_FILES = [
     ),
     (
         GRID,
+        "start = [0, 0]",
+        "start = [.5, 0]",
+        "not TOML: Invalid value (at line 5, column 10); a number has a digit before its point, such as 0.5",
+    ),
+    (
+        GRID,
         "F cheese",
         "",
         "tasks[0].formula: expected a formula, but the formula ends, at column 1",

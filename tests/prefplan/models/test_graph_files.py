@@ -19,7 +19,7 @@ from judge.random_problems import random_problem
 from prefplan import ModelError, Scenario, ScenarioError, TransitionSystem, pareto_front
 from prefplan.errors import LimitError
 from prefplan.exact_costs import common_unit, exact, in_common_unit, in_units
-from prefplan.limits import Limits
+from prefplan.limits import CLOCK_PERIOD, Limits
 from prefplan.models.graph_file import GraphFileModel
 from prefplan.scenario.decode import from_dict
 
@@ -306,6 +306,11 @@ def rounded(values: list[float]) -> tuple[list[Fraction], Fraction | None]:
     return [
         round(f / resolution) * resolution if is_long else f for f, is_long in zip(fractions, long, strict=True)
     ], resolution
+
+
+def test_costs_are_made_exact_within_the_limits() -> None:
+    with Limits(seconds=0), pytest.raises(LimitError, match="stopped by the time limit"):
+        in_units([k + 0.1234567890123456 for k in range(CLOCK_PERIOD)])
 
 
 @given(st.lists(COSTS, max_size=8))

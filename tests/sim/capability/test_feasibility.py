@@ -179,6 +179,17 @@ def test_what_is_put_on_a_low_object_is_grasped_there_again() -> None:
     assert answer.reason is None
 
 
+def test_what_would_not_rest_on_its_supports_is_not_put_there_while_these_are_there() -> None:
+    places = Location("a", at=(0.45, 0.2)), Location("b", at=(0.4, -0.12)), Location("c", at=(0.5, -0.12))
+    bar, low = Object("bar", "a", kind="box", size=(0.12, 0.04, 0.03)), Object("low", "c", size=(0.03,), fixed=True)
+    model = ManipulationModel(
+        "home", COSTS, (*places, Location("top", on=("b", "c"))), (bar, Object("cube", "b", fixed=True), low)
+    )
+    found = Feasibility(build_scene(model)).check("bar", "top")
+    assert found.put_unless == (("cube", "b"), ("low", "c"))
+    assert str(found.reason).endswith("bar would not rest on low while cube is at b")
+
+
 def test_nothing_is_piled_up_through_a_board() -> None:
     """The board would be in the middle of the upper can."""
     shelf = Fixture("shelf", "shelf", at=(0.62, 0.3, 0.0), size=(0.24, 0.5, 0.336), yaw=180, boards=(0.0, 0.136))

@@ -188,6 +188,7 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
         ('file = "folder.stl"', "objects.cup.file: {}/folder.stl: is a directory"),
         ('file = "cup.toml"', "objects.cup.file: 'cup.toml' is neither an STL nor an OBJ file"),
         ('file = "bad.stl"', "objects.cup.file: {}/bad.stl: no mesh can be read from it"),
+        ('file = "flat.obj"', "objects.cup.file: {}/flat.obj: no mesh can be read from it (it has no volume)"),
         ('file = "tube.stl", scale = 10', "objects.cup.scale: 0.5 m high, but the hand grasps objects of"),
         (
             'file = "tube.stl", scale = 1000',
@@ -201,6 +202,7 @@ def test_pairs_of_faces_are_those_that_stand_opposite_each_other() -> None:
 )
 def test_what_is_no_mesh_is_refused(tmp_path: Path, keys: str, message: str) -> None:
     (tmp_path / "bad.stl").write_text("no mesh")
+    (tmp_path / "flat.obj").write_text("v 0 0 0\nv .05 0 0\nv .05 0 .05\nv 0 0 .05\nf 1 2 3 4\n")
     (tmp_path / "folder.stl").mkdir()
     trimesh.creation.box([0.05, 0.05, 0.05]).export(tmp_path / "tube.stl")
     with pytest.raises(PrefplanError) as caught:
