@@ -6,6 +6,7 @@ import hashlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from warnings import catch_warnings
 
 import mujoco
 import numpy as np
@@ -178,7 +179,8 @@ def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[
 def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
     """Return the compiled scene; raise `SimulationError` if MuJoCo refuses it because of the user's scene."""
     try:
-        return spec.compile()
+        with catch_warnings(action="ignore"):  # of cloth that is fixed in place, which is told
+            return spec.compile()
     except ValueError as error:
         if own is None:
             raise
