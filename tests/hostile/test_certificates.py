@@ -48,6 +48,14 @@ def test_the_honest_log_is_proved_and_elsewhere_consistent(bench_log: Log, scena
         assert certificate.verdict == "consistent", certificate.refuted
 
 
+def test_a_fault_that_was_asked_for_and_not_done_is_told_as_that(bench_log: Log, scenario: Scenario) -> None:
+    certificate = certify(
+        telling(bench_log, setting=bench_log.about.setting | {"faults": ["slip@99"]}), scenario=scenario
+    )
+    assert certificate.check("faults").words == "none; asked for, too, but not done: slip@99"
+    assert "slip" not in certificate.check("scenario").words
+
+
 def test_a_run_in_an_easier_scene_is_refuted_in_the_verifier_s(scenario: Scenario, tmp_path: Path) -> None:
     easy = BENCH.replace('mass="0.05"', 'mass="0.02"')
     log = logged_bench(tmp_path, scene=easy)
