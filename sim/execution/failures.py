@@ -98,6 +98,8 @@ class Failures:
         obj, target = symbolic.obj, symbolic.location
         if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj, run.hindering):
             return False
+        if not target:  # it was grasped, but cannot be raised
+            return False
         source = last_place(obj, before)
         tried = self._detours.get((obj, target), set())
         given_up = self._detours_barred or self._blocked[obj, target] >= MAX_ATTEMPTS

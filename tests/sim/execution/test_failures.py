@@ -22,6 +22,7 @@ from sim.perception.sensors import ExactSensor, ObjectPose
 from sim.simulation.kinematic_cell import KinematicCell
 from sim.simulation.workcell import Workcell
 from sim.skills.catalogue import SKILLS
+from sim.skills.grasp import GraspSkill
 from sim.skills.transit import TransitSkill
 from sim.world.scene import Scene, build_scene, initial_state
 
@@ -86,6 +87,29 @@ def test_a_place_out_of_reach_is_not_barred_for_good_where_what_is_there_was_not
     state, failures = run.reground(), Failures()
     failures.record(run, [replace(state, places=(("box", "here"),))])
     assert {bars for bars, _ in failures.barred} == {frozenset({"cup_far"}), frozenset({"box_here"})}
+
+
+class Stuck(GraspSkill):
+    """A wall keeps the hand from raising what it has grasped."""
+
+    def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
+        super().perform(cell, action, ahead)
+        raise BlockedError.on_the_way({"wall"})
+
+
+def test_what_is_grasped_and_cannot_be_raised_is_not_grasped_again_there() -> None:
+    places = Location("here", at=(0.5, 0.1)), Location("rest", at=(0.4, -0.1))
+    costs = {"transit": 3, "grasp": 1, "transport": 5, "release": 1}
+    model = ManipulationModel("home", costs, places, (Object("cup", "here"),))
+    scene = build_scene(model)
+    run, failures = Execution(scene, initial_state(scene), skills=SKILLS | {"grasp": Stuck()}), Failures()
+    before = [run.reground()]
+    assert run.step("transit here")
+    before.append(run.reground())
+    assert not run.step("grasp cup") and run.steps[-1].observed.held == "cup"
+    failures.record(run, before)
+    assert {action for _, action in failures.excluded} == {"grasp cup"}
+    model.transition_system().without(failures.excluded)
 
 
 class Camera(ExactSensor):
