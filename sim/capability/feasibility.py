@@ -77,7 +77,8 @@ class Feasibility:
         settled = arrives or not placeable
         origins = self._attempts.beside(location, start)[: None if stayed.error is None else MORE_ORIGINS]
         put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first, origins)
-        indirect = put and not settled and brought is not None and brought.for_good and brought.done >= TAKEN
+        indirect = put and not settled and brought is not None and brought.for_good
+        indirect &= obj not in self._immovable
         place = partial(PlaceCheck, obj, location, not_from=start if indirect else "")
         if stayed.error is None:
             assert brought is not None
@@ -99,10 +100,16 @@ class Feasibility:
         if obj not in self._immovable:
             with suppress(ModelError):  # its supports at the start may have to be its supports at the location
                 brought = self._attempts.attempt(bringing(obj, start, location, places))
-                if not brought.for_good or brought.done >= TAKEN:
+                if not brought.for_good or brought.done >= TAKEN or self._is_taken(obj, start):
                     return brought
                 self._immovable[obj] = brought
         return self._immovable.get(obj)
+
+    def _is_taken(self, obj: str, start: str) -> bool:
+        """Return whether an object can be grasped at its start, if only to be put back there."""
+        actions = f"transit {start}", f"grasp {obj}", f"release {obj} {start}"
+        places = arranged(self._scene.model, obj, start)
+        return places is not None and self._stayed(Rehearsal(actions, places, obj, start)).done >= TAKEN
 
     def _is_placeable(self, staying: Rehearsal) -> bool:
         """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.
