@@ -7,6 +7,7 @@ from prefplan.errors import LimitError
 from prefplan.front import UnfinishedError
 from prefplan.limits import Limits, check_limits, interruptible
 from prefplan.models.manipulation.model import ManipulationModel
+from prefplan.models.manipulation.symbolic import at
 from prefplan.models.manipulation.system import ManipulationSystem
 from prefplan.models.system import System
 from prefplan.problem import Problem, Task
@@ -106,7 +107,9 @@ def tasks_out_of_reach(
             continue
         needed: list[PlaceCheck] = []
         spared: list[PlaceCheck] = []
-        for found in blamed:
+        names = problem.weighted_automata[i].propositions
+        named = [found for found in blamed if at(found.obj, found.location) in names]
+        for found in (*(found for found in blamed if found not in named), *named):  # of several, what the task names
             needs = not _achievable_without(problem, task, [*spared, found], achievable)
             (needed if needs else spared).append(found)
         what = " and ".join(f"{found.obj} at {found.location} ({found.words})" for found in needed)
