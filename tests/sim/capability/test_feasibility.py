@@ -166,6 +166,21 @@ def test_what_cannot_be_brought_from_its_start_may_be_brought_from_elsewhere() -
     assert answer.barred == [({"box from high"}, "release box far")]
 
 
+def test_what_can_be_grasped_at_its_start_only_to_be_put_back_goes_nowhere_directly() -> None:
+    shelf = Fixture("shelf", "shelf", at=(0.62, -0.3, 0.0), size=(0.24, 0.5, 0.459), yaw=180, boards=(0.0, 0.259))
+    wall = Fixture("wall", "box", at=(0.245, -0.067, 0.075), size=(0.03, 0.25, 0.15), yaw=48)
+    ends = {"low": (0.55, -0.21), "far": (0.242, -0.498), "near": (0.565, 0.145)}
+    places = tuple(Location(name, at=at) for name, at in ends.items())
+    box = Object("box", "low", kind="box", size=(0.045, 0.095, 0.035))
+    scene = build_scene(ManipulationModel("home", COSTS, places, (box,), fixtures=(shelf, wall)))
+    feasibility = Feasibility(scene)
+    assert feasibility.check("box", "low").reason is None
+    for place in ("far", "near"):
+        assert feasibility.check("box", place).not_from == "low"
+        refused = feasibility.rehearse(Transfer("box", "low", place, ()))
+        assert refused is not None and refused.not_from == "low"
+
+
 def test_what_is_put_on_a_low_object_is_grasped_there_again() -> None:
     """The box starts below the place, so that what it is put on has to be there first; a tall object could be, too."""
     grid = {f"r{i}c{j}": (0.545 + 0.1455 * i, -0.039 + 0.1455 * j) for i in range(3) for j in range(3)}
