@@ -133,8 +133,8 @@ def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | 
     Floats of more than 12 digits are rounded to 12 digits of the largest cost if sums would not fit 64 bits.
     """
     values = {cost: exact(cost) for cost in map(clocked, dict.fromkeys(costs))}
-    floats = [cost for cost in map(clocked, values) if isinstance(cost, (float, np.floating))]
-    rounded = [cost for cost in floats if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
+    floats = [cost for cost in values if isinstance(cost, (float, np.floating))]
+    rounded = [cost for cost in map(clocked, floats) if type(cost)(f"{cost:.{RESOLVED_DIGITS}g}") != cost]
     largest, resolution = max(values.values(), default=Fraction(0)), None
     if rounded and largest / common_unit(values.values()) >= 10**FLOAT_DIGITS:
         magnitude = (Decimal(largest.numerator) / Decimal(largest.denominator)).adjusted()

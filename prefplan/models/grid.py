@@ -119,16 +119,7 @@ class GridModel:
         free = bordered[1:-1, 1:-1]
         for boxes in self.obstacles.values():
             _fill(free, boxes, False)
-        cells = np.flatnonzero(free)
-        number = np.zeros(bordered.shape, dtype=np.int32)
-        number[1:-1, 1:-1][free] = np.arange(len(cells))
-        exists, targets = np.empty((len(cells), 4), dtype=bool), np.empty((len(cells), 4), dtype=np.int32)
-        for k, (dx, dy) in enumerate(MOVES.values()):
-            check_limits()
-            ends = np.s_[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
-            exists[:, k], targets[:, k] = bordered[ends][free], number[ends][free]
-        check_limits()
-        targets = targets[exists]
+        cells, (exists, targets) = np.flatnonzero(free), _moves(bordered)
         # The terrain of each cell by its number from 1, 0 for none.
         ground = np.zeros((height, width), dtype=np.min_scalar_type(len(self.terrain)))
         for k, terrain in enumerate(self.terrain.values(), start=1):
@@ -147,7 +138,7 @@ class GridModel:
         check_limits()
         return TransitionSystem(
             states=OnDemand(len(cells), lambda i: divmod(int(cells[i]), width)[::-1]),
-            start=int(number[self.start[1] + 1, self.start[0] + 1]),
+            start=int(np.searchsorted(cells, self.start[1] * width + self.start[0])),
             offsets=offsets,
             targets=targets,
             actions=np.broadcast_to(np.arange(4, dtype=np.int32), exists.shape)[exists],
@@ -168,7 +159,6 @@ class GridModel:
         label = np.zeros(free.shape, dtype=np.int32)
         sets: list[frozenset[str]] = [frozenset()]
         for name, boxes in self.regions.items():
-            check_limits()
             within = np.zeros(free.shape, dtype=bool)
             _fill(within, boxes, True)
             for old in np.flatnonzero(np.bincount(label[within])).tolist():
@@ -180,6 +170,24 @@ class GridModel:
         place = np.zeros(len(sets), dtype=np.int32)
         place[used] = np.arange(len(used))
         return place[labels], tuple(sets[i] for i in used)
+
+
+def _moves(bordered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (S, 4) which of the moves each free cell has, and (E,) int32 where those lead, in order.
+
+    The (height + 2, width + 2) cells have a border of obstacles.
+    """
+    free = bordered[1:-1, 1:-1]
+    count, (height, width) = np.count_nonzero(free), free.shape
+    number = np.zeros(bordered.shape, dtype=np.int32)
+    number[1:-1, 1:-1][free] = np.arange(count)
+    exists, targets = np.empty((count, 4), dtype=bool), np.empty((count, 4), dtype=np.int32)
+    for k, (dx, dy) in enumerate(MOVES.values()):
+        check_limits()
+        ends = np.s_[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
+        exists[:, k], targets[:, k] = bordered[ends][free], number[ends][free]
+    check_limits()
+    return exists, targets[exists]
 
 
 def _fill(cells: np.ndarray, boxes: Sequence[GridBox], value: int) -> None:

@@ -16,7 +16,7 @@ from sim.capability.arrangement import Places, arranged, vacated
 from sim.capability.attempts import MORE_ORIGINS, Attempt, Attempts, is_at_goal, while_there
 from sim.capability.diagnosis import FailureDiagnosis
 from sim.capability.place_check import Neighbours, PlaceCheck
-from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, unable_to_begin
+from sim.capability.rehearsal import BROUGHT, TAKEN, Rehearsal, bringing, putting_back, unable_to_begin
 from sim.capability.transfers import Transfers
 from sim.errors import BlockedError
 from sim.skills.catalogue import SKILLS
@@ -30,7 +30,8 @@ class Feasibility:
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
-        self._immovable: dict[str, Attempt] = {}  # how bringing an object went that cannot be grasped at its start
+        # How bringing an object went that cannot be grasped at its start; None if it can, if only to be put back there.
+        self._immovable: dict[str, Attempt | None] = {}
         self._scene, self._attempts = scene, Attempts(scene, skills)
         self._diagnosis = FailureDiagnosis(scene, self._attempts.cell, skills)
         self._transfers = Transfers(self._attempts)
@@ -61,8 +62,7 @@ class Feasibility:
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
-        actions = f"transit {location}", f"grasp {obj}", f"release {obj} {location}"
-        staying = Rehearsal(actions, places, obj, location)
+        staying = putting_back(obj, location, places)
         placeable = start == location or self._is_placeable(staying)
         brought = self._brought(obj, location, places) if placeable else None
         if brought is not None and brought.error is None:
@@ -77,8 +77,8 @@ class Feasibility:
         settled = arrives or not placeable
         origins = self._attempts.beside(location, start)[: None if stayed.error is None else MORE_ORIGINS]
         put, put_unless = (arrives, ()) if settled else self._bringable(obj, location, places, first, origins)
-        indirect = put and not settled and brought is not None and brought.for_good
-        indirect &= obj not in self._immovable
+        movable = self._immovable.get(obj) is None
+        indirect = put and not settled and movable and brought is not None and brought.for_good
         place = partial(PlaceCheck, obj, location, not_from=start if indirect else "")
         if stayed.error is None:
             assert brought is not None
@@ -97,19 +97,16 @@ class Feasibility:
         start = self._scene.model.initial_state.place[obj]
         if start == location:
             return None
-        if obj not in self._immovable:
-            with suppress(ModelError):  # its supports at the start may have to be its supports at the location
-                brought = self._attempts.attempt(bringing(obj, start, location, places))
-                if not brought.for_good or brought.done >= TAKEN or self._is_taken(obj, start):
-                    return brought
-                self._immovable[obj] = brought
-        return self._immovable.get(obj)
-
-    def _is_taken(self, obj: str, start: str) -> bool:
-        """Return whether an object can be grasped at its start, if only to be put back there."""
-        actions = f"transit {start}", f"grasp {obj}", f"release {obj} {start}"
-        places = arranged(self._scene.model, obj, start)
-        return places is not None and self._stayed(Rehearsal(actions, places, obj, start)).done >= TAKEN
+        if (immovable := self._immovable.get(obj)) is not None:
+            return immovable
+        with suppress(ModelError):  # its supports at the start may have to be its supports at the location
+            brought = self._attempts.attempt(bringing(obj, start, location, places))
+            if brought.for_good and brought.done < TAKEN and obj not in self._immovable:
+                there = arranged(self._scene.model, obj, start)
+                can_be_taken = there is not None and self._stayed(putting_back(obj, start, there)).done >= TAKEN
+                self._immovable[obj] = None if can_be_taken else brought
+            return brought
+        return None
 
     def _is_placeable(self, staying: Rehearsal) -> bool:
         """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.

@@ -73,6 +73,11 @@ class Rehearsal:
         return len(self.actions), None
 
 
+def putting_back(obj: str, location: str, places: Places) -> Rehearsal:
+    """Return the rehearsal that grasps an object at a location and puts it back there."""
+    return Rehearsal((f"transit {location}", f"grasp {obj}", f"release {obj} {location}"), places, obj, location)
+
+
 def bringing(obj: str, origin: str, location: str, places: Places) -> Rehearsal:
     """Return the rehearsal that brings an object from one location to another and grasps it again there."""
     take = f"grasp {obj}"

@@ -108,8 +108,8 @@ def tasks_out_of_reach(
         needed: list[PlaceCheck] = []
         spared: list[PlaceCheck] = []
         names = problem.weighted_automata[i].propositions
-        named = [found for found in blamed if at(found.obj, found.location) in names]
-        for found in (*(found for found in blamed if found not in named), *named):  # of several, what the task names
+        # Of several that would do, what the task names is told.
+        for found in sorted(blamed, key=lambda found: at(found.obj, found.location) in names):
             needs = not _achievable_without(problem, task, [*spared, found], achievable)
             (needed if needs else spared).append(found)
         what = " and ".join(f"{found.obj} at {found.location} ({found.words})" for found in needed)

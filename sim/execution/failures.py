@@ -96,9 +96,10 @@ class Failures:
         """
         symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
-        if run.steps[-1].observed.held != obj or run.blocked is None or _blockers(run, obj, run.hindering):
+        # What was grasped but cannot be raised was not on the way to a location.
+        if not target or run.steps[-1].observed.held != obj:
             return False
-        if not target:  # it was grasped, but cannot be raised
+        if run.blocked is None or _blockers(run, obj, run.hindering):
             return False
         source = last_place(obj, before)
         tried = self._detours.get((obj, target), set())

@@ -76,16 +76,19 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
     model = copy.copy(blocks.mujoco)
     robot.let_links_collide(model)
     set_margins(model, np.where(robot.bodies(model)[model.geom_bodyid], 0.006, 0.0))
-    links = [f"the robot's {model.body(int(body)).name}" for body in np.flatnonzero(robot.bodies(model))]
-    adjacent, seen = {tuple(check._names[body] for body in pair) for pair in check._adjacent}, set()
+    links = [model.body(int(body)).name for body in np.flatnonzero(robot.bodies(model))]
+    adjacent, seen = {tuple(model.body(body).name for body in pair) for pair in check._adjacent}, set()
     for q in np.random.default_rng(1).uniform(*robot.ranges(model).T, (100, 7)):
         data.qpos[robot.qpos(model)] = q
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         pairs = np.sort(model.geom_bodyid[data.contact.geom], axis=1).tolist()
-        met = {tuple(check._names[body] for body in pair) for pair in pairs}
+        met = {tuple(model.body(body).name for body in pair) for pair in pairs}
         met = {pair for pair in met if set(pair) <= set(links)}
-        assert {pair for pair in check.touches(q, clearance=0.006) if pair[1] in links} == met - adjacent
+        touches = {
+            tuple(name.removeprefix("the robot's ") for name in pair) for pair in check.touches(q, clearance=0.006)
+        }
+        assert {pair for pair in touches if pair[1] in links} == met - adjacent
         seen |= met
     assert seen & adjacent and len(seen - adjacent) > 5
 
