@@ -69,12 +69,13 @@ class Backward:
             return table
         check_limits(8 * entries)
         readings, edges = readings_of(self._product, tasks), self._incoming
-        costs = np.full((len(readings.finished), self._graph.size), INFINITE)
-        costs[readings.finished] = 0
-        check_limits()
+        costs = np.empty((len(readings.finished), self._graph.size), dtype=np.int64)
+        for row, is_finished in zip(costs, readings.finished, strict=True):
+            row[:] = 0 if is_finished else INFINITE
+            check_limits()
         nodes, rows = np.flatnonzero(np.diff(edges.offsets)), np.flatnonzero(readings.finished)
         ends = (rows[:, None] * self._graph.size + nodes).ravel()[::-1].copy()
-        edges = edges._replace(costs=edges.costs >> shift)
+        edges = edges._replace(costs=edges.costs >> shift) if shift else edges
         arrays = self._graph.classes, readings, factors[readings.satisfied], ends, costs.ravel()
         run_within_limits(partial(dijkstra, edges, *arrays), entries)
         table = np.minimum(costs, UNREACHABLE - 1).astype(np.int32)
