@@ -43,7 +43,7 @@ const audit = (() => {
   function* cutOff(all) {
     const page = document.documentElement;
     if (page.scrollWidth > page.clientWidth) yield `the page is ${page.scrollWidth} wide in a window of ${page.clientWidth}`;
-    for (const { element, text, rect, broken } of all) {
+    for (const { element, text, rect, shown, broken } of all) {
       if (broken) yield `"${text}" is broken into lines`;
       const svg = element.closest("svg");
       const box = svg ? svg.getBoundingClientRect() : null;
@@ -52,7 +52,6 @@ const audit = (() => {
       }
       if (element.closest(".scroll")) continue;
       if (rect.left < 0 || rect.right > page.clientWidth) yield `"${text}" leaves the window`;
-      const shown = cut(rect, element);
       if (shown.right < rect.right - SLACK || shown.left > rect.left + SLACK || shown.bottom < rect.bottom - SLACK) yield `"${text}" is cut`;
     }
     for (const box of document.querySelectorAll("*")) {
@@ -81,41 +80,30 @@ const audit = (() => {
   }
 
   const pixel = Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
-  const known = new Map();
 
-  function rgba(colour) {
-    if (!known.has(colour)) {
-      pixel.clearRect(0, 0, 1, 1);
+  // The luminance of colours that lie one on the other, the lowest first.
+  function luminance(colours) {
+    for (const colour of ["canvas", ...colours]) {
       pixel.fillStyle = colour;
       pixel.fillRect(0, 0, 1, 1);
-      const [r, g, b, a] = pixel.getImageData(0, 0, 1, 1).data;
-      known.set(colour, [r, g, b, a / 255]);
     }
-    return known.get(colour);
-  }
-
-  function over(top, below) {
-    return [0, 1, 2].map((i) => top[i] * top[3] + below[i] * (1 - top[3])).concat(1);
-  }
-
-  function ground(element) {
-    const layers = [];
-    for (let at = element; at; at = at.parentElement) layers.push(rgba(getComputedStyle(at).backgroundColor));
-    return layers.reverse().reduce((below, top) => over(top, below), rgba("canvas"));
-  }
-
-  function luminance(colour) {
-    const [r, g, b] = colour.map((part) => (part / 255 <= 0.04045 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4));
+    const shown = [...pixel.getImageData(0, 0, 1, 1).data];
+    const [r, g, b] = shown.map((part) => (part / 255 <= 0.04045 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4));
     return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  }
+
+  // The backgrounds of an element and of all around it, the lowest first.
+  function grounds(element) {
+    return element ? [...grounds(element.parentElement), getComputedStyle(element).backgroundColor] : [];
   }
 
   function* faint(all) {
     const told = new Set();
     for (const { element, text } of all) {
       if (element.closest(":disabled")) continue;
-      const style = getComputedStyle(element), below = ground(element);
-      const ink = over(rgba(element.closest("svg") ? style.fill : style.color), below);
-      const [dark, light] = [luminance(ink), luminance(below)].sort((a, b) => a - b);
+      const style = getComputedStyle(element), below = grounds(element);
+      const ink = element.closest("svg") ? style.fill : style.color;
+      const [dark, light] = [luminance([...below, ink]), luminance(below)].sort((a, b) => a - b);
       const contrast = (light + 0.05) / (dark + 0.05), key = `${element.className.baseVal ?? element.className}${contrast}`;
       if (contrast >= 4.5 || told.has(key)) continue;
       told.add(key);
