@@ -177,7 +177,7 @@ def _ledger(ledger: Ledger) -> dict[str, Any]:
                 "satisfied": ledger.satisfied[name],
                 "advances": list(ledger.advances(name)),
                 "bought": [
-                    {"step": bought.step, "assume": bought.assume, "cost": number(bought.cost)}
+                    {"step": bought.step, "words": bought.words(ledger.problem.display.task(name))}
                     for bought in ledger.relaxations
                     if bought.task == name
                 ],

@@ -103,7 +103,7 @@ class Panel {
   news({ name, shown }, step) {
     const { states, bought, satisfied, advances } = this.plan.ledger.tasks[name];
     if (states === null) return [];
-    const found = bought.filter((one) => one.step === step).map((one) => `${shown}: ${one.assume} counts as true, for ${one.cost}`);
+    const found = bought.filter((one) => one.step === step).map(({ words }) => words);
     if (satisfied === step) return [...found, `${shown} is done`];
     return advances.includes(step) ? [...found, `${shown} changes to state ${states[step]}`] : found;
   }

@@ -23,9 +23,7 @@ class TaskCard {
     this.status = make("p", { class: "status" });
     this.box = scrollBox(`Automaton of ${task.shown}`, "automaton", pictureOf(`automaton-${task.name}`));
     const svg = this.box.querySelector("svg");
-    const used = this.account.bought.map((bought) => make("li", {}, bought.assume === null
-      ? `Skipped, for ${bought.cost}`
-      : `${bought.assume} counts as true ${bought.step ? `after action ${bought.step}` : "at the start"}, for ${bought.cost}`));
+    const used = this.account.bought.map(({ words }) => make("li", {}, words));
     this.element = make("article", { class: svg && svg.getAttribute("width") > WIDE ? "task wide" : "task", "data-task": task.name, "aria-label": task.title },
       make("h4", {}, task.title), this.status, make("p", {}, make("code", {}, task.formula)), this.box,
       task.offers.length ? make("p", { class: "small" }, `Allowed: ${task.offers.join("; ")}.`) : null,

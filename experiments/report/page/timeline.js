@@ -93,8 +93,7 @@ class Timeline {
     const mark = (kind, k, title, sign) => make("span", { class: kind, style: `left:${this.at(spent[k])}`, title }, sign);
     const marks = [
       ...advances.filter((k) => k !== satisfied).map((k) => mark("advance", k, `After action ${k} its automaton is in state ${states[k]}`, "")),
-      ...bought.map(({ step, assume, cost }) => mark(advances.includes(step) || satisfied === step ? "bought beside" : "bought", step,
-        assume === null ? `skipped for ${cost}` : `${assume} counts as true, for ${cost}`, "$")),
+      ...bought.map((one) => mark(advances.includes(one.step) || satisfied === one.step ? "bought beside" : "bought", one.step, one.words, "$")),
       ...(open ? [] : [mark("done", satisfied, words, "✓")])];
     return make("div", { class: "lane", "data-task": task.name },
       make("div", { class: "lane-name" }, make("b", {}, task.title), ` ${words}`),
