@@ -27,8 +27,8 @@ class Panel {
     const preferred = plan.shares.map((share) => share.task), rank = ({ name }) => (preferred.includes(name) ? preferred.indexOf(name) : data.tasks.length);
     this.tasks = [...data.tasks].sort((a, b) => rank(a) - rank(b));
     const timeline = new Timeline(plan, this.tasks, { most, seek, part: other ? plan.ledger.spent[part] : null });
-    this.cards = data.tasks.map((task) => new TaskCard(task, plan));
-    this.followers = [timeline, this.map, this.scene].filter(Boolean);
+    const cards = data.tasks.map((task) => new TaskCard(task, plan));
+    this.followers = [timeline, this.map, this.scene, ...cards].filter(Boolean);
     const [first, ...others] = this.explanations(other);
     const shown = [this.video, this.scene && this.scene.element, this.map && this.map.element].filter(Boolean);
     this.view = this.article(shown.length ? "view" : "view bare", `Plan ${plan.index}`,
@@ -41,7 +41,7 @@ class Panel {
         ...others.map((explanation) => make("div", {}, make("p", { class: "headline" }, explanation.headline), this.details(explanation, false)))),
       this.costs(),
       make("h4", { class: "part-title" }, "The tasks and their automata"),
-      make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...this.cards.map((card) => card.element)),
+      make("div", { class: "tasks" }, make("p", { class: "small key" }, AUTOMATA), ...cards.map((card) => card.element)),
       this.steps(data.tasks), this.certificate());
   }
 
@@ -128,9 +128,8 @@ class Panel {
   }
 
   show(time) {
-    const at = progress(this.plan, time), { done, now, spent } = at, { actions, spent: sums } = this.plan.ledger;
+    const at = progress(this.plan, time), { now, spent } = at, { actions, spent: sums } = this.plan.ledger;
     for (const follower of this.followers) follower.show(at, time);
-    for (const card of this.cards) card.show(done);
     const action = now === null ? (actions.length ? "the end" : "nothing to do") : `${now + 1} of ${actions.length}: ${MOVES[actions[now]] || actions[now]}`;
     const words = `${action} · spent ${show(Math.round(spent * 10) / 10)} of ${show(sums[actions.length])}`;
     if (words !== this.caption.textContent) this.caption.textContent = words;

@@ -30,7 +30,7 @@ class TaskCard {
       used.length ? make("ul", { class: "used" }, ...used) : null);
   }
 
-  show(done) {
+  show({ done }) {
     const { states, satisfied } = this.account, state = states && states[done];
     const words = state === null ? "skipped"
       : satisfied !== null && done >= satisfied ? "done"

@@ -25,16 +25,13 @@
     panels = shown.map((p, i) => new Panel(data, p, { other: i ? one : two, part, most, side: i ? "second" : "first", seek, update }));
     byId("views").replaceChildren(...panels.map((panel) => panel.view));
     byId("panels").replaceChildren(...panels.map((panel) => panel.element));
-    for (const id of ["views", "panels"]) byId(id).classList.toggle("two", Boolean(two));
     byId("plan").textContent = two ? `Plans ${chosen} and ${other}` : `Plan ${chosen}`;
     const duration = Math.max(...shown.map(endOf));
     tellParting(one, two, part, duration);
     byId("scrub").max = String(duration || 1);
     clock.load(duration, []);
     showPictures();
-    rows.forEach(([row, take, compare], index) => {
-      row.classList.toggle("first", index === chosen);
-      row.classList.toggle("second", index === other);
+    rows.forEach(([, take, compare], index) => {
       take.setAttribute("aria-pressed", String(index === chosen));
       compare.setAttribute("aria-pressed", String(index === other));
       compare.disabled = index === chosen;
