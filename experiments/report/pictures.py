@@ -16,30 +16,35 @@ from prefplan.text.layout import counted
 
 
 def automata(problem: Problem) -> dict[str, str]:
-    """Return every task's automaton as HTML: a picture, a table without Graphviz, or a sentence if it is too large."""
+    """Return every task's automaton as HTML, by `automaton-TASK`.
+
+    It is a picture, a table without Graphviz, or a sentence if it is too large.
+    """
     found = {}
     for task, one in zip(problem.tasks, problem.automata, strict=True):
+        name = f"automaton-{task.name}"
         try:
-            found[task.name] = node_link.svg(automaton.diagram(one), title=f"Automaton of {one.text}")
+            found[name] = node_link.svg(automaton.diagram(one), title=f"Automaton of {one.text}")
         except AutomatonSizeError as error:
-            found[task.name] = f'<p class="small">No picture: {escape(str(error))}.</p>'
+            found[name] = f'<p class="small">No picture: {escape(str(error))}.</p>'
         except GraphvizError:
-            found[task.name] = f"<pre>{escape(table_text(one))}</pre>"
+            found[name] = f"<pre>{escape(table_text(one))}</pre>"
     return found
 
 
-def plans(scenario: Scenario, front: Front, folder: Path) -> dict[int, str]:
-    """Return the plans that can be drawn, as HTML, by their number on the front.
+def plans(scenario: Scenario, front: Front, folder: Path) -> dict[str, str]:
+    """Return the plans that can be drawn, as HTML, by `map-I` where I is their number on the front.
 
     Pixels of maps are written to the folder of the page's parts, beside the page.
     """
     plan_map = maps.map_of(scenario)
     if plan_map is not None:
         return {
-            i: maps.svg(plan_map, plan, title=_map_words(scenario, plan), folder=folder) for i, plan in enumerate(front)
+            f"map-{i}": maps.svg(plan_map, plan, title=_map_words(scenario, plan), folder=folder)
+            for i, plan in enumerate(front)
         }
     return {
-        i: node_link.svg(found.diagram, title=found.words, direction="TB")
+        f"map-{i}": node_link.svg(found.diagram, title=found.words, direction="TB")
         for i, found in routes(scenario, front).items()
     }
 
