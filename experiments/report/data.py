@@ -40,7 +40,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
     problem = scenario.problem()
     plan_map = map_of(scenario)
     graphs = {} if plan_map else routes(scenario, front)
-    title = titles(scenario)
+    title, axes = titles(scenario), _axes(scenario, front)
     plans = [
         NamedPlan(
             plan, Ledger.of_plan(problem, plan), "the cheapest" if not i and problem.is_bi_objective else f"plan {i}"
@@ -52,7 +52,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "objectives": None if problem.is_bi_objective else list(problem.objective_names),
         "complete": front.complete,
         "wishes": not problem.is_bi_objective and len(front) > 1,
-        **_axes(scenario, front),
+        **axes,
         "map": {"size": list(plan_map.size)} if plan_map else None,
         "tasks": [
             _task(task, problem.display.task(task.name), title[task.name], automaton.dead)
@@ -62,7 +62,7 @@ def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recordi
         "plans": [
             {
                 **_plan(scenario, plans, i, recordings.get(i), MOVE_TIME_S if plan_map else ACTION_TIME_S),
-                "rank": _rank(problem, front, i),
+                "rank": _rank(problem, front, i, axes["ranks"][i]),
                 "path": plan_map.trail(named.plan).states.tolist() if plan_map else None,
                 "graph": {"at": graph.at, "note": graph.note, "words": graph.words} if graph else None,
             }
@@ -123,12 +123,10 @@ def _axes(scenario: Scenario, front: Front) -> dict[str, Any]:
     }
 
 
-def _rank(problem: Problem, front: Front, i: int) -> str | None:
+def _rank(problem: Problem, front: Front, i: int, ranks: Sequence[int]) -> str | None:
     """Return what a point at an end of a front is called, or None; the end of an unfinished front is unknown."""
     if not problem.is_bi_objective:
-        least = [
-            name for name in front.objectives if front[i].objectives[name] == min(p.objectives[name] for p in front)
-        ]
+        least = [name for name, rank in zip(front.objectives, ranks, strict=True) if rank == 0]
         return f"least {', '.join(least)}" if least and front.complete else None
     if len(front) == 1:
         return "the best in both" if front.complete else None
