@@ -35,9 +35,8 @@ class Wishes {
   }
 
   // What the wishes cost, in words that are true also of the plans found by a search that was not completed.
-  sentence(bounds) {
-    const { axes, ranks, complete } = this, left = this.within(bounds);
-    const wished = axes.map((_, k) => k).filter((k) => bounds[k] < axes[k].values.length - 1);
+  sentence(bounds, wished, left) {
+    const { axes, ranks, complete } = this;
     if (!wished.length) return "No wish yet: move a slider to the left.";
     const wishes = wished.map((k) => `${axes[k].name} at most ${axes[k].texts[bounds[k]]}`).join(", ");
     if (!left.length) return this.conflict(bounds, wished, wishes);
@@ -59,16 +58,16 @@ class Wishes {
   }
 
   update() {
-    const bounds = this.rows.map(({ slider }) => Number(slider.value));
+    const bounds = this.rows.map(({ slider }) => Number(slider.value)), left = this.within(bounds);
+    const wished = [...bounds.keys()].filter((k) => bounds[k] < this.axes[k].values.length - 1);
     this.rows.forEach(({ slider, shown }, k) => {
-      const { values, texts } = this.axes[k], free = bounds[k] === values.length - 1;
-      shown.textContent = free ? `any (${[...new Set([texts[0], texts[bounds[k]]])].join(" to ")})` : `at most ${texts[bounds[k]]}`;
+      const { texts } = this.axes[k], most = texts[bounds[k]];
+      shown.textContent = wished.includes(k) ? `at most ${most}` : `any (${[...new Set([texts[0], most])].join(" to ")})`;
       slider.setAttribute("aria-valuetext", shown.textContent);
     });
-    const left = new Set(this.within(bounds));
-    this.said.textContent = this.sentence(bounds);
-    this.left.textContent = `${left.size} of ${this.ranks.length} plans left.`;
-    this.drop.disabled = bounds.every((bound, k) => bound === this.axes[k].values.length - 1);
-    this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !left.has(this.ranks[i]))));
+    this.said.textContent = this.sentence(bounds, wished, left);
+    this.left.textContent = `${left.length} of ${this.ranks.length} plans left.`;
+    this.drop.disabled = !wished.length;
+    this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !left.includes(this.ranks[i]))));
   }
 }
