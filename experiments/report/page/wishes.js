@@ -58,7 +58,7 @@ class Wishes {
   }
 
   update() {
-    const bounds = this.rows.map(({ slider }) => Number(slider.value)), left = this.within(bounds);
+    const bounds = this.rows.map(({ slider }) => Number(slider.value)), left = this.within(bounds), kept = new Set(left);
     const wished = [...bounds.keys()].filter((k) => bounds[k] < this.axes[k].values.length - 1);
     this.rows.forEach(({ slider, shown }, k) => {
       const { texts } = this.axes[k], most = texts[bounds[k]];
@@ -68,6 +68,6 @@ class Wishes {
     this.said.textContent = this.sentence(bounds, wished, left);
     this.left.textContent = `${left.length} of ${this.ranks.length} plans left.`;
     this.drop.disabled = !wished.length;
-    this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !left.includes(this.ranks[i]))));
+    this.listener(bounds, new Set([...this.ranks.keys()].filter((i) => !kept.has(this.ranks[i]))));
   }
 }
