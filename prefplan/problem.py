@@ -216,15 +216,6 @@ class Problem:
             problem.followers = problem.weighted_automata
         return problem
 
-    def keeping(self, rules: Iterable[Rule], labels: Sequence[frozenset[str]]) -> Problem:
-        """Return the problem with further rules, except those that some labels have already broken."""
-        given = (replace(rule, propositions=self.system.propositions) for rule in rules)
-        kept = [rule for rule in given if rule.automaton.first_accepted(labels) is None]
-        if not kept:
-            return self
-        rules = (*self.rules, *kept)
-        return Problem(self.system, self.tasks, self.preferences, rules=rules, past=self.past, feasible=self.feasible)
-
     def _assumed(self) -> tuple[str, ...]:
         """Return a sentence for every assumption under which a front is exact."""
         notes = [self.system.left_out] if self.system.left_out else []

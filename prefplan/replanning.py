@@ -66,8 +66,14 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 
 
 def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
-    """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable."""
-    return problem.keeping([Possible(task.name, task.formula) for task in others], labels)
+    """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable.
+
+    It is to be continued: if it has further rules, it has neither the past nor further preferences.
+    """
+    names = problem.system.propositions
+    rules = [Possible(task.name, task.formula, propositions=names) for task in others]
+    kept = [rule for rule in rules if rule.automaton.first_accepted(labels) is None]
+    return _changed(problem, rules=(*problem.rules, *kept)) if kept else problem
 
 
 def achievable(
