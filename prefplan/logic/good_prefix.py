@@ -43,7 +43,8 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     """Return whether every infinite continuation of a trace satisfies a formula.
 
     Depth-first search over (position, obligations); beyond the trace all positions are one. A cycle is a continuation
-    that falsifies the formula.
+    that falsifies the formula. Where some formulas cannot all be falsified, these and others cannot; each position
+    keeps the sets of obligations for which that is known.
     """
     mentioned = propositions_of(formula)
     read = [*(label & mentioned for label in trace), None]
@@ -57,7 +58,7 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
         return copy(begun(here[1], read[here[0]]))
 
     start = (0, frozenset({formula}))
-    path, done = {start}, set()
+    path, done = {start}, [list[_ObligationSet]() for _ in read]
     stack = [(start, passed_on(start))]
     while stack:
         here, options = stack[-1]
@@ -66,14 +67,14 @@ def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
             there = (following, obligations)
             if there in path:
                 return False
-            if there not in done:
+            if not any(fewer <= obligations for fewer in done[following]):
                 path.add(there)
                 stack.append((there, passed_on(there)))
                 break
         else:
             stack.pop()
             path.remove(here)
-            done.add(here)
+            done[here[0]].append(here[1])
     return True
 
 

@@ -80,3 +80,9 @@ def test_long_traces_of_a_task_with_many_goals_are_judged() -> None:
     trace = [frozenset[str]()] * 400 + [frozenset({name}) for name in names]
     assert satisfied_at(tree, trace) == len(trace) - 1
     assert satisfied_at(tree, [*trace[:400], frozenset({"bad"}), *trace[400:]]) is None
+
+
+def test_traces_of_nested_counting_operators_are_judged_soon() -> None:
+    trace = [frozenset[str]()] * 50 + labels("a", *[""] * 30, "b") + [frozenset[str]()] * 300
+    assert satisfied_at(parse("F[0,50] (a & F[0,50] b)"), trace) == 81
+    assert satisfied_at(parse("F[0,50] (a & F[0,29] b)"), trace) is None
