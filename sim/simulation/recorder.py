@@ -171,14 +171,10 @@ class Recorder:
 
     def _press(self, data: mujoco.MjData) -> np.ndarray:
         """Return the contact force on each of the gripper's pads, N."""
-        forces, geoms = np.zeros(len(self._pads)), data.contact.geom.ravel().tolist()
-        if self._pads.keys().isdisjoint(geoms):
-            return forces
-        normal_forces, rows = data.efc_force, data.contact.efc_address
-        for i, geom in enumerate(geoms):
-            if geom in self._pads:
-                # The first row of an elliptic cone is the normal force.
-                forces[self._pads[geom]] += normal_forces[rows[i // 2]]
+        pairs, forces = data.contact.geom, np.zeros(len(self._pads))
+        for pad, i in self._pads.items():
+            # The first row of an elliptic cone is the normal force.
+            forces[i] = data.efc_force[data.contact.efc_address[(pairs == pad).any(axis=1)]].sum()
         return forces
 
 
