@@ -2,13 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import cast
 
 from prefplan import replanning
 from prefplan.errors import ModelError, PrefplanError
-from prefplan.exact_costs import Number
 from prefplan.front import NoPlanError
-from prefplan.logic.good_prefix import Label
 from prefplan.models.manipulation.model import ManipulationState
 from prefplan.models.system import System
 from prefplan.plan import Plan
@@ -179,18 +177,12 @@ class ClosedLoop:
         run = self.execution
         rest = self.plan.actions[len(run.steps) :]
         try:
-            return self._trace(system, system.start, rest) == self._trace(run.system, run.predicted, rest)
+            _, _, labels, costs = system.trajectory(rest)
+            _, _, predicted, planned = replace(run.system, start=run.predicted).trajectory(rest)
         except ModelError:
             return False
-
-    def _trace(self, system: System, state: Any, actions: Sequence[str]) -> list[tuple[Label, Number]]:
-        """Return the tasks' propositions before each action with its cost, and those at the end with 0."""
-        trace = []
-        for action in actions:
-            label = system.label(state) & self._problem.task_propositions
-            state, cost = system.step(state, action)
-            trace.append((label, cost))
-        return [*trace, (system.label(state) & self._problem.task_propositions, 0)]
+        told = self._problem.task_propositions
+        return costs == planned and [label & told for label in labels] == [label & told for label in predicted]
 
     def _past(self) -> replanning.Past:
         """Return the executed actions, and the observed state before each of them."""

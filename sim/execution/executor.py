@@ -308,9 +308,7 @@ def execute(
         ModelError: an action is not applicable in its state; nothing is simulated then.
     """
     run = Execution(scene, initial_state(scene, seed=seed), system=system, skills=skills)
-    state = run.state
-    for action in actions:
-        state, _ = run.system.step(state, action)
+    run.system.trajectory(actions)
     for done, action in enumerate(actions):
         if on_progress is not None:
             on_progress(done, len(actions), action)
