@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,8 +10,9 @@ from prefplan.exact_costs import exact, to_number
 from prefplan.logic.good_prefix import Label
 from prefplan.models.costs import UNMEASURED
 from prefplan.models.manipulation.action_costs import cost_tables
+from prefplan.models.manipulation.codes import StateCodes
 from prefplan.models.manipulation.model import ManipulationState
-from prefplan.models.manipulation.slots import hand_poses, location_of, pose, slots_at_start
+from prefplan.models.manipulation.slots import location_of
 from prefplan.models.manipulation.symbolic import Action, at, holding, marked
 from sim.evidence.log import Log, LoggedAction
 from sim.evidence.replay import AT_LOCATION_M, RecordedWorld
@@ -103,14 +103,11 @@ class _Hand:
         self._log, self._world, self._model = log, world, world.model
         self._answers = [event.time for event in log.about.events if event.kind in ANSWERS]
         self._begun, self._ended = -math.inf, 0.0
-        start, counts = world.model.initial_state, world.model.slot_counts
-        self._hands = hand_poses(counts, world.model.start)
-        self._costs = cost_tables(world.model, self._hands)[0]
+        self._space = StateCodes(world.model, ())
+        self._costs = cost_tables(world.model, self._space.hands)[0]
         # The locations over which it may be, and the symbolic state as far as the actions determine it.
         self._over = {world.model.start}
-        resting = [(obj, place) for obj, place in start.places if counts[place] > 1]
-        slots = slots_at_start(resting, dict(start.slots), counts)
-        self._state: ManipulationState | None = replace(start, slots=tuple(slots.items()))
+        self._state: ManipulationState | None = self._space.start
 
     def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:
         """Take an action, before which the frames show a label; return what is wrong with its times, moves or cost.
@@ -194,6 +191,6 @@ class _Hand:
     def _poses(self) -> list[int]:
         """Return the numbers of the poses that the hand may have: all, if it may be over no location."""
         if self._state is not None:
-            return [self._hands.index(pose(self._state.hand, self._state.hand_slot))]
+            return [self._space.hand(self._state, where="")]
         is_over = self._over <= self._world.scene.slots.keys()
-        return [i for i, hand in enumerate(self._hands) if not is_over or location_of(hand) in self._over]
+        return [i for i, hand in enumerate(self._space.hands) if not is_over or location_of(hand) in self._over]
