@@ -57,10 +57,9 @@ def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]
     robot = world.robot
     low, high = robot.ranges(world.mujoco).T
     middle, half = (low + high) / 2, (high - low) / 2
-    checks = [_within("joint positions", np.abs(log.qpos[:, robot.qpos(world.mujoco)] - middle) / half, log, robot)]
-    for load, limits in robot.load_limits.items():
-        checks.append(_within(f"joint {load.replace('_', ' ')}", loads[load] / limits, log, robot))
-    return checks
+    shares = {"positions": np.abs(log.qpos[:, robot.qpos(world.mujoco)] - middle) / half}
+    shares |= {load: loads[load] / limits for load, limits in robot.load_limits.items()}
+    return [_within(f"joint {name.replace('_', ' ')}", share, log, robot) for name, share in shares.items()]
 
 
 def _within(name: str, shares: np.ndarray, log: Log, robot: Robot) -> Check:
