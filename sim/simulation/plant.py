@@ -64,8 +64,7 @@ class Plant:
         # A position actuator of gains kp and kv lags behind a moving command by kv / kp, s.
         stiffness, damping = -model.actuator_biasprm[self._motors, 1:3].T
         self._lag, self._payload = damping / stiffness, Payload(scene, stiffness)
-        # Commands of the last control period, one per simulation step, and those delayed by the latency.
-        self._commands = np.repeat(data.ctrl[None], STEPS, axis=0)
+        # Commands delayed by the latency, one per simulation step.
         self._delayed = np.repeat(data.ctrl[None], round(scene.latency / model.opt.timestep), axis=0)
         self._touched: dict[tuple[str, str], float] = {}
         self._qpos = scene.robot.qpos(model)
@@ -106,7 +105,7 @@ class Plant:
 
     def _next_commands(self) -> np.ndarray:
         """Return the (STEPS, nu) commands of the actuators in the next control period."""
-        commands = self._commands
+        commands = np.repeat(self.data.ctrl[None], STEPS, axis=0)
         width = self.gripper(self._widths.pop(0) if self._widths else self.width)
         if self._samples_left:
             samples = slice(self._passed, self._passed + STEPS)
@@ -118,7 +117,6 @@ class Plant:
         if self._payload.is_borne:
             if self._payload.mass and self.lost_contact:
                 self._payload.shift(0.0)
-            commands = commands.copy()
             commands[:, self._motors] += self._payload.offsets(self.data, STEPS)
         waiting = np.vstack([self._delayed, commands])
         self._delayed = waiting[STEPS:]
