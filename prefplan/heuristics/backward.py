@@ -12,7 +12,7 @@ import numpy as np
 
 from prefplan.heuristics.sweep import stages_of, sweep
 from prefplan.limits import check_limits, run_within_limits
-from prefplan.models.kernels import INFINITE, UNREACHABLE, kernel
+from prefplan.models.kernels import UNREACHABLE, kernel
 from prefplan.product.heap import heap_pop, heap_push
 from prefplan.product.product_automaton import Product
 from prefplan.product.space import Graph
@@ -63,25 +63,20 @@ class Backward:
         if factors is None:
             factors = np.ones(2 ** len(tasks), dtype=np.int64)
         check_limits(4 * entries)
+        table = np.empty(entries, dtype=np.int32)
         if self.stages is not None and self.is_swept:
-            table = np.empty(entries, dtype=np.int32)
             run_within_limits(sweep(self.stages, tasks, factors, table, shift=shift), entries)
             return table
-        check_limits(8 * entries)
         readings, edges = readings_of(self._product, tasks), self._incoming
-        costs = np.empty((len(readings.finished), self._graph.size), dtype=np.int64)
-        for row, is_finished in zip(costs, readings.finished, strict=True):
-            row[:] = 0 if is_finished else INFINITE
+        for row, is_finished in zip(table.reshape(-1, self._graph.size), readings.finished, strict=True):
+            row[:] = 0 if is_finished else UNREACHABLE
             check_limits()
         nodes, rows = np.flatnonzero(np.diff(edges.offsets)), np.flatnonzero(readings.finished)
         ends = (rows[:, None] * self._graph.size + nodes).ravel()[::-1].copy()
         edges = edges._replace(costs=edges.costs >> shift) if shift else edges
-        arrays = self._graph.classes, readings, factors[readings.satisfied], ends, costs.ravel()
+        arrays = self._graph.classes, readings, factors[readings.satisfied], ends, table
         run_within_limits(partial(dijkstra, edges, *arrays), entries)
-        table = np.minimum(costs, UNREACHABLE - 1).astype(np.int32)
-        check_limits()
-        table[costs >= INFINITE] = UNREACHABLE
-        return table.ravel()
+        return table
 
     def entries_of(self, tasks: Sequence[int]) -> int:
         """Return about how many entries a table of some tasks has."""
@@ -176,11 +171,11 @@ def dijkstra(
 ) -> None:
     """Fill a table with least costs, weighted by the combination before each step; return early once `stop` is set.
 
-    Costs of INFINITE and more are entered as INFINITE - 1, still a lower bound. Cells whose node has no incoming edge
-    have no predecessors, and need not enter the open list.
+    Costs of UNREACHABLE and more are entered as UNREACHABLE - 1, still a lower bound. Cells whose node has no incoming
+    edge have no predecessors, and need not enter the open list.
 
     The S nodes have label `classes`, and costs in J combinations the weights `factors`. The `table` (S J,) is 0 where
-    all tasks are finished, else INFINITE; `items` are its cells of cost 0 that have predecessors, the last first.
+    all tasks are finished, else UNREACHABLE; `items` are its cells of cost 0 that have predecessors, the last first.
     """
     nodes, labels = classes.shape[0], (readings.first.shape[0] - 1) // readings.finished.shape[0]
     keys, count = np.zeros(items.shape[0], dtype=np.int64), items.shape[0]
@@ -195,7 +190,7 @@ def dijkstra(
             before = readings.before[reading]
             for edge in range(edges.offsets[node], edges.offsets[node + 1]):
                 source = edges.sources[edge]
-                new, there = min(cost + factors[before] * edges.costs[edge], INFINITE - 1), source + nodes * before
+                new, there = min(cost + factors[before] * edges.costs[edge], UNREACHABLE - 1), source + nodes * before
                 if new < table[there]:
                     table[there] = new
                     if edges.offsets[source] < edges.offsets[source + 1]:
