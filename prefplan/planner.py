@@ -12,7 +12,6 @@ from prefplan.errors import LimitError, PreferenceError, PrefplanError, choices
 from prefplan.exact_costs import exact, to_number
 from prefplan.front import Front, NoPlanError, Reason, Stats, UnfinishedError
 from prefplan.heuristics.prepare import Options
-from prefplan.limits import Limits
 from prefplan.models.feasibility import Geometry
 from prefplan.plan import OnDemand, Plan
 from prefplan.product.product_automaton import Product
@@ -148,7 +147,7 @@ class Planner:
         try:
             with limits:
                 while True:
-                    front = self._solve(objective, limits, bounds)
+                    front = self._solve(objective, bounds)
                     front = front.over(over) if over else front
                     if self.geometry is None or front.ended is not None:
                         break
@@ -167,18 +166,18 @@ class Planner:
             assumptions += (self.geometry.note,) if self.geometry.note else ()
         return replace(front, assumptions=assumptions, stats=self.stats)
 
-    def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
+    def _solve(self, objective: str | None, bounds: Mapping[str, Fraction]) -> Front:
         """Return the front, or the plan of least value of an objective, without what the arm is known not to do."""
         names, began = self.problem.objective_names, time.perf_counter()
         is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
         if self.problem.is_general and not is_cheapest:
             require_bounds(self.problem, bounds)
-        elif self.problem.is_general and (reason := infeasible(self._ahead, limits)):
+        elif self.problem.is_general and (reason := infeasible(self._ahead)):
             # Without a bound, the search for a plan that does not exist need not end.
             return Front((), reason=reason)
         product = self._product = self._product or product_of(self._ahead)
         built = time.perf_counter()
-        result = self._search(product, self._options, limits, bounds, objective)
+        result = self._search(product, self._options, bounds, objective)
         self.stats += replace(result.work, build_seconds=built - began, seconds=time.perf_counter() - began)
         goals, below = result.goals, result.complete_below
         if goals and objective is not None:
@@ -186,15 +185,15 @@ class Planner:
             goals = (min(goals, key=lambda goal: (goal.objectives[place], *goal.objectives)),)
         return Front(
             OnDemand(len(goals), lambda k: goals[k].plan) if goals else (),
-            reason=None if goals or result.ended else self._why_not(limits, bounds),
+            reason=None if goals or result.ended else self._why_not(bounds),
             ended=result.ended,
             complete_below=None if below == math.inf else to_number(Fraction(below) * self.problem.cost_units[0]),
             known_points=[goal.point for goal in goals],
         )
 
-    def _why_not(self, limits: Limits, bounds: Mapping[str, Fraction]) -> Reason:
+    def _why_not(self, bounds: Mapping[str, Fraction]) -> Reason:
         """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
-        if reason := infeasible(self._ahead, limits):
+        if reason := infeasible(self._ahead):
             return reason
         *others, bounded = sorted(bounds, key=self.problem.objective_names.index)
         if self.problem.is_bi_objective or not others:

@@ -96,7 +96,8 @@ def search_whole_product(problem: Problem, options: Options, limits: Limits) -> 
     """Search for the plan of least cost as the yardstick does: A* over the whole product, one cost for each state."""
     began, product = time.process_time(), Product(problem)
     astar = LabelSearch(Prepared(product, options, single=True), bounds={}, first=problem.cost_names[0])
-    result = astar.run(limits)
+    with limits:
+        result = astar.run()
     if result.ended == "interrupt":
         raise KeyboardInterrupt
     found = [[float(goal.objectives[0])] for goal in result.goals if result.ended is None] or None

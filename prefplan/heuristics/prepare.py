@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prefplan.errors import LimitError
 from prefplan.heuristics.backward import Backward
 from prefplan.heuristics.lagrangian import NO_ENTRIES, Lagrangian, lagrangian_table, sparse_layout, weights_for
 from prefplan.heuristics.landmarks import NO_LANDMARKS, Landmarks, landmarks
@@ -26,6 +25,7 @@ from prefplan.heuristics.pattern_database import (
 )
 from prefplan.heuristics.projected_backward import ProjectedBackward
 from prefplan.heuristics.sweep import Stages
+from prefplan.limits import check_limits, left
 from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
@@ -98,20 +98,18 @@ class Prepared:
         improved_after: after how many expansions further bounds are worth making; infinite if there are none.
     """
 
-    def __init__(
-        self, product: Product, options: Options, *, single: bool = False, max_bytes: float = math.inf
-    ) -> None:
-        """Contract the graph and build the bounds, for one cheapest plan or for the front, in some memory.
+    def __init__(self, product: Product, options: Options, *, single: bool = False) -> None:
+        """Contract the graph and build the bounds, for one cheapest plan or for the front.
 
         Raises:
-            LimitError: the reverse graph and the bounds of each task alone would not fit into the memory.
+            LimitError: a limit was reached; that of memory if the reverse graph and the bounds of each task alone would
+                not fit.
             OverflowError: if 64 bits may not be enough.
         """
         self.product, self.options, problem = product, options, product.problem
         entries = product.graph.size * product.sizes
         needed = 48 * len(product.graph.targets) + 4 * entries.sum() + 120 * entries.max()
-        if len(problem.cost_names) * needed > max_bytes:
-            raise LimitError("memory")
+        check_limits(len(problem.cost_names) * needed)
         numbers = (product.graph.costs, *product.more_costs, product.tables.relaxed, product.tables.tolls)
         if any(each.dtype == object for each in numbers):
             raise OverflowError
@@ -122,7 +120,6 @@ class Prepared:
         self.space = space_of(product.tables, self.graph, product.generated)
         self.costs = [self.graph.costs, *product.more_costs]
         require_64_bits(product, self.graph, self.costs)
-        self._max_entries = TABLES_SHARE * max_bytes / ENTRY_BYTES / len(self.costs)
         self.bounds: Bounds
         self.improved_after = math.inf
         self._improved: Callable[[int], Bounds]
@@ -137,7 +134,7 @@ class Prepared:
         """Build the bounds of a product over a graph, and set which are made later."""
         graphs = [self.graph, *(replace(self.graph, costs=costs, shift=0) for costs in self.costs[1:])]
         backwards = [Backward(self.product, graph, sweep=self.options.sweep) for graph in graphs]
-        wanted, entries = self.options.heuristic, self._max_entries
+        wanted, entries = self.options.heuristic, TABLES_SHARE * left()[1] / ENTRY_BYTES / len(self.costs)
         sets = sets_of_tasks(backwards[0], wanted, entries)
         self.bounds = Bounds(self._tables(backwards, sets))
         if self.graph.contracted:
@@ -184,14 +181,9 @@ class Prepared:
     def _with_lagrangian(self, stages: Stages, rates: np.ndarray, lowest: int) -> Bounds:
         """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
         weights, layout = weights_for(rates, LIKELY * lowest), sparse_layout(stages)
-        if weights is None or layout.entries > self._max_entries * ENTRY_BYTES / LAGRANGIAN_ENTRY_BYTES:
+        if weights is None or layout.entries * LAGRANGIAN_ENTRY_BYTES > TABLES_SHARE * left()[1]:
             return self.bounds
-        try:
-            table = lagrangian_table(stages, layout, rates, self.graph.shift, weights)
-        except LimitError as error:
-            if error.ended != "memory":
-                raise
-            return self.bounds
+        table = lagrangian_table(stages, layout, rates, self.graph.shift, weights)
         return self.bounds._replace(lagrangian=table)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.prepare import Prepared
-from prefplan.limits import Limits
+from prefplan.limits import check_limits, left
 from prefplan.models.kernels import UNBOUNDED, compile_kernels, is_interpreted
 from prefplan.plan import Plan
 from prefplan.product.contraction import edges_between
@@ -81,6 +81,7 @@ class LabelSearch:
         self._begin = np.array([key for key, _ in begins], dtype=np.int64).reshape(-1, len(self._layout.entries))
         if self._begin.max(initial=0) >= PRODUCT_LIMIT:
             raise OverflowError
+        _, self._free = left()
         self.reset()
 
     @property
@@ -136,7 +137,7 @@ class LabelSearch:
         shift = self._layout.shift
         return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
-    def run(self, limits: Limits, *, most_expanded: float = math.inf) -> Result:
+    def run(self, *, most_expanded: float = math.inf) -> Result:
         """Search until all goals are found, so many labels are expanded, or a limit or Ctrl-C stops it.
 
         Another call continues the search.
@@ -146,9 +147,9 @@ class LabelSearch:
             while not self.is_done and (self._is_pending or self.memory.counters[AT.EXPANDED] < most_expanded):
                 pops = INTERPRETED_POPS if is_interpreted() else self.pops
                 pops = max(1, min(pops, most_expanded - self.memory.counters[AT.EXPANDED]))
-                self._advance(int(pops), limits)
-                if not self.is_done and limits.out_of_time:
-                    raise LimitError("time")
+                self._advance(int(pops))
+                if not self.is_done:
+                    check_limits()
         except (LimitError, KeyboardInterrupt) as error:
             ended = ended_by(error)
         settled = [label for label in self._found if self._rank(label) < self._lowest]
@@ -174,7 +175,7 @@ class LabelSearch:
             self.keys = self.keys._replace(evaluate=self._values)
         return int(run(prepared.space, self.keys, prepared.bounds, self.memory, pops))
 
-    def _advance(self, pops: int, limits: Limits) -> None:
+    def _advance(self, pops: int) -> None:
         """Run the kernel once.
 
         Raises:
@@ -191,7 +192,7 @@ class LabelSearch:
         if end == END.TOO_LARGE:
             raise (self._values and self._values.error) or OverflowError
         if end in (END.MORE_ROWS, END.MORE_LABELS):
-            free = limits.bytes - max(self.work.bytes, limits.bytes_taken)
+            free = min(left()[1], self._free - self.work.bytes)
             self.memory = enlarged(self.memory, end, free)
 
     def _accept(self, label: int) -> None:

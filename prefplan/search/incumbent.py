@@ -11,7 +11,6 @@ from fractions import Fraction
 from prefplan.errors import LimitError
 from prefplan.front import Stats
 from prefplan.heuristics.prepare import Options, Prepared
-from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct, ReducedProduct
 from prefplan.search.driver import LabelSearch
@@ -26,10 +25,8 @@ WEIGHTS = (1.0, 0.5, 0.45, 0.4, 0.35, 0.3)
 finds better plans, since tasks share paths."""
 
 
-def run_search(
-    product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
-) -> Result:
-    """Search a product, within limits and inclusive bounds; for the front without an `objective`.
+def run_search(product: Product, options: Options, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
+    """Search a product, within inclusive bounds and the present limits; for the front without an `objective`.
 
     It is searched in compiled code, or in Python's integers where a number might not fit 64 bits.
 
@@ -43,27 +40,27 @@ def run_search(
     # Some plan is looked for where any will do until there is a better one.
     is_free = problem.is_bi_objective and problem.measure.bi_objective and not bounds.keys() - {cost}
     try:
-        prepared = Prepared(product, options, single=is_free and first == cost, max_bytes=limits.bytes)
+        prepared = Prepared(product, options, single=is_free and first == cost)
         search = LabelSearch(prepared, bounds=bounds, first=first)
-        return _run_with_incumbent(search, limits) if is_free else search.run(limits)
+        return _run_with_incumbent(search) if is_free else search.run()
     except OverflowError:
         if isinstance(product, GeneratedProduct):
             product = ReducedProduct(problem, product.model)
-        return ReferenceSearch(product, bounds=bounds, single=problem.is_bi_objective and first == cost).run(limits)
+        return ReferenceSearch(product, bounds=bounds, single=problem.is_bi_objective and first == cost).run()
 
 
-def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
+def _run_with_incumbent(search: LabelSearch) -> Result:
     """Run a search; while it has no goal, look for plans that need not be best, each cheaper than the one before."""
     expanded, weights, cost = FIRST_EXPANDED, list(WEIGHTS), search.problem.cost_names[0]
     prepared: Prepared | None = None
     drafts, bounds, work = tuple[Goal, ...](), search.bounds, Stats()
-    result = search.run(limits, most_expanded=expanded)
+    result = search.run(most_expanded=expanded)
     try:
         while weights and not (result.goals or result.ended or search.is_done):
             options = replace(search.prepared.options, heuristic=1, preference_bound=False)
-            prepared = prepared or Prepared(search.product, options, max_bytes=limits.bytes)
+            prepared = prepared or Prepared(search.product, options)
             guided = LabelSearch(prepared.guided(weights[0]), bounds=bounds, first=cost, hasty=True)
-            draft = guided.run(limits, most_expanded=expanded)
+            draft = guided.run(most_expanded=expanded)
             work += draft.work
             if draft.ended is not None:
                 raise LimitError(draft.ended)
@@ -73,9 +70,9 @@ def _run_with_incumbent(search: LabelSearch, limits: Limits) -> Result:
                 weights.pop(0)
             else:
                 expanded *= 2
-                result = search.run(limits, most_expanded=expanded)
+                result = search.run(most_expanded=expanded)
         if result.ended is None and not search.is_done:
-            result = search.run(limits)
+            result = search.run()
     except (LimitError, KeyboardInterrupt) as error:
         result = replace(result, ended=ended_by(error))
     return replace(result, goals=result.goals or drafts, work=work + result.work)

@@ -8,7 +8,6 @@ from typing import TypeVar
 from prefplan.errors import LimitError
 from prefplan.front import Reason
 from prefplan.heuristics.prepare import Options
-from prefplan.limits import Limits
 from prefplan.logic.tasks import Rule, Task
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.problem import Problem
@@ -18,7 +17,7 @@ from prefplan.search.incumbent import run_search
 T = TypeVar("T")
 
 
-def infeasible(problem: Problem, limits: Limits) -> Reason | None:
+def infeasible(problem: Problem) -> Reason | None:
     """Return an irreducible set of tasks or rules that cannot be satisfied together, or None if all of them can.
 
     Raises:
@@ -27,7 +26,7 @@ def infeasible(problem: Problem, limits: Limits) -> Reason | None:
     tasks, rules = problem.tasks, tuple(rule for rule in problem.rules if rule.skip is None)
 
     def is_satisfiable(tasks: tuple[Task, ...], rules: tuple[Rule, ...] = ()) -> bool:
-        return _is_satisfiable(problem, limits, tasks, rules)
+        return _is_satisfiable(problem, tasks, rules)
 
     if is_satisfiable(tasks, rules):
         return None
@@ -56,7 +55,7 @@ def _irreducible(parts: tuple[T, ...], is_satisfiable: Callable[[tuple[T, ...]],
     return kept
 
 
-def _is_satisfiable(problem: Problem, limits: Limits, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
+def _is_satisfiable(problem: Problem, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
     """Return whether a plan satisfies these tasks, relaxed at any price, and keeps these rules."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
     free = tuple(
@@ -64,7 +63,7 @@ def _is_satisfiable(problem: Problem, limits: Limits, tasks: tuple[Task, ...], r
         for task in tasks
     )
     fewer = Problem(problem.system, free, nothing, rules=rules, past=problem.past)
-    result = run_search(product_of(fewer), Options(heuristic=1), limits, {}, fewer.cost_names[0])
+    result = run_search(product_of(fewer), Options(heuristic=1), {}, fewer.cost_names[0])
     if result.ended is not None:
         raise LimitError(result.ended)
     return bool(result.goals)

@@ -32,7 +32,7 @@ import numpy as np
 from prefplan.errors import LimitError, PreferenceError
 from prefplan.front import Stats
 from prefplan.heuristics.cost_to_go import CHECK_PERIOD, max_min, task_distances
-from prefplan.limits import Limits
+from prefplan.limits import check_limits, left
 from prefplan.logic.weighted_dfa import Reading
 from prefplan.preferences.contracts import LARGEST, TOLERANCE, text_of_costs, value_at
 from prefplan.preferences.objective import Measure
@@ -103,20 +103,20 @@ class ReferenceSearch:
         self._undominated: dict[Vector, list[tuple[Vector, Label]]] = defaultdict(list)
         self._front: list[Vector] = []
         self._popped = self._made = 0
-        self._complete_below, self._single = 0.0, single
+        self._complete_below, self._single, self._free = 0.0, single, left()[1]
 
     @property
     def work(self) -> Stats:
         """What was done so far."""
         return Stats(len(self._undominated), self._popped, self._made, self._made * BYTES_A_LABEL)
 
-    def run(self, limits: Limits) -> Result:
+    def run(self) -> Result:
         """Search for the front in order of f (BOA*), or its first point; a limit or Ctrl-C may stop it before."""
         goals, ended = list[Label](), None
         try:
             for start in self.product.starts:
                 self._begin(start)  # lines 1 to 4
-            while not (goals and self._single) and (goal := self._constrained_a_star(limits)) is not None:
+            while not (goals and self._single) and (goal := self._constrained_a_star()) is not None:
                 self._front.append(goal.f)
                 goals.append(goal)
         except (LimitError, KeyboardInterrupt) as error:
@@ -130,7 +130,7 @@ class ReferenceSearch:
         state = (self.product.graph.start, *start.automata)
         self._add(state, (start.spent, *[0] * (costs - 1)), pcs, start.violations, start, -1)
 
-    def _constrained_a_star(self, limits: Limits) -> Label | None:
+    def _constrained_a_star(self) -> Label | None:
         """Return the label of a goal within mu_max, of least f (Algorithm 1); None for failure.
 
         Raises:
@@ -139,7 +139,7 @@ class ReferenceSearch:
         while self._open:  # line 5
             *_, x = heapq.heappop(self._open)  # line 6
             self._complete_below = x.f[0]
-            self._check(limits)
+            self._check()
             if not self._is_undominated(x) or not self._admits(x.f):  # line 7: g(x) > g_min, or mu_max has fallen
                 continue
             if self._is_accepting(x.state):  # line 7
@@ -181,13 +181,12 @@ class ReferenceSearch:
                 at = text_of_costs(o.amounts([c[o.cost] for c in pcs], violations), self._problem.priced)
                 raise PreferenceError(f"{where}: mu falls along a trajectory, on the last action to {at}")
 
-    def _check(self, limits: Limits) -> None:
+    def _check(self) -> None:
         """Raise LimitError if a limit is reached."""
         self._popped += 1
         if self._popped % CHECK_PERIOD == 1:
-            if limits.out_of_time:
-                raise LimitError("time")
-            if self.work.bytes > limits.bytes:
+            check_limits()
+            if self.work.bytes > self._free:
                 raise LimitError("memory")
 
     def _f(self, state: Counts, g: Counts, pcs: tuple[Counts, ...], violations: Counts) -> Vector:

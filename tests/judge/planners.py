@@ -8,7 +8,6 @@ from functools import partial
 from typing import TypeAlias
 
 from prefplan import Front, Options, Planner, Problem
-from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct, ReducedProduct, product_of
 from prefplan.search.paths import Result
@@ -21,24 +20,22 @@ class ReferencePlanner(Planner):
     """Searches in plain Python, with unbounded integers."""
 
     @staticmethod
-    def _search(
-        product: Product, options: Options, limits: Limits, bounds: Mapping[str, Fraction], objective: str | None
-    ) -> Result:
+    def _search(product: Product, options: Options, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
         if isinstance(product, GeneratedProduct):
             product = ReducedProduct(product.problem, product.model)
         single = product.problem.is_bi_objective and objective == product.problem.cost_names[0]
-        return ReferenceSearch(product, bounds=bounds, single=single).run(limits)
+        return ReferenceSearch(product, bounds=bounds, single=single).run()
 
 
 class ListedPlanner(Planner):
     """Lists the states of models however large they are."""
 
-    def _solve(self, objective: str | None, limits: Limits, bounds: Mapping[str, Fraction]) -> Front:
+    def _solve(self, objective: str | None, bounds: Mapping[str, Fraction]) -> Front:
         if self._product is None:
             self._product = product_of(self._ahead)
         if isinstance(self._product, GeneratedProduct):
             self._product = ReducedProduct(self._ahead, self._product.model)
-        return super()._solve(objective, limits, bounds)
+        return super()._solve(objective, bounds)
 
 
 PLANNERS: tuple[PlannerOf, ...] = (

@@ -178,12 +178,12 @@ def test_some_plan_is_known_early_and_how_far_it_may_be_from_the_best(
     exact = cheapest_plan(problem).cost if tasks == 9 else None
     run, turns, slow = LabelSearch.run, [], Options(heuristic=1, landmarks=False)
 
-    def stopped(self: LabelSearch, limits: Limits, *, most_expanded: float = math.inf) -> Result:
+    def stopped(self: LabelSearch, *, most_expanded: float = math.inf) -> Result:
         if not self.prepared.bounds.tables.add_up:
             turns.append(None)
             if len(turns) == 4:
                 raise LimitError("time") if ended == "time" else KeyboardInterrupt
-        return run(self, limits, most_expanded=most_expanded)
+        return run(self, most_expanded=most_expanded)
 
     monkeypatch.setattr(LabelSearch, "run", stopped)
     monkeypatch.setattr(incumbent, "FIRST_EXPANDED", 8000 if tasks == 9 else 20_000)

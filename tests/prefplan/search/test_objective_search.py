@@ -110,7 +110,8 @@ def test_a_search_that_a_limit_stops_has_every_point_below_some_cost(
     search = LabelSearch(Prepared(Product(grid), Options()), bounds={})
     most = Planner(grid).front().stats.expanded // 2
     monkeypatch.setattr(Limits, "out_of_time", property(lambda limits: search.work.expanded > most))
-    result = search.run(Limits())
+    with Limits():
+        result = search.run()
     points = [goal.objectives for goal in result.goals]
     assert result.ended == "time" and 0 < len(points) < len(whole)
     below = result.complete_below * grid.cost_units[0]

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from prefplan import Options, Order, Planner, Problem, Relaxation, Rule, Sum, Task, TransitionSystem, WeightedSum
-from prefplan.limits import Limits
 from prefplan.product.product_automaton import Product, Start
 from prefplan.search import driver, reference
 from prefplan.search.incumbent import run_search
@@ -47,9 +46,9 @@ def problem() -> Problem:
 def searched(kind: str) -> Result:
     product = Product(problem())
     if kind == "reference":
-        return ReferenceSearch(product, bounds={}).run(Limits())
+        return ReferenceSearch(product, bounds={}).run()
     options = Options(contraction=kind == "contracted")
-    return run_search(product, options, Limits(), {}, None)
+    return run_search(product, options, {}, None)
 
 
 KINDS = ("contracted", "whole", "reference")
