@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import chain, combinations
 from typing import TypeVar
 
@@ -24,14 +25,11 @@ def infeasible(problem: Problem) -> Reason | None:
         LimitError: a limit was reached before that is known.
     """
     tasks, rules = problem.tasks, tuple(rule for rule in problem.rules if rule.skip is None)
-
-    def is_satisfiable(tasks: tuple[Task, ...], rules: tuple[Rule, ...] = ()) -> bool:
-        return _is_satisfiable(problem, tasks, rules)
-
+    is_satisfiable = partial(_is_satisfiable, problem)
     if is_satisfiable(tasks, rules):
         return None
     if rules and is_satisfiable(tasks):
-        broken = _irreducible(rules, lambda few: is_satisfiable(tasks, few))
+        broken = _irreducible(rules, partial(is_satisfiable, tasks))
         return Reason("rule", tuple(rule.name for rule in broken))
     blame = _irreducible(tasks, is_satisfiable)
     return Reason("task" if len(blame) == 1 else "conflict", tuple(task.name for task in blame))
@@ -55,7 +53,7 @@ def _irreducible(parts: tuple[T, ...], is_satisfiable: Callable[[tuple[T, ...]],
     return kept
 
 
-def _is_satisfiable(problem: Problem, tasks: tuple[Task, ...], rules: tuple[Rule, ...]) -> bool:
+def _is_satisfiable(problem: Problem, tasks: tuple[Task, ...], rules: tuple[Rule, ...] = ()) -> bool:
     """Return whether a plan satisfies these tasks, relaxed at any price, and keeps these rules."""
     nothing = WeightedSum({task.name: 0 for task in tasks}, over="violation")
     free = tuple(
