@@ -104,9 +104,7 @@ def sets_of_tasks(
 
 def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
     """Return sets such that any two tasks share one: tasks are dealt into groups, and every two groups make a set."""
-    dealt = [range(g, tasks, groups) for g in range(min(groups, tasks))]
-    if len(dealt) == 1:
-        return [tuple(dealt[0])]
+    dealt = [range(g, tasks, groups) for g in range(groups)]
     return [tuple(sorted((*one, *other))) for one, other in combinations(dealt, 2)]
 
 
