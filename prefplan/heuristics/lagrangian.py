@@ -99,12 +99,12 @@ def weights_for(rates: np.ndarray, cost: int) -> Weights | None:
     return Weights(close.numerator, close.denominator, total // LARGEST + 1) if total < INFINITE else None
 
 
-def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, shift: int, weights: Weights) -> Lagrangian:
-    """Return the table for a pair of weights, without `shift` low bits of costs; `rates` as for `weights_for`."""
+def lagrangian_table(stages: Stages, layout: Layout, rates: np.ndarray, weights: Weights) -> Lagrangian:
+    """Return the table for a pair of weights, without low bits of costs; `rates` as for `weights_for`."""
     factors = weights.cost + weights.mu * rates
     check_limits(2 * layout.entries)
     table = np.empty(layout.entries, dtype=np.uint16)
-    tasks = range(len(stages.order))
+    tasks, shift = range(len(stages.order)), stages.graph.shift
     run_within_limits(sweep(stages, tasks, factors, table, layout=layout, shift=shift, unit=weights.unit))
     return Lagrangian(weights, layout, table)
 

@@ -30,7 +30,7 @@ from prefplan.models.kernels import INFINITE
 from prefplan.product.contraction import contract
 from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
-from prefplan.product.space import Graph, space_of
+from prefplan.product.space import space_of
 
 COMBINATIONS_EACH = 500
 """A Lagrangian table is filled once a search has expanded a label for so many combinations of automaton states, which
@@ -110,16 +110,13 @@ class Prepared:
         entries = product.graph.size * product.sizes
         needed = 48 * len(product.graph.targets) + 4 * entries.sum() + 120 * entries.max()
         check_limits(len(problem.cost_names) * needed)
-        numbers = (product.graph.costs, *product.more_costs, product.tables.relaxed, product.tables.tolls)
-        if any(each.dtype == object for each in numbers):
-            raise OverflowError
         listed, several = not isinstance(product, GeneratedProduct), len(problem.cost_names) > 1
         # Contraction leaves out detours, which may be worth their cost if a contract is general.
         contraction = options.contraction and listed and not several and not problem.is_general
         self.graph = (contract(product) if contraction else None) or product.graph
         self.space = space_of(product.tables, self.graph, product.generated)
         self.costs = [self.graph.costs, *product.more_costs]
-        require_64_bits(product, self.graph, self.costs)
+        self._require_64_bits()
         self.bounds: Bounds
         self.improved_after = math.inf
         self._improved: Callable[[int], Bounds]
@@ -129,6 +126,27 @@ class Prepared:
             self.bounds = Bounds(self._tables([projected.with_costs(costs) for costs in self.costs], sets))
         else:
             self._look_back(single)
+
+    def _require_64_bits(self) -> None:
+        """Prove that a price, and what one step adds to a cost or a preference, stay below 2^60.
+
+        Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64.
+
+        Raises:
+            OverflowError: if that is not so.
+        """
+        tables, nodes = self.product.tables, self.graph.size if self.graph.contracted else 1
+        steps = [max(1, int(each.max(initial=0)) * nodes) for each in self.costs]
+        skips = (dfa.skip or 0 for dfa in self.product.automata)
+        price = max([1, *tables.relaxed[:, 1].tolist(), *skips, int(tables.tolls.max(initial=0))])
+        growths = [Fraction(max(price, *steps))]
+        for o in self.product.problem.objectives:
+            growth = o.largest_rate * o.factor * steps[o.cost]
+            growth += sum(o.violation_weights) * o.price_unit / o.unit * price
+            growth += sum((max(term.weights) * o.factor for term in o.maxima), Fraction(0))
+            growths.append(growth)
+        if max(growths) >= INFINITE:
+            raise OverflowError
 
     def _look_back(self, single: bool) -> None:
         """Build the bounds of a product over a graph, and set which are made later."""
@@ -183,29 +201,5 @@ class Prepared:
         weights, layout = weights_for(rates, LIKELY * lowest), sparse_layout(stages)
         if weights is None or layout.entries * LAGRANGIAN_ENTRY_BYTES > TABLES_SHARE * left()[1]:
             return self.bounds
-        table = lagrangian_table(stages, layout, rates, self.graph.shift, weights)
+        table = lagrangian_table(stages, layout, rates, weights)
         return self.bounds._replace(lagrangian=table)
-
-
-def require_64_bits(product: Product, graph: Graph, costs: Sequence[np.ndarray]) -> None:
-    """Prove that what one step adds to a cost, or to a preference that counts in it, stays below 2^60.
-
-    Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64. The
-    first of the `costs` of edges or actions, or several, are tried.
-
-    Raises:
-        OverflowError: if that is not so.
-    """
-    nodes = graph.size if graph.contracted else 1
-    steps = [max(1, int(each.max(initial=0)) * nodes) for each in costs]
-    skips = (dfa.skip or 0 for dfa in product.automata)
-    price = max([1, *product.tables.relaxed[:, 1].tolist(), *skips, int(product.tables.tolls.max(initial=0))])
-    growths = [Fraction(max(steps))]
-    for o in product.problem.objectives:
-        if o.cost < len(steps):
-            growth = o.largest_rate * o.factor * steps[o.cost]
-            growth += sum(o.violation_weights) * o.price_unit / o.unit * price
-            growth += sum((max(term.weights) * o.factor for term in o.maxima), Fraction(0))
-            growths.append(growth)
-    if max(growths) >= INFINITE:
-        raise OverflowError

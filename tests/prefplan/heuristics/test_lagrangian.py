@@ -47,7 +47,7 @@ def test_bounds_are_those_of_the_least_weighted_sums_or_less(unit: int) -> None:
         if back.stages is None:
             continue
         rates = whole.problem.measure.rates(whole.problem.measure.rate_terms)
-        tables = lagrangian_table(back.stages, sparse_layout(back.stages), rates, whole.graph.shift, weights)
+        tables = lagrangian_table(back.stages, sparse_layout(back.stages), rates, weights)
         tasks, factors = np.arange(len(whole.sizes)), weights.cost + weights.mu * rates
         least = Backward(whole, graph, sweep=False).cost_to_go(tasks.tolist(), factors)
         for k, states in enumerate(product(*(range(size) for size in reversed(whole.sizes)))):
