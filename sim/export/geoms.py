@@ -89,15 +89,19 @@ def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
     return solid
 
 
+def pixels_of(model: mujoco.MjModel, texture: int) -> np.ndarray:
+    """Return the pixels of a texture, (height, width, channels) uint8."""
+    size = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
+    start = model.tex_adr[texture]
+    return np.asarray(model.tex_data[start : start + np.prod(size)].reshape(size))
+
+
 def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
     texture = int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
     if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
         return None
-    size = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
-    start = model.tex_adr[texture]
-    pixels = model.tex_data[start : start + np.prod(size)].reshape(size)
     # MuJoCo stores rows from the bottom up.
-    image, file = Image.fromarray(pixels[::-1, :, :3]), io.BytesIO()
+    image, file = Image.fromarray(pixels_of(model, texture)[::-1, :, :3]), io.BytesIO()
     image.save(file, format="JPEG")
     return Image.open(file)
 

@@ -1,12 +1,14 @@
 """A scene as MJCF, MuJoCo's own format: one XML file and the meshes and textures that it names."""
 
 import io
+import os
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from PIL import Image
 
+from sim.export.geoms import pixels_of
 from sim.world.scene import Scene, initial_state
 
 ASSETS = "assets"
@@ -18,27 +20,29 @@ START = "start"
 
 def encode_mjcf(scene: Scene) -> dict[str, bytes]:
     """Return the files of a scene by their paths; `scene.xml` is the last, and names the others."""
-    spec, files = scene.spec.copy(), {}
+    model, spec, files = scene.mujoco, scene.spec.copy(), {}
     for i, mesh in enumerate(spec.meshes):
-        ending = Path(mesh.file).suffix if mesh.file else ".obj"
-        path = f"{ASSETS}/{i:03}_{_plain(mesh.name)}{ending}"
-        files[path] = Path(mesh.file).read_bytes() if mesh.file else _obj(mesh)
+        source = _source(model, model.mesh_pathadr[i])
+        path = f"{ASSETS}/{i:03}_{_plain(mesh.name)}{source.suffix if source else '.obj'}"
+        files[path] = source.read_bytes() if source else _obj(mesh)
         _move(mesh, path)
     for i, texture in enumerate(spec.textures):
         stem = f"{ASSETS}/{i:03}_{_plain(texture.name)}"
-        sides = [(f"{stem}_{side}{Path(file).suffix}", file) for side, file in enumerate(texture.cubefiles)]
-        files |= {path: Path(file).read_bytes() for path, file in sides if file}
+        source = _source(model, model.tex_pathadr[i])
         if any(texture.cubefiles):
-            texture.cubefiles = [file and path for path, file in sides]
-        if texture.file or len(texture.data):
-            path = stem + (Path(texture.file).suffix or ".png")
-            files[path] = Path(texture.file).read_bytes() if texture.file else _png(texture)
+            sides = np.split(pixels_of(model, i), len(texture.cubefiles))
+            texture.cubefiles = [f"{stem}_{side}.png" for side in range(len(sides))]
+            texture.hflip = texture.vflip = False
+            files |= dict(zip(texture.cubefiles, map(_png, sides), strict=True))
+        elif source or len(texture.data):
+            path = f"{stem}{source.suffix if source else '.png'}"
+            files[path] = source.read_bytes() if source else _png(pixels_of(model, i))
             texture.file, texture.data, texture.content_type = path, b"", ""
     for i, field in enumerate(spec.hfields):
-        if field.file:
-            path = f"{ASSETS}/{i:03}_{_plain(field.name)}{Path(field.file).suffix}"
-            files[path] = Path(field.file).read_bytes()
-            field.file = path
+        source = _source(model, model.hfield_pathadr[i])
+        if source:
+            field.file = f"{ASSETS}/{i:03}_{_plain(field.name)}{source.suffix}"
+            files[field.file] = source.read_bytes()
     spec.meshdir = spec.texturedir = spec.modelfiledir = ""
     start = initial_state(scene)
     spec.add_key(name=START, qpos=start.qpos, ctrl=start.ctrl)
@@ -60,10 +64,13 @@ def _plain(name: str) -> str:
     return "".join(letter if letter.isalnum() else "_" for letter in name) or "part"
 
 
-def _png(texture: mujoco.MjsTexture) -> bytes:
-    """Return a texture in memory as a PNG file."""
-    pixels = np.frombuffer(texture.data, dtype=np.uint8)
-    pixels = pixels.reshape(texture.height, texture.width, texture.nchannel)
+def _source(model: mujoco.MjModel, place: int) -> Path | None:
+    """Return the path, at a place in the names of the files that a model was made of; None for what has no file."""
+    return None if place < 0 else Path(os.fsdecode(model.paths[place : model.paths.index(b"\0", place)]))
+
+
+def _png(pixels: np.ndarray) -> bytes:
+    """Return a picture as a PNG file."""
     file = io.BytesIO()
     Image.fromarray(pixels.squeeze()).save(file, format="PNG")
     return file.getvalue()

@@ -4,16 +4,13 @@ Everything but objects is fixed in place: of the file's joints only the free joi
 actuators. The time step and the solver are those of every scene, whatever options the file has.
 """
 
-import os
 from collections.abc import Collection, Mapping
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from sim.external.user_scene import UserScene, bounds
 from sim.geometry.mjcf import as_utf8
-from sim.geometry.mjcf_limits import mjcf_files
 
 
 def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[str, bool]]) -> list[str]:
@@ -21,8 +18,7 @@ def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, 
 
     Objects are given by name, with their body and whether its y axis is their x axis. Returns warnings for the user.
     """
-    world = mujoco.MjSpec.from_file(as_utf8(scene.path))
-    _find_files(world, scene.path)
+    world = mujoco.MjSpec.from_file(as_utf8(scene.path.absolute()))
     without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]
     notes = _hold_still(world, {part for part, _ in objects.values()})
     if without_effect:
@@ -88,28 +84,6 @@ def _set_as_in(spec: mujoco.MjSpec, world: mujoco.MjSpec) -> list[str]:
     for name in ("memory", "nconmax", "njmax", "nstack", "nuserdata"):
         setattr(world, name, getattr(spec, name))
     return changed
-
-
-def _find_files(world: mujoco.MjSpec, path: Path) -> None:
-    """Replace the file names of meshes, textures and height fields by absolute paths."""
-    known = [part.resolve() for part in mjcf_files(path)]
-
-    def found(file: str, beside: str) -> str:
-        """Return the path of a file, which a nested model may give relative to its own folder."""
-        named = Path(os.path.abspath(path.parent / beside / file))
-        ends = Path(os.path.normpath(Path(beside) / file)).parts
-        inner = (other for other in known if other.parts[-len(ends) :] == ends)
-        return str(named if os.path.isfile(named) else next(inner, named))
-
-    for parts, folder in ((world.meshes, "meshdir"), (world.textures, "texturedir"), (world.hfields, "meshdir")):
-        for part in parts:
-            beside = getattr(part.compiler, folder)
-            if part.file:
-                part.file = found(part.file, beside)
-    for texture in world.textures:
-        if any(texture.cubefiles):
-            texture.cubefiles = [file and found(file, texture.compiler.texturedir) for file in texture.cubefiles]
-    world.meshdir = world.texturedir = ""
 
 
 def _join(body: mujoco.MjsBody) -> list[str]:

@@ -7,20 +7,23 @@ import shutil
 from dataclasses import fields, replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
+import trimesh
 from scenario_texts import cup_scenario
 from skill_runs import contacts
 
 from prefplan.claims import Claims
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup
-from prefplan.scenario.decode import load
+from prefplan.scenario.decode import load, loads
 from sim.capability.feasibility import Feasibility
 from sim.errors import SimulationError
 from sim.evidence.log import log_of
 from sim.evidence.replay import RecordedWorld
 from sim.execution.executor import execute
+from sim.export.mjcf import encode_mjcf
 from sim.robots.arms.panda import PANDA, panda_spec
 from sim.robots.catalogue import robot_for
 from sim.robots.gripper import SuctionGripper
@@ -80,6 +83,24 @@ def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Pat
         robot = robot_for(replace(setup, folder=tmp_path))
         ranges.append(float(robot.ranges(robot.spec().compile())[1, 1]))
     assert ranges == [0.6, 0.7]
+
+
+def test_its_meshes_are_exported(file: Path, tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "parts" / "block.stl")
+    text = (file.parent / "crane.xml").read_text()
+    for old, new in (
+        ('angle="degree"/>', 'angle="degree" meshdir="parts"/><asset><mesh name="block" file="block.stl"/></asset>'),
+        ('<body name="column">', '<body name="column"><geom type="mesh" mesh="block" pos="0 0 0.1"/>'),
+    ):
+        text = text.replace(old, new)
+    (tmp_path / "crane.xml").write_text(text)
+    model = loads(file.read_text(), path=tmp_path / "crane.toml").model
+    assert isinstance(model, ManipulationModel)
+    scene = build_scene(model)
+    files = encode_mjcf(scene)
+    shown = mujoco.MjModel.from_xml_string(files["scene.xml"].decode(), files)
+    assert np.allclose(shown.mesh_vert, scene.mujoco.mesh_vert, atol=1e-5)
 
 
 @pytest.mark.parametrize(
