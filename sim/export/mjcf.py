@@ -77,16 +77,13 @@ def _png(pixels: np.ndarray) -> bytes:
 
 
 def _obj(mesh: mujoco.MjsMesh) -> bytes:
-    """Return a mesh in memory as a Wavefront OBJ file, with its normals and texture coordinates."""
-    vertices, normals = np.reshape(mesh.uservert, (-1, 3)), np.reshape(mesh.usernormal, (-1, 3))
-    uv = np.reshape(mesh.usertexcoord, (-1, 2))
-    corners = [np.reshape(mesh.userface, (-1, 3)) + 1]
-    corners.append(np.reshape(mesh.userfacetexcoord, (-1, 3)) + 1 if len(uv) else np.zeros_like(corners[0]))
-    corners.append(np.reshape(mesh.userfacenormal, (-1, 3)) + 1 if len(normals) else np.zeros_like(corners[0]))
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    """Return a mesh in memory as a Wavefront OBJ file, with the normals and texture coordinates of its vertices."""
+    normals, uv = np.reshape(mesh.usernormal, (-1, 3)), np.reshape(mesh.usertexcoord, (-1, 2))
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in np.reshape(mesh.uservert, (-1, 3))]
     # In MuJoCo, v points down.
     lines += [f"vt {u:.9g} {1 - v:.9g}" for u, v in uv]
     lines += [f"vn {x:.7g} {y:.7g} {z:.7g}" for x, y, z in normals]
-    for triangle in np.stack(corners, axis=-1):
-        lines.append("f " + " ".join("/".join(str(n) if n else "" for n in corner).rstrip("/") for corner in triangle))
+    corner = "/".join(["{0}", "{0}" if len(uv) else "", "{0}" if len(normals) else ""]).rstrip("/")
+    for triangle in np.reshape(mesh.userface, (-1, 3)) + 1:
+        lines.append("f " + " ".join(corner.format(n) for n in triangle))
     return ("\n".join(lines) + "\n").encode()

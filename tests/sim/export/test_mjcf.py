@@ -68,7 +68,7 @@ def test_its_keyframe_is_the_start(exported: tuple[Scene, mujoco.MjModel]) -> No
     assert [model.joint(i).name for i in range(model.njnt)] == [scene.mujoco.joint(i).name for i in range(model.njnt)]
 
 
-def test_the_pictures_of_a_cube_come_along(tmp_path: Path) -> None:
+def test_what_is_drawn_in_a_scene_of_ones_own_comes_along(tmp_path: Path) -> None:
     for name in ("side", "top"):
         Image.new("RGB", (8, 8), "red").save(tmp_path / f"{name}.png")
     (tmp_path / "lab.xml").write_text(
@@ -77,10 +77,13 @@ def test_the_pictures_of_a_cube_come_along(tmp_path: Path) -> None:
             <texture name="crate" type="cube" fileright="side.png" fileleft="side.png" fileup="top.png"
               filedown="top.png" filefront="side.png" fileback="side.png"/>
             <material name="crate" texture="crate"/>
+            <mesh name="leaf" vertex="0 0 0 0.1 0 0 0 0.1 0 0 0 0.1" face="0 2 1 0 1 3 0 3 2 1 2 3"
+              normal="-1 0 0 1 0 0 0 1 0 0 0 1" texcoord="0 0 0.2 0 0 0.3 0.4 0.5"/>
           </asset>
           <worldbody>
             <geom type="box" size="1 1 0.1" pos="0 0 -0.1"/>
             <geom type="box" size="0.1 0.1 0.1" pos="0.3 0.7 0.1" material="crate"/>
+            <geom type="mesh" mesh="leaf" pos="0.3 -0.7 0.1"/>
           </worldbody>
         </mujoco>"""
     )
@@ -89,4 +92,5 @@ def test_the_pictures_of_a_cube_come_along(tmp_path: Path) -> None:
     files = encode_mjcf(scene)
     assert str(tmp_path) not in files["scene.xml"].decode()
     model = mujoco.MjModel.from_xml_string(files["scene.xml"].decode(), files)
-    assert np.array_equal(model.tex_data, scene.mujoco.tex_data)
+    for name in ("tex_data", "mesh_normal", "mesh_texcoord"):
+        assert np.allclose(getattr(model, name), getattr(scene.mujoco, name), atol=1e-5), name
