@@ -7,7 +7,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from prefplan.errors import choices
+from prefplan.errors import choices, prefixed
 from sim.errors import RobotError
 from sim.geometry.mjcf import yaw_quat
 from sim.robots.gripper import Gripper
@@ -112,11 +112,9 @@ class Robot(ArmConstants):
         Raises `RobotError` if its MJCF cannot be loaded, or lacks a part that is named here.
         """
         gripper = self.gripper
-        try:
+        with prefixed(f"the robot `{self.name}` is not available here: ", RobotError):
             spec = self.mjcf()
-        except RobotError as error:
-            raise RobotError(f"the robot `{self.name}` is not available here: {error}") from None
-        try:
+        with prefixed(f"the robot `{self.name}` has ", RobotError):
             check_parts(
                 spec,
                 body=(self.base,),
@@ -125,8 +123,6 @@ class Robot(ArmConstants):
                 site=(self.tool,),
                 geom=gripper.pads,
             )
-        except RobotError as error:
-            raise RobotError(f"the robot `{self.name}` has {error}") from None
         for name, limit in zip(self.joints, self.torque_limits, strict=True):
             joint = spec.joint(name)
             joint.actgravcomp = True

@@ -1,7 +1,6 @@
 """A user's own robot: a table in a scenario, and an MJCF beside it."""
 
 import math
-import os
 from functools import cache, partial
 
 import mujoco
@@ -31,8 +30,7 @@ def user_robot(setup: RobotSetup) -> Robot:
     Raises `SimulationError`, which begins with the key, if the MJCF cannot be read, or does not fit the table.
     """
     path = setup.folder / str(setup.mjcf)
-    if not os.path.isfile(path):
-        raise SimulationError(f"robot.mjcf: {path}: no such file")
+    check_file(path, "robot.mjcf")
     return _robot(setup, path.stat().st_mtime_ns)
 
 
@@ -40,7 +38,6 @@ def user_robot(setup: RobotSetup) -> Robot:
 def _robot(setup: RobotSetup, changed: int) -> Robot:
     """Return the robot; `changed`, when the MJCF was last written, lets the cache notice a changed file."""
     path = setup.folder / str(setup.mjcf)
-    check_file(path, "robot.mjcf")
     assert setup.gripper is not None and setup.tool is not None
     arm = ImportedArm(
         setup.name if setup.name != RobotSetup().name else path.stem,
