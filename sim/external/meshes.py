@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from prefplan.errors import prefixed
 from prefplan.limits import bounded, check_limits
@@ -127,11 +127,9 @@ def _loaded(contents: bytes, kind: str, scale: float) -> MeshParts:
     if len(mesh.faces) > MAX_FACES:
         mesh = mesh.simplify_quadric_decimation(face_count=MAX_FACES)
         check_limits()
-    try:
-        ConvexHull(mesh.vertices)  # trimesh makes a hull of what is flat, too
-        hull = mesh.convex_hull
-    except QhullError:
-        raise ValueError("it has no volume") from None
+    if np.linalg.matrix_rank(mesh.vertices - mesh.vertices.mean(axis=0)) < 3:
+        raise ValueError("it has no volume")
+    hull = mesh.convex_hull
     if not is_closed:
         warning = "its surface is not closed, so that it collides as its convex hull"
         return MeshParts(smoothed(mesh), (hull,), warning)
