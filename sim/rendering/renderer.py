@@ -163,7 +163,7 @@ class Painter:
         angle = k * GOLDEN_ANGLE_RAD
         aside = np.cos(angle) * across + np.sin(angle) * np.cross(self._key_direction, across)
         direction = self._key_direction + radius * aside
-        distance = np.linalg.norm(self._key_home - self._scene.focus)
+        distance = np.linalg.norm(self._key_home - self._model.stat.center)
         self._model.light_dir[self._key] = direction / np.linalg.norm(direction)
         self._model.light_pos[self._key] = self._key_home - distance * radius * aside
 

@@ -64,7 +64,8 @@ WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
 
-    The lights aim at a (3,) target, m; the shadow map has to cover `span`, half the longer side of the table, m.
+    The lights aim at a (3,) target, m, the model's `stat.center` then; the shadow map has to cover `span`, half the
+    longer side of the table, m.
     """
     studio = mujoco.MjSpec.from_file(str(ASSETS / "studio.xml"))
     spec.visual = studio.visual

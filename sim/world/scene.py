@@ -68,7 +68,6 @@ class Scene:
         temporary: locations that the scenario does not have, each made for one object off every other location.
         table: outline of the table.
         name_places: (2,) place of the name of each location on the table, m.
-        focus: (3,) point that the lights aim at: over the table's middle, m.
         robot: in its place in the scene.
         latency: from a command until the actuators get it, s.
         warnings: for the user.
@@ -82,7 +81,6 @@ class Scene:
     shapes: dict[str, ObjectShape]
     table: Rectangle
     name_places: dict[str, np.ndarray]
-    focus: np.ndarray
     robot: Robot
     spares: tuple[str, ...] = ()
     temporary: frozenset[str] = frozenset()
@@ -160,9 +158,7 @@ def build_scene(
     masses = {name: shape.mass for name, shape in shapes.items()}
     declare_contacts(spec, masses, pads=robot.gripper.pads, supports=supports, heavy=heavy)
     compiled = _compiled(spec, own)
-    scene = Scene(
-        model, spec, compiled, layout.slots, shapes, table, name_places, focus, robot, names, warnings=warnings
-    )
+    scene = Scene(model, spec, compiled, layout.slots, shapes, table, name_places, robot, names, warnings=warnings)
     start = initial_state(scene)
     faults = [*faults_at_home(scene.mujoco, start, robot, _keys(model), own), *(_faults_at_start(scene, start, own))]
     if faults:
