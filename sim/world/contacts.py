@@ -8,13 +8,14 @@ MuJoCo's contacts are the softer, the lighter the lighter partner is, whatever p
 made stiff enough to carry the heaviest object in the scene.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
 
 import mujoco
 import numpy as np
 
 from sim.geometry.mjcf import solid_geoms
+from sim.world.shapes import ObjectShape
 
 OBJECT_FRICTION = 0.8
 """Sliding friction of two objects."""
@@ -33,26 +34,25 @@ beside 2.8 kg make joint 2 reach 139, 98 and 69 % of its torque rate)."""
 
 def declare_contacts(
     spec: mujoco.MjSpec,
-    masses: Mapping[str, float],
+    shapes: Mapping[str, ObjectShape],
     *,
     pads: Sequence[str],
     supports: Iterable[mujoco.MjsBody],
-    heavy: Collection[str],
 ) -> None:
     """Give objects their stiffness, and their friction on pads, on one another and on what they may lie on.
 
-    Masses, kg, are by the names of the objects' bodies, `supports` are bodies that objects may lie on, and contacts of
-    `heavy` objects with pads get `HEAVY_IMPEDANCE`.
+    Shapes are by the names of the objects' bodies, and `supports` are bodies that objects may lie on.
     """
     for body in supports:
         for geom in body.geoms:
             geom.friction[0] = 0.0
-    solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in masses}
+    solids = {name: [geom for geom in spec.body(name).geoms if geom.contype or geom.conaffinity] for name in shapes}
+    heaviest = max((shape.mass for shape in shapes.values()), default=0.0)
     for name, parts in solids.items():
         for geom in parts:
-            _stiffen(geom, share=min(1.0, CARRIED_SHARE * masses[name] / max(masses.values())))
+            _stiffen(geom, share=min(1.0, CARRIED_SHARE * shapes[name].mass / heaviest))
         for geom, pad in product(parts, pads):
-            _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if name in heavy else None)
+            _declare(spec, geom, spec.geom(pad), impedance=HEAVY_IMPEDANCE if shapes[name].is_heavy else None)
     for parts, others in combinations(solids.values(), 2):
         for geom, other in product(parts, others):
             _declare(spec, geom, other, slide=OBJECT_FRICTION)

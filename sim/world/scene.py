@@ -154,9 +154,7 @@ def build_scene(
         add_station(spec, station)
     warnings = add_objects(spec, model, layout.slots, shapes, own)
     names = add_spares(spec, model, spares, shapes, robot)
-    supports, heavy = _supports(spec, model, layout.stations), [name for name in shapes if shapes[name].is_heavy]
-    masses = {name: shape.mass for name, shape in shapes.items()}
-    declare_contacts(spec, masses, pads=robot.gripper.pads, supports=supports, heavy=heavy)
+    declare_contacts(spec, shapes, pads=robot.gripper.pads, supports=_supports(spec, model, layout.stations))
     compiled = _compiled(spec, own)
     scene = Scene(model, spec, compiled, layout.slots, shapes, table, name_places, robot, names, warnings=warnings)
     start = initial_state(scene)
