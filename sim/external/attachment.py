@@ -122,8 +122,7 @@ def _centre(body: mujoco.MjsBody, scene: UserScene, *, turned: bool, explicit: b
 
 def _inertia(scene: UserScene, body: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Return mass, kg, (3,) centre, m, and (3, 3) inertia about it of a free body and its children, in its frame."""
-    data, number = mujoco.MjData(scene.mujoco), scene.mujoco.body(body).id
-    mujoco.mj_kinematics(scene.mujoco, data)
+    data, number = scene.data, scene.mujoco.body(body).id
     mujoco.mj_comPos(scene.mujoco, data)
     mujoco.mj_crb(scene.mujoco, data)
     # The composite inertia about the centre: three moments, three products, three zeros and the mass.
