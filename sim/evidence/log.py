@@ -8,6 +8,7 @@ import functools
 import hashlib
 import io
 import json
+import math
 import platform
 import zipfile
 import zlib
@@ -239,9 +240,16 @@ def _check_parts(path: str | Path, parts: Sequence[zipfile.ZipInfo]) -> None:
         raise LogError(f"{path}: too large: its arrays have {size / 2**20:.0f} MiB, {MAX_BYTES / 2**20:.0f} at most")
 
 
+def _finite(text: str) -> float:
+    """Return a number; JSON has no infinite ones, but Python reads them."""
+    if not math.isfinite(number := float(text)):
+        raise ValueError
+    return number
+
+
 def _about(path: str | Path, data: np.ndarray) -> About:
     try:
-        about = json.loads(data.tobytes())
+        about = json.loads(data.tobytes(), parse_float=_finite, parse_constant=_finite)
         if (found := about.get("format")) != FORMAT:
             raise LogError(f"{path}: a log of format {found!r}; this version of prefplan reads {FORMAT}")
         return TypeAdapter(About).validate_python(about)

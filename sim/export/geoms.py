@@ -90,10 +90,10 @@ def solid_of(model: mujoco.MjModel, geom: int) -> trimesh.Trimesh | None:
 
 
 def pixels_of(model: mujoco.MjModel, texture: int) -> np.ndarray:
-    """Return the pixels of a texture, (height, width, channels) uint8."""
-    size = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
+    """Return the pixels of a texture, (height, width, channels) uint8, or (height, width) of one channel."""
+    size = [int(model.tex_height[texture]), int(model.tex_width[texture]), int(model.tex_nchannel[texture])]
     start = model.tex_adr[texture]
-    return np.asarray(model.tex_data[start : start + np.prod(size)].reshape(size))
+    return np.asarray(model.tex_data[start : start + np.prod(size)].reshape(size[:2] if size[2] == 1 else size))
 
 
 def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
@@ -101,8 +101,8 @@ def _texture(model: mujoco.MjModel, material: int) -> Image.Image | None:
     if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
         return None
     # MuJoCo stores rows from the bottom up.
-    image, file = Image.fromarray(pixels_of(model, texture)[::-1, :, :3]), io.BytesIO()
-    image.save(file, format="JPEG")
+    image, file = Image.fromarray(pixels_of(model, texture)[::-1]), io.BytesIO()
+    image.convert("RGB").save(file, format="JPEG")
     return Image.open(file)
 
 

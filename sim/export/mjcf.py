@@ -72,7 +72,7 @@ def _source(model: mujoco.MjModel, place: int) -> Path | None:
 def _png(pixels: np.ndarray) -> bytes:
     """Return a picture as a PNG file."""
     file = io.BytesIO()
-    Image.fromarray(pixels.squeeze()).save(file, format="PNG")
+    Image.fromarray(pixels).save(file, format="PNG")
     return file.getvalue()
 
 

@@ -10,7 +10,7 @@ from prefplan.errors import check_known, prefixed
 from prefplan.models.manipulation.surroundings import GripperSetup, RobotSetup, check_point, with_height
 from sim.errors import RobotError, SimulationError
 from sim.geometry.mjcf import as_utf8
-from sim.geometry.mjcf_limits import check_file
+from sim.geometry.mjcf_limits import mjcf_files
 from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import Robot
 
@@ -30,13 +30,14 @@ def user_robot(setup: RobotSetup) -> Robot:
     Raises `SimulationError`, which begins with the key, if the MJCF cannot be read, or does not fit the table.
     """
     path = setup.folder / str(setup.mjcf)
-    check_file(path, "robot.mjcf")
-    return _robot(setup, path.stat().st_mtime_ns)
+    with prefixed("robot.mjcf: ", SimulationError):
+        files = mjcf_files(path)
+    return _robot(setup, tuple(file.stat().st_mtime_ns for file in files))
 
 
 @cache
-def _robot(setup: RobotSetup, changed: int) -> Robot:
-    """Return the robot; `changed`, when the MJCF was last written, lets the cache notice a changed file."""
+def _robot(setup: RobotSetup, changed: tuple[int, ...]) -> Robot:
+    """Return the robot; `changed`, when the files of its MJCF were last written, lets the cache notice a new one."""
     path = setup.folder / str(setup.mjcf)
     assert setup.gripper is not None and setup.tool is not None
     arm = ImportedArm(

@@ -156,6 +156,8 @@ def test_missing_files_and_folders_are_told(tmp_path: Path) -> None:
         ({"about": {"text": 3}}, "about.text: input should be a valid string"),
         ({"about": {"claims": {"completed": "perhaps"}}}, "about.claims.completed"),
         ({"about": {"actions": [{"action": "grasp cup"}]}}, "about.actions.0.start: field required"),
+        ({"about": {"seed": float("inf")}}, "about is not the JSON it should be"),
+        ({"about": {"seed": float("nan")}}, "about is not the JSON it should be"),
         ({"qvel": None}, "qvel is missing"),
         ({"qpos": np.zeros(2, int)}, "qpos has the shape"),
         ({"qvel": np.zeros(3, int)}, "qvel has the shape"),
@@ -173,7 +175,7 @@ def test_damaged_parts_are_told(path: Path, rewrite: Rewrite, parts: dict[str, A
         read_log(path)
 
 
-@pytest.mark.parametrize("words", [b"{", b"[1]", b"3", b"\xff", b""])
+@pytest.mark.parametrize("words", [b"{", b"[1]", b"3", b"\xff", b"", b'{"cost": 1e999}'])
 def test_an_account_that_is_none_is_told(path: Path, log: Log, words: bytes) -> None:
     arrays = {name: getattr(log, name) for name in ARRAYS}
     path.write_bytes(npz(about=np.frombuffer(words, dtype=np.uint8), **arrays))

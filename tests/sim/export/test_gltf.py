@@ -12,6 +12,7 @@ from forged_logs import cut
 from glb_files import GlbFile
 
 from sim.evidence.log import Log
+from sim.export.geoms import appearance_of
 from sim.export.gltf import encode_glb
 from sim.world.scene import Scene
 
@@ -110,3 +111,14 @@ def test_objects_have_their_colours_in_linear_light(file: GlbFile, scene: Scene)
         assert roughness == pytest.approx((1 + 64 * shininess) ** -0.25, rel=1e-3), "as wide a highlight"
         colour = material["pbrMetallicRoughness"]["baseColorFactor"]
         assert np.allclose(np.array(colour[:3]) ** (1 / 2.2), obj.rgba[:3], atol=0.03) and colour[3] == 1
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_a_texture_may_be_grey_or_transparent(channels: int) -> None:
+    spec = mujoco.MjSpec()
+    spec.add_texture(name="paper", type=mujoco.mjtTexture.mjTEXTURE_2D, width=2, height=2, nchannel=channels)
+    spec.texture("paper").data = np.repeat(np.array([0, 80, 160, 240], np.uint8), channels).tobytes()
+    spec.add_material(name="paper").textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "paper"
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1, 0.1, 0.1], material="paper")
+    picture = appearance_of(spec.compile(), 0).texture
+    assert picture is not None and picture.mode == "RGB" and picture.size == (2, 2)

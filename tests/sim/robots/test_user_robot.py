@@ -74,12 +74,14 @@ def test_it_carries_out_a_plan(file: Path) -> None:
     assert rollout.placement_error < 0.003
 
 
-def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Path) -> None:
+@pytest.mark.parametrize("changed", ["crane.xml", "inner.xml"])
+def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Path, changed: str) -> None:
     text = (setup.folder / "crane.xml").read_text()
     ranges = []
+    (tmp_path / "crane.xml").write_text('<mujoco model="crane"><include file="inner.xml"/></mujoco>')
     for time, high in enumerate(("0.6", "0.7")):
-        (tmp_path / "crane.xml").write_text(text.replace("0 0.6", f"0 {high}"))
-        os.utime(tmp_path / "crane.xml", (time, time))
+        (tmp_path / changed).write_text(text.replace("0 0.6", f"0 {high}"))
+        os.utime(tmp_path / changed, (time, time))
         robot = robot_for(replace(setup, folder=tmp_path))
         ranges.append(float(robot.ranges(robot.spec().compile())[1, 1]))
     assert ranges == [0.6, 0.7]
