@@ -130,7 +130,7 @@ class Problem:
         prices = [exact(relaxation.cost) for task in self.tasks for relaxation in task.relax]
         skips = [*(task.skip for task in self.tasks), *(rule.skip for rule in self.rules)]
         prices += [exact(skip) for skip in skips if skip is not None]
-        price, units = common_unit(prices), [table.shared_unit for table in self.system.costs]
+        price, units = common_unit(prices), [table.unit for table in self.system.costs]
         if self.past.costs:
             units[0] = common_unit([units[0], *map(exact, self.past.costs)])
         rules, objectives = self.priced[len(self.tasks) :], list[Measure]()

@@ -8,7 +8,6 @@ import numpy as np
 
 from prefplan.errors import ModelError
 from prefplan.exact_costs import Number, exact, whole_numbers
-from prefplan.limits import check_limits
 from prefplan.text.names import check_names
 
 DEFAULT_COST = "cost"
@@ -16,9 +15,6 @@ DEFAULT_COST = "cost"
 
 Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""
-
-AT_ONCE = 2**20
-"""Entries of a table between two checks of the limits."""
 
 UNMEASURED = -1
 """Entry of a cost table for an action whose cost was not measured: it does not exist."""
@@ -41,31 +37,14 @@ class CostTable:
     unit: Fraction
 
     @property
-    def shared_unit(self) -> Fraction:
-        """The largest unit of which every cost is a multiple, in the user's units."""
-        common, entries = 0, self.entries.ravel()
-        for first in range(0, len(entries), AT_ONCE):
-            if first:
-                check_limits()
-            part = entries[first : first + AT_ONCE]
-            common = int(np.gcd.reduce(part[part != UNMEASURED], initial=common))
-            if common == 1:
-                break
-        return self.unit * (common or 1)
-
-    @property
     def greatest(self) -> Fraction:
         """The greatest cost, in the user's units; 0 if there are none."""
         return self.unit * int(max(self.entries.ravel().tolist(), default=0))
 
     def counts(self, unit: Fraction) -> np.ndarray:
-        """Return all entries as whole multiples of another unit, in one dimension: int64 if all fit, else Python's."""
-        ratio, entries = self.unit / unit, self.entries.ravel()
-        if ratio == 1:
-            return entries
-        if ratio.numerator == 1 and entries.dtype != object:
-            return entries // ratio.denominator
-        return whole_numbers([cost * ratio.numerator // ratio.denominator for cost in entries.tolist()])
+        """Return all entries, in one dimension, in a unit that divides `self.unit`: int64 if all fit, else Python's."""
+        ratio, entries = int(self.unit / unit), self.entries.ravel()
+        return entries if ratio == 1 else whole_numbers([cost * ratio for cost in entries.tolist()])
 
 
 def by_name(cost: Cost) -> Mapping[str, Number]:

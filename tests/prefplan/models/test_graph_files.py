@@ -86,7 +86,7 @@ def test_a_graph_read_from_a_file_is_the_one_written_out(tmp_path: Path, write: 
     by_number = dict(enumerate(states_of(model), start=1))
     rename = (lambda state: by_number[int(state)]) if write is dimacs else str
     assert described(read.problem().system, rename) == described(listed.problem().system, str)
-    units = [[table.shared_unit for table in one.problem().system.costs] for one in (read, listed)]
+    units = [[table.unit for table in one.problem().system.costs] for one in (read, listed)]
     assert units[0] == units[1]
     assert points(read) == points(listed)
 
