@@ -104,10 +104,9 @@ class ManipulationSystem(System):
         met = set(states)
         for before in states:
             check_limits()
-            for action, outcome in self.outcomes(before):
+            for action, outcome, costs in self.outcomes(before):
                 after = self.space.decode(self.space.encode(outcome, where=f"after `{action}`"))
-                costs = dict(zip(self.cost_names, self._costs(action, before, after), strict=True))
-                transitions.append((before, str(action), after, costs))
+                transitions.append((before, str(action), after, dict(zip(self.cost_names, costs, strict=True))))
                 if after not in met:
                     met.add(after)
                     states.append(after)
@@ -142,32 +141,24 @@ class ManipulationSystem(System):
         """See `System.label`."""
         return state.label
 
-    def outcomes(self, state: ManipulationState) -> Iterator[tuple[Action, ManipulationState]]:
-        """Yield the applicable actions of a state, in the order of the model, each with its successor.
+    def outcomes(self, state: ManipulationState) -> Iterator[tuple[Action, ManipulationState, tuple[Fraction, ...]]]:
+        """Yield the applicable actions of a state, in the order of the model, each with its successor and its costs.
 
         Raises:
-            ModelError: an operator yields an action of another kind.
+            ModelError: an operator yields an action of another kind, or a state that is not of the model.
         """
         told = state.conditions
         barred = {action for conditions, action in self.symmetry.barred if conditions <= told}
-        for operator in self.space.model.operators:
+        for k, operator in enumerate(self.space.model.operators):
             for action, after in operator.outcomes(self.space.model, state):
                 if action.kind != operator.kind:
                     raise ModelError(f"operator {operator.kind!r} yields `{action}`, an action of another kind")
-                if str(action) not in barred and UNMEASURED not in self._counts(action, state, after):
+                i, j = (self.space.hand(each, where=f"after `{action}`") for each in (state, after))
+                entries = [each.entries[k, i, j] for each in self.costs]
+                if str(action) not in barred and UNMEASURED not in entries:
                     origin = state.origin if state.held else state.place.get(after.held or "")
-                    yield action, replace(after, origin=origin if after.held else None)
-
-    def _counts(self, action: Action, before: ManipulationState, after: ManipulationState) -> list[int]:
-        """Return the entries of an action in the tables of costs."""
-        k = self.space.model.kinds.index(action.kind)
-        i, j = (self.space.hand(state, where=f"after `{action}`") for state in (before, after))
-        return [int(each.entries[k, i, j]) for each in self.costs]
-
-    def _costs(self, action: Action, before: ManipulationState, after: ManipulationState) -> tuple[Fraction, ...]:
-        """Return every cost of an action, in the user's units."""
-        counts = self._counts(action, before, after)
-        return tuple(count * each.unit for count, each in zip(counts, self.costs, strict=True))
+                    costs = tuple(int(entry) * each.unit for entry, each in zip(entries, self.costs, strict=True))
+                    yield action, replace(after, origin=origin if after.held else None), costs
 
     def steps(self, state: ManipulationState, action: str) -> tuple[ManipulationState, tuple[Fraction, ...]]:
         """See `System.steps`.
@@ -175,9 +166,9 @@ class ManipulationSystem(System):
         Raises:
             ModelError: the action does not exist in that state.
         """
-        for each, after in self.outcomes(state):
+        for each, after, costs in self.outcomes(state):
             if str(each) == action:
-                return after, self._costs(each, state, after)
+                return after, costs
         raise ModelError(f"action {action!r} does not exist in state {state!r}")
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
@@ -207,6 +198,6 @@ class ManipulationSystem(System):
         state, actions = self.start, list[str]()
         for wanted in codes[1:]:
             # The successor determines the action's kind and the poses of the hand, and so its cost.
-            action, state = next(each for each in self.outcomes(state) if self.canonical(each[1]) == wanted)
+            action, state, _ = next(each for each in self.outcomes(state) if self.canonical(each[1]) == wanted)
             actions.append(str(action))
         return actions
