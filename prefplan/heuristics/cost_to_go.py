@@ -41,7 +41,7 @@ def task_distances(product: Product, costs: Sequence[int]) -> list[Distances]:
     Raises:
         LimitError: a limit was reached.
     """
-    system = product.problem.system.listed
+    system = product.listed
     into: Mapping[int, list[tuple[int, int]]] = defaultdict(list)
     for state in range(system.size):
         if state % CHECK_PERIOD == 0:

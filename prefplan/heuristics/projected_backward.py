@@ -108,7 +108,7 @@ class ProjectedBackward:
 
 def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
     """Return which edges of a projection concern some objects: with them, or to a location that one has for itself."""
-    system, space = projection.product.problem.system.listed, projection.space
+    system, space = projection.product.listed, projection.space
     objects = [read_action(text).obj for text in system.action_names]
     after = projection.codes[system.targets]
     hand = space.digit(after, 0)

@@ -71,7 +71,8 @@ class Product:
 
     Attributes:
         problem: what it is made from.
-        system: the one in which plans are: that of `problem`, unless that is a smaller one.
+        listed: the transition system T of `problem`, with all its states.
+        system: the one in which plans are: T, unless that is a smaller one.
         automata: (N,) the weighted automata of the tasks.
         followers: (N + R,) these, then the automata of the rules, first of the P - N rules that may be broken.
         graph: the transition system; a cost is units times 2**shift, plus 1 if actions are counted to break ties;
@@ -93,13 +94,13 @@ class Product:
         Raises:
             ModelError: if a product state does not fit an integer, or a label can be read in too many ways.
         """
-        self.problem, self.system = problem, problem.system
-        system = problem.system.listed
+        self.problem = problem
+        self.system = self.listed = listed = problem.system.listed
         self.automata, self.followers = problem.weighted_automata, problem.followers
-        self.nodes = len(system.labels)
+        self.nodes = len(listed.labels)
         classes = self._tabulate()
         # A projection has one cost only.
-        tables = zip(system.costs, problem.cost_units, strict=False)
+        tables = zip(listed.costs, problem.cost_units, strict=False)
         costs, *self.more_costs = (table.counts(unit) for table, unit in tables)
         sizes = self.tables.sizes.tolist()
         states = self.nodes * math.prod(sizes)
@@ -119,14 +120,13 @@ class Product:
         # Where a detour may be worth its cost, paths have any number of actions.
         live = self.nodes * math.prod(dfa.live for dfa in self.followers)
         shift = 0 if problem.is_general else _tie_bits(costs, live)
-        edges = system.offsets, system.targets, (costs << shift) + 1 if shift else costs
-        self.graph = Graph(*edges, classes, np.arange(self.nodes), system.start, False, shift)
+        edges = listed.offsets, listed.targets, (costs << shift) + 1 if shift else costs
+        self.graph = Graph(*edges, classes, np.arange(self.nodes), listed.start, False, shift)
         if states > INTERPRETED_STATES:
             compile_kernels()
 
     def _tabulate(self) -> np.ndarray:
         """Fill the tables, set one label of each class, and return the class of each state."""
-        system = self.problem.system.listed
         relevant = [dfa.propositions for dfa in self.followers]
 
         @cache
@@ -137,7 +137,7 @@ class Product:
 
         mentioned = frozenset[str]().union(*relevant)
         letters: dict[frozenset[str], int] = {}
-        kept = [letters.setdefault(label & mentioned, len(letters)) for label in system.label_sets]
+        kept = [letters.setdefault(label & mentioned, len(letters)) for label in self.listed.label_sets]
         columns: dict[tuple[tuple[tuple[Reading, ...], ...], ...], int] = {}
         class_of, class_sets = list[int](), list[frozenset[str]]()
         for label in letters:
@@ -148,7 +148,7 @@ class Product:
             class_of.append(columns.setdefault(column, len(columns)))
         self.class_sets = tuple(class_sets)
         self._enter(list(zip(*columns, strict=True)))
-        classes: np.ndarray = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][system.labels]
+        classes: np.ndarray = np.array(class_of, dtype=np.int32)[np.array(kept, dtype=np.int32)][self.listed.labels]
         return classes
 
     def _enter(self, readings: Sequence[Sequence[tuple[tuple[Reading, ...], ...]]]) -> None:
@@ -216,7 +216,7 @@ class Product:
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return the actions in `system` of a path of (K,) edges from the start on; AssertionError if it is none."""
-        listed = self.problem.system.listed
+        listed = self.listed
         before = np.array([listed.start, *listed.targets[steps[:-1]]])[: len(steps)]
         assert ((listed.offsets[before] <= steps) & (steps < listed.offsets[before + 1])).all(), NO_STEP
         return [listed.action_names[action] for action in listed.actions[steps].tolist()]

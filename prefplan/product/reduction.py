@@ -23,8 +23,8 @@ LETTERS_LIMIT = 2**14
 
 def product_of(problem: Problem) -> Product:
     """Return the product of a problem's tasks and its system, or a smaller one on which they read the same labels."""
-    if (system := problem.system.small) is not None:
-        return Product(problem.over(system))
+    if problem.system.small is not None:
+        return Product(problem)
     assert isinstance(problem.system, ManipulationSystem)
     smaller = problem.system.reduced(problem.task_propositions, stutter_invariant=problem.stutter_invariant)
     return (GeneratedProduct if GeneratedProduct.suits(problem, smaller) else ReducedProduct)(problem, smaller)
@@ -40,7 +40,7 @@ class ReducedProduct(Product):
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
         """Return the actions in the problem's own system of a path of (K,) edges of the smaller one from the start."""
-        listed, space = self._smaller.listed, self._smaller.space
+        listed, space = self.listed, self._smaller.space
         states = [listed.start, *listed.targets[steps].tolist()]
         return self._smaller.actions_through([space.encode(listed.states[state], where="state") for state in states])
 

@@ -90,7 +90,7 @@ class ReferenceSearch:
             LimitError: a limit was reached.
         """
         problem = product.problem
-        self.product, self._problem, self._system = product, problem, problem.system.listed
+        self.product, self._problem, self._system = product, problem, product.listed
         self._units = [*problem.cost_units, *(Fraction(1) for _ in problem.objectives)]
         named = zip(problem.objective_names, self._units, strict=True)
         self._most = [bounds[name] / unit if name in bounds else math.inf for name, unit in named]
