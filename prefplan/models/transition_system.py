@@ -182,7 +182,7 @@ class TransitionSystem(System):
             action_names=action_names,
             label_sets=tuple(distinct),
             propositions=propositions,
-            resolution=next(rounded for _, _, rounded in columns.values()),
+            resolution=max((rounded for _, _, rounded in columns.values() if rounded is not None), default=None),
         )
 
     @classmethod

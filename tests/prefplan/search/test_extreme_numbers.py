@@ -145,6 +145,16 @@ def test_distances_in_doubles_are_planned_with_at_a_stated_resolution(roads: Tra
         assert (Fraction(str(plan.cost)) / Fraction(str(problem.resolution))).denominator == 1
 
 
+@pytest.mark.parametrize("names", ["cd", "dc"])
+def test_what_is_rounded_is_told_whichever_cost_it_is(names: str) -> None:
+    small, large = ({"c": 1, "d": cost} for cost in (0.123456789012347, 123.456789012343))
+    edges = [("a", "x", "b", small), ("b", "y", "c", large)]
+    edges = [(*edge, {name: costs[name] for name in names}) for *edge, costs in edges]
+    system = TransitionSystem.from_transitions(edges, start="a", labels={"c": {"p"}})
+    front = pareto_front(Problem(system, [Task("p", "F p")], Order()))
+    assert front.assumptions == ("Costs are rounded to multiples of 1e-09; the front is exact for those.",)
+
+
 def test_decimals_that_people_write_are_never_rounded() -> None:
     front = pareto_front(Problem(fork((10**17, 0.001)), TASKS, Order()))
     assert not front.assumptions and front[0].cost == 1e17 and front[0].task_costs["p"] == 10**17
