@@ -1,6 +1,5 @@
 """A workcell without physics: the arm is at its goal at once, and a held object moves with the hand."""
 
-import hashlib
 from collections.abc import Callable, Hashable
 
 import mujoco
@@ -44,7 +43,7 @@ class KinematicCell(Workcell):
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
         self._foreseen: tuple[str | None] | None = None
-        self._answers: dict[Hashable, bool] = {}
+        self._answers: dict[Hashable, dict[Hashable, bool]] = {}
         self.followed: list[Followed] = []
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
@@ -98,13 +97,10 @@ class KinematicCell(Workcell):
         self._foresee(touching)
         return self._checker.hand_is_inside(tool, width=width)
 
-    def recall(self, obj: str, question: Hashable, answer: Callable[[], bool]) -> bool:
-        """See `Workcell.recall`."""
-        others = [(name, self.data.joint(name).qpos.tobytes()) for name in self.scene.shapes if name != obj]
-        key = obj, question, hashlib.blake2b(repr(others).encode()).digest()
-        if key not in self._answers:
-            self._answers[key] = answer()
-        return self._answers[key]
+    def answers(self, obj: str) -> dict[Hashable, bool]:
+        """See `Workcell.answers`."""
+        others = tuple((name, self.data.joint(name).qpos.tobytes()) for name in self.scene.shapes if name != obj)
+        return self._answers.setdefault((obj, others), {})
 
     def _foresee(self, touching: str | None) -> None:
         """Observe the objects, one of which the fingers may touch, if something has moved."""

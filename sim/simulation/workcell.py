@@ -209,12 +209,12 @@ class Workcell(Plant):
         """See `CollisionChecker.hand_is_inside`: a check that can make inverse kinematics unnecessary."""
         return self.collision_checker(touching=touching).hand_is_inside(tool, width=width)
 
-    def recall(self, obj: str, question: Hashable, answer: Callable[[], bool]) -> bool:
-        """Return the answer to a question about an object that depends on nothing else but where the others are.
+    def answers(self, obj: str) -> dict[Hashable, bool]:
+        """Return the known answers to questions about an object that depend on nothing else but where the others are.
 
-        `KinematicCell` keeps answers; in a run, each needs other observations.
+        `KinematicCell` keeps what is added; in a run, each needs other observations.
         """
-        return answer()
+        return {}
 
     def collision_checker(
         self, *, touching: str | None = None, held: str | None = None, width: float | None = None

@@ -36,6 +36,10 @@ class ChosenGrasp(NamedTuple):
     tool: ToolPose
 
 
+def _in_any_case(grasp: GraspPose) -> bool:
+    return True
+
+
 def choose_grasp(
     cell: Workcell,
     obj: str,
@@ -104,20 +108,16 @@ def find_grasp(
         if not _is_inside(cell, obj, grasp.at(pose.position, frame).symmetric_poses(), grasp.opening)
     )
 
-    def free(suits: Callable[[GraspPose], bool] = lambda grasp: True) -> Iterator[ChosenGrasp]:
-        nonlocal outside
+    tests: list[Callable[[GraspPose], bool]] = [_in_any_case]
+    if slot is not None:
+        fits, barely_fits = (_placing(cell, obj, slot, barely=barely) for barely in (False, True))
+        tests = [fits, barely_fits, _in_any_case] if pose.is_upright and not certain else [fits]
+    for suits in tests:
         outside, again = itertools.tee(outside)
-        return _free_grasps(cell, obj, pose, frame, again, unlike, suits=suits)
-
-    if slot is None:
-        return next(free(), None)
-    lenient = pose.is_upright and not certain
-    for barely in (False, True) if lenient else (False,):
-        suits = _placing(cell, obj, slot, barely=barely)
-        for choice in free(suits):
-            if suits(choice.grasp):
-                return choice
-    return next(free(), None) if lenient else None
+        found = next(_free_grasps(cell, obj, pose, frame, again, unlike, suits=suits), None)
+        if found is not None:
+            return found
+    return None
 
 
 def _candidates(
@@ -139,12 +139,12 @@ def _free_grasps(
     unlike: Sequence[ToolPose],
     collisions: list[Collection[str]] | None = None,
     *,
-    suits: Callable[[GraspPose], bool] = lambda grasp: True,
+    suits: Callable[[GraspPose], bool] = _in_any_case,
 ) -> Iterator[ChosenGrasp]:
     """Yield those of some grasps that the arm reaches without a collision where the object is.
 
-    Grasps are left out that do not suit with the hand turned either way. The bodies that keep the hand from each
-    candidate of other grasps are added to `collisions`, if given; that takes longer.
+    Grasps are left out that do not suit; those that do not with the hand turned either way are not tried. The bodies
+    that keep the hand from each candidate of other grasps are added to `collisions`, if given; that takes longer.
     """
     for grasp in candidates:
         poses = grasp.at(pose.position, frame).symmetric_poses()
@@ -158,7 +158,7 @@ def _free_grasps(
         except SimulationError:
             continue
         else:
-            if not any(_points_alike(choice.tool, other) for other in unlike):
+            if not any(_points_alike(choice.tool, other) for other in unlike) and suits(choice.grasp):
                 yield choice
 
 
@@ -283,14 +283,13 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
 
 def _placing(cell: Workcell, obj: str, slot: Slot, *, barely: bool) -> Callable[[GraspPose], bool]:
     """Return a test of grasps: whether an object that is not held yet can be put into a slot, if need be `barely`."""
-    known = dict[bytes, bool]()
+    shape, known = cell.scene.shapes[obj], cell.answers(obj)
 
     def can_place(grasp: GraspPose) -> bool:
-        alike = _placed_alike(cell.scene.shapes[obj], grasp)
-        if alike not in known:
-            question = slot.position.tobytes(), slot.yaw, alike, barely
-            known[alike] = cell.recall(obj, question, partial(_can_place, cell, obj, slot, grasp, barely=barely))
-        return known[alike]
+        question = slot.position.tobytes(), slot.yaw, _placed_alike(shape, grasp), barely
+        if question not in known:
+            known[question] = _can_place(cell, obj, slot, grasp, barely=barely)
+        return known[question]
 
     return can_place
 
