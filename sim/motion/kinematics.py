@@ -185,9 +185,9 @@ class Arm(InverseKinematics):
 
     def _follow(self, q: np.ndarray, goal: np.ndarray, path: ToolPath) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, that bring the tool to its path at these times."""
-        points = [q]
+        points, shares = [q], smooth_step(path.times / path.times[-1])
         self._configuration.update(q)
-        for position, rotation, share in zip(path.positions, path.rotations, path.progress, strict=True):
+        for position, rotation, share in zip(path.positions, path.rotations, shares, strict=True):
             self._aim(position, rotation, q + share * (goal - q))
             points.append(points[-1] + self._step())
             self._configuration.update(points[-1])

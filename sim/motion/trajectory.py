@@ -86,13 +86,11 @@ class ToolPath:
         times: (N,) multiples of `CONTROL_PERIOD_S`, s.
         positions: (N, 3) m.
         rotations: (N, 3, 3) of the tool frame.
-        progress: (N,) share of the movement done, 0 .. 1.
     """
 
     times: np.ndarray
     positions: np.ndarray
     rotations: np.ndarray
-    progress: np.ndarray
 
 
 def wrap(angle: float, period: float = 2 * np.pi) -> float:
@@ -174,7 +172,7 @@ def transfer_path(
     positions = np.column_stack([over_table, z])
     tilts, turns = (Rotation.from_rotvec(carried[:, None] * end) for end in (tilt.as_rotvec(), about_z))
     rotations = (turns * tilts).as_matrix() @ start.rotation
-    return ToolPath(t, positions, rotations, smooth_step(t / t[-1]))
+    return ToolPath(t, positions, rotations)
 
 
 def spaced(path: np.ndarray, levers: np.ndarray, *, step: float) -> np.ndarray:
