@@ -9,6 +9,7 @@ from experiments.cli.progress import Tell
 from experiments.cli.status import tell
 from experiments.runs.outcome import Outcome
 from prefplan import ManipulationModel, NoPlanError, Plan, Problem, Scenario, ScenarioError
+from prefplan.models.manipulation.action_costs import MeasuredCosts
 from prefplan.models.system import System
 from prefplan.replanning import Past, continue_as_preferred, continue_cheaply
 from sim.errors import RenderingError, SimulationError
@@ -68,6 +69,9 @@ def scene_of(
         raise ScenarioError(f"{scenario.path}: " + "; ".join(f"model.{fault}" for fault in error.faults)) from None
     for warning in scene.warnings:
         tell(f"warning: {scenario.path}: model.{warning}")
+    if robot is not None and isinstance(scenario.model.costs, MeasuredCosts) and not any_costs:
+        if (own := scenario.model.robot_setup.source) != robot:
+            tell(f"warning: {scenario.path}: model.costs.measured: costs are predicted for {own}, not for {robot}")
     return scene
 
 

@@ -23,6 +23,7 @@ from experiments.sweep.workers import Record
 from prefplan import ManipulationModel, Plan, Scenario
 from sim import Fault, Perturbation, Scene, build_scene, certify
 from sim.execution.faults.fault import spares_for
+from sim.external.bundle import digests
 
 UNCHECKED: Record = {"certified": None, "agrees": None, "refuted": [], "findings": [], "proved": False}
 """Entries of a record without a log."""
@@ -120,11 +121,13 @@ class Sweep:
 
 def define(scenario: Scenario, job: Sweep) -> dict[str, Any]:
     """Return everything that determines the records of a sweep; not the number of rollouts or the machines used."""
+    assert isinstance(scenario.model, ManipulationModel)
     return {
         "prefplan": version("prefplan"),
         "mujoco": version("mujoco"),
         "scenario": scenario.name,
         "scenario_sha256": hashlib.sha256(scenario.path.read_bytes()).hexdigest(),
+        "files": digests(scenario.model),
         "plan": job.wanted.plan,
         "cost": job.plan.cost,
         "preference": job.plan.preference,

@@ -155,8 +155,8 @@ class Capability:
             *(f"{name} {version(name)}" for name in LIBRARIES),
             digest_of_sources(),
         ]
-        if model.scene or setup.mjcf or any(obj.file for obj in model.objects):
-            parts.append(self._scene.sha256)  # files that may refer to others
+        if model.files:
+            parts.append(self._scene.sha256)  # files may refer to others
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import functools
+import hashlib
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -21,6 +22,14 @@ def packed(model: ManipulationModel) -> dict[str, str]:
     Raises `SimulationError` if one of them is missing.
     """
     return {name: base64.b64encode(_contents(model.folder / name)).decode() for name in _file_names(model)}
+
+
+def digests(model: ManipulationModel) -> dict[str, str]:
+    """Return the SHA-256 of each file of a model, by its normal path relative to the scenario's folder.
+
+    Raises `SimulationError` if one of them is missing.
+    """
+    return {name: hashlib.sha256(_contents(model.folder / name)).hexdigest() for name in _file_names(model)}
 
 
 def _file_names(model: ManipulationModel) -> list[str]:
@@ -46,8 +55,7 @@ def unpacked(model: ManipulationModel, files: Mapping[str, str]) -> Manipulation
     Nothing outside that folder is read: the files must be exactly those that the model names. Raises `LogError` if they
     are not, or if a path or the contents of a file are invalid.
     """
-    named = [obj.file for obj in model.objects] + [model.scene, model.robot_setup.mjcf]
-    for name in filter(None, named):
+    for name in model.files:
         if os.path.normpath(name) not in files:
             raise LogError(f"the log is broken: it does not hold the file {name!r}, which its scenario names")
     folder = _unpacked(tuple(sorted(files.items())))[1]

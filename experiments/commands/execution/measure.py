@@ -42,7 +42,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
       prefplan measure case_study_3_energy --jobs 4
       prefplan measure case_study_3_energy --out measured.json
 
-    Earlier measurements of the same model and robot by the same sources are kept.
+    Earlier measurements of the same model, robot and files by the same sources are kept.
     """
     with loading_simulation():
         from joblib import cpu_count
@@ -52,6 +52,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         from prefplan.models.manipulation.measured_costs import Measurement, Measurements, measurements_file, to_json
         from sim.capability.sources import digest_of_sources
         from sim.execution.cost_measurement import measure_all, trials
+        from sim.external.bundle import digests
 
     loaded = pp.load(scenario, measured=False)
     failures: dict[Pair, str] = {}
@@ -64,8 +65,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
         file = out or measurements_file(loaded.path)
         make_folder(file.parent)
         wanted = trials(scene.model)
-        digest = digest_of_sources()
-        done = _earlier(file, model, scene.robot.name, digest)
+        digest, files = digest_of_sources(), digests(model)
+        done = _earlier(file, model, digest)
         for one in done:
             wanted.pop(one.pair, None)
         before, total = len(done), len(done) + len(wanted)
@@ -83,7 +84,7 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
             ended, why = FAILED, "a process that measured was killed"
         finally:
             left = total - len(done) - len(failures)
-            contents = to_json(model, Measurements(tuple(done), scene.robot.name, digest, failures, left > 0))
+            contents = to_json(model, Measurements(tuple(done), digest, files, failures, left > 0))
             write_json(file, contents)
     if as_json:
         told = {"scenario": loaded.name, "file": str(file), "complete": len(done) == total}
@@ -97,8 +98,8 @@ def measure(scenario: str, as_json: bool, out: Path | None, jobs: int | None) ->
     return ended or (FAILED if failures else DONE)
 
 
-def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) -> list[Measurement]:
-    """Return the measurements in a file of the same model and robot by the same sources; none if it is damaged.
+def _earlier(file: Path, model: pp.ManipulationModel, sources: str) -> list[Measurement]:
+    """Return the measurements in a file of the same model by the same sources; none if it is damaged.
 
     Raises:
         PrefplanError: it is a folder, which otherwise would be known only after everything was measured.
@@ -109,7 +110,7 @@ def _earlier(file: Path, model: pp.ManipulationModel, robot: str, sources: str) 
         raise pp.PrefplanError(f"{file}: is a folder; name a file")
     with suppress(ModelError):
         earlier = read_measurements(file, model)
-        if (earlier.robot, earlier.sources) == (robot, sources):
+        if earlier.sources == sources:
             return list(earlier.actions)
     return []
 

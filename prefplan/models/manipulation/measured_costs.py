@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -57,15 +58,15 @@ class Measurements:
 
     Attributes:
         actions: the measurements of all actions.
-        robot: name of the simulated robot.
-        sources: digest of the simulation's source code; if it differs, the measurements are outdated.
+        sources: digest of the simulation's source code; measuring goes on only with what the same code measured.
+        files: SHA-256 of each file that the scene was built from, by its path relative to the scenario's folder.
         failed: why others could not be measured.
         interrupted: whether the measurement ended before all were tried.
     """
 
     actions: tuple[Measurement, ...]
-    robot: str
     sources: str
+    files: Mapping[str, str] = field(default_factory=dict)
     failed: Mapping[Pair, str] = field(default_factory=dict)
     interrupted: bool = False
 
@@ -75,10 +76,10 @@ def measurements_file(scenario: Path) -> Path:
     return scenario.with_name(f"{scenario.stem}.measured.json")
 
 
-def geometry(model: ManipulationModel, robot: str) -> str:
+def geometry(model: ManipulationModel) -> str:
     """Return a digest of the locations, the objects, the start, the robot and what stands around it."""
     parts: dict[str, Any] = {
-        "robot": robot,
+        "robot": model.robot_setup.source,
         "start": model.start,
         "locations": [_plain(place) for place in model.locations],
         "objects": [_plain(obj) for obj in model.objects],
@@ -99,8 +100,9 @@ def to_json(model: ManipulationModel, measurements: Measurements) -> dict[str, A
 
     return {
         "format": FORMAT,
-        "robot": measurements.robot,
-        "geometry": geometry(model, measurements.robot),
+        "robot": model.robot_setup.source,
+        "geometry": geometry(model),
+        "files": dict(measurements.files),
         "sources": measurements.sources,
         "interrupted": measurements.interrupted,
         "actions": [
@@ -121,7 +123,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
     Raises:
         ModelError: there is no such file, it cannot be read, has another format, or was measured with another
-            `geometry`; the message says how to make it.
+            `geometry` or other files; the message says how to make it.
     """
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
@@ -131,17 +133,22 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
             raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
         if data["format"] != FORMAT:
             raise ValueError(data["format"])
-        digest, robot, sources = data["geometry"], str(data["robot"]), str(data["sources"])
+        made_with, sources, files = (data["geometry"], data["robot"]), str(data["sources"]), dict(data.get("files", {}))
         actions = tuple(map(_measurement, data["actions"]))
         failed = {_pair(entry): str(entry["reason"]) for entry in data["failed"]}
         interrupted = data["interrupted"] is not False
+        if len({*(one.pair for one in actions), *failed}) < len(actions) + len(failed):
+            raise ValueError("an action is there twice")
     except FileNotFoundError:
         raise ModelError(f"nothing was measured yet; {remedy}") from None
     except (AttributeError, KeyError, OSError, RecursionError, TypeError, ValueError):
         raise ModelError(f"the file of measurements cannot be read or is damaged; {remedy} (delete it first)") from None
-    if digest != geometry(model, robot):
+    if made_with != (geometry(model), model.robot_setup.source):
         raise ModelError(f"the measurements were made with other locations, objects or surroundings; {remedy}")
-    return Measurements(actions, robot, sources, failed, interrupted)
+    for name in sorted({*files, *map(os.path.normpath, model.files)}):
+        if files.get(name) != _sha256(model.folder / name):
+            raise ModelError(f"the measurements were made with another {name}; {remedy}")
+    return Measurements(actions, sources, files, failed, interrupted)
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
@@ -175,6 +182,14 @@ def _measurement(entry: Mapping[str, Any]) -> Measurement:
 def _pair(entry: Mapping[str, Any]) -> Pair:
     action, before, after = (str(entry[key]) for key in ENDS)
     return action, before, after
+
+
+def _sha256(path: Path) -> str:
+    """Return the SHA-256 of a file; empty if it cannot be read."""
+    try:
+        return hashlib.sha256(bounded(path).read_bytes()).hexdigest()
+    except (OSError, ValueError):
+        return ""
 
 
 def _plain(part: Any) -> dict[str, Any]:

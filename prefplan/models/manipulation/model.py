@@ -119,6 +119,11 @@ class ManipulationModel:
         """The robot and the pose of its base."""
         return RobotSetup(self.robot) if isinstance(self.robot, str) else self.robot
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The files that it names, by their paths relative to its folder."""
+        return tuple(filter(None, (self.scene, self.robot_setup.mjcf, *(obj.file for obj in self.objects))))
+
     def location(self, name: str) -> Location:
         """Return the location with a name."""
         return next(place for place in self.locations if place.name == name)

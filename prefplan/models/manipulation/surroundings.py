@@ -93,6 +93,11 @@ class RobotSetup:
     folder: Path = field(default=Path(), metadata={"key": None})
 
     @property
+    def source(self) -> str:
+        """What it is made from: the path of its MJCF, or the name of a robot that the simulation has."""
+        return self.mjcf or self.name
+
+    @property
     def position(self) -> Point | None:
         """(x, y, z) of its base, m; None for the robot's default."""
         return None if self.at is None else with_height(self.at)

@@ -55,8 +55,17 @@ def test_measurements_in_a_scene_of_the_users_own_are_those_of_its_scenario(
     scenario.write_text(text.replace('start = "desk" }', 'start = "desk", body = "mug" }'))
     monkeypatch.setattr(cost_measurement, "measure_all", lambda scene, wanted, jobs: iter(()))
     assert run("measure", "cup.toml", "--jobs", "1")[0] == 0
-    _, _, err = run("front", "cup.toml")
-    assert "other locations, objects or" not in err
+    assert "were made with" not in run("front", "cup.toml").err
+    (scenario.parent / "bench.xml").write_text(BENCH.replace('pos="0.45 0.2 0"', 'pos="0.45 0.25 0"'))
+    result = run("front", "cup.toml")
+    assert result.status == 2 and "the measurements were made with another bench.xml; `prefplan measure`" in result.err
+
+
+def test_of_another_robot_it_is_told_whose_costs_are_predicted(scenario: Path, run: Run) -> None:
+    assert run("measure", "cup.toml", "--jobs", "1").status == 0
+    result = run("run", "cup.toml", "--robot", "panda_suction", "--no-video")
+    words = "model.costs.measured: costs are predicted for panda, not for panda_suction"
+    assert result.status == 0 and f"warning: cup.toml: {words}\n" in result.err
 
 
 def test_what_was_measured_is_planned_with_and_comes_true(scenario: Path, run: Run) -> None:

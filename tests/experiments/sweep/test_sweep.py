@@ -243,6 +243,16 @@ def test_more_rollouts_add_to_those_there_are(call: Run, cup: Path) -> None:
 
 
 @pytest.mark.usefixtures("in_this_process")
+def test_a_sweep_of_another_scene_is_another_experiment(call: Run, cup: Path) -> None:
+    lab = '<mujoco><worldbody><geom type="box" size="1 1 0.1" pos="0 0 -0.1"/></worldbody></mujoco>'
+    (cup / "cup.toml").write_text(CUP.replace("[model]", '[model]\nscene = "lab.xml"'))
+    (cup / "lab.xml").write_text(lab)
+    assert call("--rollouts", "1")[0] == 0
+    (cup / "lab.xml").write_text(lab.replace("1 1 0.1", "1 1.1 0.1"))
+    assert "holds another experiment (files {'lab.xml': " in call("--rollouts", "2")[2]
+
+
+@pytest.mark.usefixtures("in_this_process")
 def test_the_command_of_a_record_repeats_its_rollout(run: Run, call: Run, cup: Path) -> None:
     assert call("--rollouts", "2", "--faults", "random")[0] == 0
     record = results(cup / "out" / "cup" / "sweep_cost")[1]

@@ -93,7 +93,7 @@ def write(scenario: Path, entries: dict[Pair, Decimal]) -> dict[str, Any]:
     """Write measurements beside a scenario, its energy as given, and return the file's contents."""
     done = tuple(Measurement(pair, {"time": 1, "travel": 2, "energy": cost}, 3) for pair, cost in entries.items())
     what = cast(ManipulationModel, load(scenario, measured=False).model)
-    contents = to_json(what, Measurements(done, "default", "skills"))
+    contents = to_json(what, Measurements(done, "skills"))
     measurements_file(scenario).write_text(json.dumps(contents))
     return contents
 
@@ -185,7 +185,7 @@ def test_what_is_written_is_read(scenario: Path) -> None:
     done = read_measurements(measurements_file(scenario), what)
     assert {one.pair: one.quantities["energy"] for one in done.actions} == entries
     assert [one.pair[0] for one in done.actions] == sorted((one.pair[0] for one in done.actions), key=what.kinds.index)
-    assert (done.robot, done.sources) == ("default", "skills")
+    assert done.sources == "skills"
 
 
 def refusal(scenario: Path) -> str:
@@ -213,6 +213,7 @@ def test_costs_that_were_never_measured_are_refused_with_what_to_do(scenario: Pa
             "[model.fixtures]\nwall = { kind = 'box', at = [0.7, 0, 0.1], size = [0.1, 0.1, 0.2] }\n[model.loc",
         ),
         ("[model.loc", "[model.robot]\nat = [0, 0.05]\n[model.loc"),
+        ('start = "home"', 'start = "home"\nrobot = "panda_suction"'),
     ],
 )
 def test_measurements_of_another_geometry_are_refused(scenario: Path, old: str, new: str) -> None:
@@ -228,8 +229,8 @@ def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scena
     scenario.write_text(SCENARIO.replace("[0.5, 0.5, 0.5, 1]", "[0.1, 0.5, 0.5, 1]").replace("cup_tray", "cup_tub"))
     assert load(scenario).problem().system.listed.size > 1
     what = cast(ManipulationModel, load(scenario).model)
-    assert geometry(what, "default") == geometry(replace(what, costs=UNIT), "default")
-    assert geometry(what, "default") != geometry(what, "menagerie")
+    assert geometry(what) == geometry(replace(what, costs=UNIT))
+    assert geometry(what) != geometry(replace(what, robot="menagerie"))
 
 
 @pytest.mark.parametrize(
@@ -240,6 +241,8 @@ def test_colours_tasks_and_numbers_in_place_of_measurements_change_nothing(scena
         ({"format": None}, "is damaged"),
         ({"robot": "menagerie"}, "were made with other locations, objects or surroundings"),
         ({"actions": [{"action": "transit"}]}, "is damaged"),
+        ({"files": 3}, "is damaged"),
+        ({"files": {"lab.xml": "00"}}, "the measurements were made with another lab.xml; `prefplan measure`"),
         ({"actions": [{"action": "grasp", "from": "tub", "to": "tub", "energy": "many"}]}, "is damaged"),
     ],
 )
@@ -257,6 +260,14 @@ def test_an_older_file_is_refused_with_what_to_do(scenario: Path) -> None:
         f"{scenario}: model.costs.measured: the measurements were made by an older version of prefplan; "
         "`prefplan measure` with this scenario makes cup.measured.json again"
     )
+
+
+def test_an_action_that_was_measured_twice_is_damage(scenario: Path) -> None:
+    contents = write(scenario, table(*PLACES))
+    failed = [{key: contents["actions"][0][key] for key in ("action", "from", "to")} | {"reason": "a wall"}]
+    for change in ({"actions": [*contents["actions"], contents["actions"][3]]}, {"failed": failed}):
+        measurements_file(scenario).write_text(json.dumps(contents | change))
+        assert "is damaged" in refusal(scenario)
 
 
 @pytest.mark.parametrize("damage", ["", "[]", "{}", "[" * 100_000])
