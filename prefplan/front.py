@@ -8,7 +8,7 @@ from html import escape
 from operator import ge
 from typing import TYPE_CHECKING, overload
 
-from prefplan.errors import PrefplanError
+from prefplan.errors import PrefplanError, check_known
 from prefplan.exact_costs import Number
 from prefplan.plan import PAIR, OnDemand, Plan, objectives_text, point_of
 from prefplan.text.layout import counted, in_columns, listed, number
@@ -140,7 +140,7 @@ class Front(Sequence[Plan]):
     ended: str | None = None
     complete_below: Number | None = None
     assumptions: tuple[str, ...] = ()
-    stats: Stats = field(default_factory=Stats)
+    stats: Stats = field(default_factory=Stats, compare=False)
     known_points: Sequence[tuple[Number, ...]] | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -168,7 +168,12 @@ class Front(Sequence[Plan]):
         """Return the front of some of the costs and preferences, given by name; of equal points it has the first.
 
         It is complete if this front is: each of its points is that of a plan on this front.
+
+        Raises:
+            PrefplanError: a name is not that of an objective.
         """
+        for name in objectives if self.plans else ():
+            check_known("over", "objective", name, self.objectives, PrefplanError)
         columns = [self.objectives.index(name) for name in objectives] if self.plans else []
         first: dict[tuple[Number, ...], int] = {}
         for k, point in enumerate(points := self.points):

@@ -72,6 +72,10 @@ class Plan:
     preferences: dict[str, Number] = field(default_factory=dict)
     display: DisplayNames = field(default=DisplayNames(), repr=False, compare=False)
 
+    def __hash__(self) -> int:
+        """Return a hash of what two plans seldom share."""
+        return hash((self.cost, self.preference, self.actions))
+
     @property
     def objectives(self) -> dict[str, Number]:
         """The plan's costs and preferences, by name."""
@@ -129,6 +133,10 @@ class OnDemand(Sequence[Any]):
         """Return an entry, or the tuple of several."""
         at = range(self._length)[index]
         return self._make(at) if isinstance(at, int) else tuple(map(self._make, at))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the entries are those of another sequence."""
+        return isinstance(other, (tuple, OnDemand)) and tuple(self) == tuple(other)
 
     def __reduce__(self) -> tuple[type, tuple[tuple[Any, ...]]]:
         """Return what is pickled: the entries, since the function cannot be."""

@@ -139,9 +139,11 @@ class Planner:
 
         It is searched for until the arm can carry out its plans, each time without what it is known to be unable to do.
         """
-        names, objective = self.problem.objective_names, next(iter(over)) if len(set(over)) == 1 else None
-        if objective is not None and objective not in names:
-            raise PrefplanError(f"unknown objective {objective!r} {choices(objective, names)}")
+        names = self.problem.objective_names
+        for name in over:
+            if name not in names:
+                raise PrefplanError(f"unknown objective {name!r} {choices(name, names)}")
+        objective = next(iter(over)) if len(set(over)) == 1 else None
         limits, bounds = limits_of(self.problem, **wanted)
         front, self.stats = Front((), complete_below=0), Stats()
         try:

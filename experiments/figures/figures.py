@@ -1,6 +1,8 @@
 """The style of figures, and their files."""
 
 import io
+import logging
+import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +12,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from experiments.cli.files import write_bytes
+from experiments.cli.status import tell
 from prefplan.errors import PrefplanError
 
 ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -18,6 +21,9 @@ ENDINGS = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"Creatio
 POINTS_PER_INCH = 72
 """Points in an inch: sizes of letters and lines are in points."""
 
+UNKNOWN_LETTERS = "Glyph .* missing from|Matplotlib currently does not support"
+"""How Matplotlib's warnings about letters begin that its font lacks, or that it cannot join."""
+
 SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
 """The namespace of the elements of SVG, and the attribute with the source of an image."""
 
@@ -25,6 +31,9 @@ ET.register_namespace("", SVG[1:-1])
 ET.register_namespace("xlink", LINK[1:-5])
 
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
+
+# Where it keeps its list of fonts if the home folder is read-only is nobody's concern.
+logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
 def picture_file(text: str) -> Path:
@@ -44,8 +53,12 @@ def picture_file(text: str) -> Path:
 
 @contextmanager
 def drawing(*, size: tuple[float, float]) -> Iterator[Figure]:
-    """Yield an empty figure of a size, inches; the style of all figures holds until the end of the context."""
-    with matplotlib.rc_context(fname=STYLE):
+    """Yield an empty figure of a size, inches; the style of all figures holds until the end of the context.
+
+    Text in SVG is drawn by whoever shows it, also letters that the font for measuring it lacks.
+    """
+    with matplotlib.rc_context(fname=STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=UNKNOWN_LETTERS)
         yield Figure(figsize=size)
 
 
@@ -57,8 +70,12 @@ def write_figure(figure: Figure, path: Path) -> None:
     """
     content = io.BytesIO()
     ending = path.suffix.lower()
-    figure.savefig(content, format=ending[1:], metadata=ENDINGS[ending])
+    with warnings.catch_warnings(record=True) as told:
+        warnings.filterwarnings("always", message=UNKNOWN_LETTERS)
+        figure.savefig(content, format=ending[1:], metadata=ENDINGS[ending])
     write_bytes(path, content.getvalue())
+    if told and ending != ".svg":
+        tell(f"warning: {path}: its font lacks letters of some names; .svg files are shown with more fonts")
 
 
 def parsed_svg(figure: Figure) -> ET.Element:

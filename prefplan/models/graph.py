@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
-from prefplan.errors import ModelError, check_known
+from prefplan.errors import ModelError, check_known, describe
 from prefplan.models.costs import DEFAULT_COST, Cost, by_name, check_costs_agree
 from prefplan.models.transition_system import TransitionSystem
 from prefplan.text.forms import Form, check_fields
@@ -58,6 +58,10 @@ class GraphModel:
     def __post_init__(self) -> None:
         """Check that every state named exists, and every transition is well formed."""
         check_fields(self, ModelError)
+        for i, edge in enumerate(self.transitions):
+            for key in ("source", "target", "action"):
+                if not isinstance(name := getattr(edge, key), str) and (key != "action" or name is not None):
+                    raise ModelError(f"transitions[{i}].{key}: must be a string, not {describe(name)}")
         states = dict.fromkeys(name for edge in self.transitions for name in (edge.source, edge.target))
         if self.transitions:
             check_known("start", "state", self.start, states)

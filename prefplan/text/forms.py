@@ -73,4 +73,6 @@ def fits(kind: Any, value: Any) -> bool:
     if kind in (int, float, Decimal):
         whole = numbers.Integral if kind is int else (numbers.Real, Decimal)
         return isinstance(value, whole) and not isinstance(value, bool)
-    return not isinstance(kind, type) or getattr(kind, "_is_protocol", False) or isinstance(value, kind)
+    if getattr(kind, "_is_protocol", False):
+        return not isinstance(value, type)
+    return not isinstance(kind, type) or isinstance(value, kind)

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number  # would load numpy
 
+JOINERS = "\u200c\u200d"
+"""Characters that keep letters apart or join them, as in Persian words and in emoji."""
+
 COLUMN_GAP = "  "
 """Between the columns of a table."""
 
@@ -86,6 +89,11 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(COLUMN_GAP.join(map(str.rjust, row, widths)) for row in rows)
 
 
+def is_printable(text: str) -> bool:
+    """Return whether all characters of a text can be shown; `JOINERS` are part of words and of emoji."""
+    return text.isprintable() or all(one.isprintable() or one in JOINERS for one in text)
+
+
 def printable(text: str, *, layout: str = "") -> str:
     r"""Return a text in which each character that is not printable, but for some, is its escape, such as `\x1b`.
 
@@ -93,7 +101,7 @@ def printable(text: str, *, layout: str = "") -> str:
     """
     if text.isprintable():
         return text
-    return "".join(one if one.isprintable() or one in layout else one.encode("unicode_escape").decode() for one in text)
+    return "".join(one if is_printable(one) or one in layout else one.encode("unicode_escape").decode() for one in text)
 
 
 def printable_lines(text: str) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from prefplan.errors import ModelError
 from prefplan.text.forms import Form
+from prefplan.text.layout import is_printable
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """A name that a formula may contain."""
@@ -94,7 +95,7 @@ def labels_of(kind: str, given: Iterable[tuple[str, str, str | None]]) -> dict[s
 def _check_label(label: object, where: str) -> None:
     if not isinstance(label, str):
         raise ModelError(f"{where}: must be a string, not {label!r}")
-    if not (label.isprintable() and label.strip() == label and 1 <= len(label) <= LONGEST_LABEL):
+    if not (is_printable(label) and label.strip() == label and 1 <= len(label) <= LONGEST_LABEL):
         raise ModelError(
             f"{where}: must be one line of 1 to {LONGEST_LABEL} printable characters without spaces around it, "
             f"not {label!r}"

@@ -11,7 +11,7 @@ from forged_logs import telling
 from scenario_texts import GRAPH, GRID, TABLE
 
 from experiments.commands.command_line import main
-from prefplan.text.layout import printable, printable_lines
+from prefplan.text.layout import is_printable, printable, printable_lines
 from sim.evidence.log import Log, encode
 from sim.simulation.run import Event
 
@@ -166,4 +166,5 @@ def test_a_name_in_a_log_is_text(
 def test_all_but_the_lines_is_escaped() -> None:
     assert printable("a\n\tb\x1b[0m\x85\u2066") == "a\\n\\tb\\x1b[0m\\x85\\u2066"
     assert printable_lines("a\n\tb\x1b[0m") == "a\n\tb\\x1b[0m"
-    assert printable("Grün, 桌子, \U0001f600") == "Grün, 桌子, \U0001f600"
+    for text in ("Grün, 桌子, \U0001f600", "می\u200cخواهم", "\U0001f468\u200d\U0001f680"):
+        assert printable(text) == text and is_printable(text)

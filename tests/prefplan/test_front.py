@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 import sys
 from dataclasses import replace
@@ -51,6 +52,13 @@ def test_a_front_that_was_searched_for_can_be_pickled() -> None:
     front = pareto_front("example")
     there = pickle.loads(pickle.dumps(front))
     assert list(there) == list(front) and str(there) == str(front)
+
+
+def test_equal_fronts_and_plans_are_equal() -> None:
+    front, again = pareto_front("example"), pareto_front("example")
+    assert front == again == pickle.loads(pickle.dumps(front)) == copy.deepcopy(front)
+    assert front != front.over(["cost"]) and front != replace(front, ended="time")
+    assert {front[0], again[0]} == {front[0]}
 
 
 def test_a_front_is_printed_as_a_table_and_plans() -> None:

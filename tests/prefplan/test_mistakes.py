@@ -259,6 +259,19 @@ MISTAKES = [
         "no plan lies within the bound; the smallest possible is 3",
     ),
     (
+        'Planner(problem()).front(over=["cost", "costs"])',
+        "unknown objective 'costs' (did you mean 'cost'?)",
+    ),
+    (
+        'pareto_front(problem()).over(["costs"])',
+        "over: unknown objective 'costs' (did you mean 'cost'?)",
+    ),
+    (
+        "problem(preference=Sum(((Order, 1),)))",
+        "preference.parts: must be pairs of a preference and its weight, such as [(Order(), 1), (Max(), 2)], "
+        "not a tuple",
+    ),
+    (
         "pareto_front(problem())[5]",
         "plan 5: the front has 1, counted from 0",
     ),
@@ -281,6 +294,10 @@ MISTAKES = [
     (
         'GraphModel("dock", [("dock", "shelf")])',
         "transitions: must be a tuple such as (Transition(\"a\", \"b\", cost=1),), not [('dock', 'shelf')] (list)",
+    ),
+    (
+        'GraphModel("dock", (Transition("dock", "shelf", {"time": 1}, "go"),))',
+        "transitions[0].action: must be a string, not {'time': 1} (dict)",
     ),
     (
         'TransitionSystem.from_transitions([("dock", "go", "shelf")], start="dock")',

@@ -3,7 +3,7 @@
 
 const AUTOMATA = "A circle is a state; the coloured one is the current state. A double ring means done, a dashed ring that the task "
   + "can no longer be done. An arrow is taken when its label holds: ! not, & and, | or. In formulas F is eventually, U until, X next.";
-const MAP = "A dot with a name: a task is done there. A dot without a name: the start.";
+const MAP = "The large dot is the start. At the small ones tasks are done, with their names where there is room.";
 
 // A table with headings, in a box that scrolls; the cells of a row are `td` or `th` with their content.
 function tableOf(name, kind, heads, rows) {

@@ -37,6 +37,13 @@
       compare.disabled = index === chosen;
     });
     chart.update({ chosen, other });
+    bringToView(rows[chosen][0]);
+  }
+
+  // Scroll the table, but not the page, to one of its rows.
+  function bringToView(row) {
+    const box = row.closest(".scroll"), top = row.offsetTop - box.scrollTop;
+    if (top < 0 || top + row.offsetHeight > box.clientHeight) box.scrollTop += top - box.clientHeight / 2;
   }
 
   function wish(bounds, beyond) {

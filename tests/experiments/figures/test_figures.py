@@ -192,3 +192,15 @@ def test_plans_and_automata_are_drawn(tmp_path: Path) -> None:
         assert main(["draw", what, "example", str(tmp_path / f"{what}.svg")]) == 0
     assert {"Pareto front", "0: cost 6, μ = 4", "phi2"} <= texts(tmp_path / "plans.svg")
     assert {"phi3: !plant U dirt", "dirt & !plant"} & texts(tmp_path / "automata.svg")
+
+
+@pytest.mark.parametrize("label", ["咖啡", "مرحبا"])
+def test_letters_that_a_font_lacks_are_told_once_where_they_are_not_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], label: str
+) -> None:
+    scenario = tmp_path / "cafe.toml"
+    scenario.write_text(MUDDY.replace('name = "home"', f'name = "home"\nlabel = "{label}"'), encoding="utf-8")
+    assert main(["draw", "plans", str(scenario), str(tmp_path / "cafe.svg")]) == 0
+    assert capsys.readouterr().err == "" and any(label in text for text in texts(tmp_path / "cafe.svg"))
+    assert main(["draw", "plans", str(scenario), str(tmp_path / "cafe.png")]) == 0
+    assert capsys.readouterr().err.count("\n") == (1 if label == "咖啡" else 0)

@@ -363,6 +363,10 @@ def test_many_points_are_still_told_apart(make: Make, chrome: webdriver.Chrome) 
         "1 more than plan 16: it does s17 instead of s16 so that reach is relaxed for 4 instead of relaxed for 5."
     )
     assert [number.text for number in page.all("#chart .number") if number.is_displayed()] == ["17"]
+    row, box = "document.querySelector('#points [data-plan=\"17\"]')", "document.querySelector('.points .scroll')"
+    edges = [f"{one}.getBoundingClientRect().{edge}" for one in (row, box) for edge in ("top", "bottom")]
+    top, bottom, first, last = map(page.run, edges)
+    assert first < top < bottom <= last, "the table shows its row"
     assert page.complaints() == []
 
 

@@ -55,6 +55,7 @@ def test_an_action_that_names_nothing_with_a_label_is_shown_as_it_is(action: str
         ('"wash"', "3", "tasks[0].label: must be a string, not 3"),
         ('"wash"', '""', "tasks[0].label: must be one line of 1 to 40 printable characters"),
         ('"red cup"', '"red\\ncup"', "model.objects.left.label: must be one line"),
+        ('"red cup"', '"red\\u202ecup"', "model.objects.left.label: must be one line"),
         ('"red cup"', '" cup"', "model.objects.left.label: must be one line"),
         ('"red cup"', f'"{"a" * (LONGEST_LABEL + 1)}"', "model.objects.left.label: must be one line"),
         (', label = "left"', "", "model.locations.right.label: locations 'left' and 'right' would both be shown as"),
