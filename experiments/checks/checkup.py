@@ -14,9 +14,10 @@ from experiments.cli.progress import Tell
 from experiments.cli.start import has_simulation
 from prefplan.errors import LimitError
 from prefplan.exact_costs import Number, exact, to_number
-from prefplan.front import NoPlanError, UnfinishedError
+from prefplan.front import NoPlanError, Reason, UnfinishedError
 from prefplan.limits import Limits, interruptible
 from prefplan.logic.mtbdd import same
+from prefplan.logic.tasks import Rule
 from prefplan.models.manipulation.model import ManipulationModel
 from prefplan.models.system import System
 from prefplan.planner import Planner
@@ -24,6 +25,7 @@ from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
 from prefplan.problem import Problem, Task
 from prefplan.scenario.decode import Scenario
+from prefplan.search.infeasibility import infeasible
 
 if TYPE_CHECKING:
     from sim.capability.place_check import PlaceCheck
@@ -69,7 +71,8 @@ def check(
         arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
         wanted = [task["achievable"] is True for task in tasks]
         faults += arm.faults or ()
-        faults += tasks_out_of_reach(problem, wanted, arm.places or (), partial(is_achievable, limits=limits))
+        achievable = partial(is_achievable, rules=_hard(problem), limits=limits)
+        faults += tasks_out_of_reach(problem, wanted, arm.places or (), achievable)
     size, names = size_of(problem.system, limits), problem.cost_names
     finished = size["states"] is not None and all(task["achievable"] is not None for task in tasks)
     return {
@@ -98,6 +101,20 @@ def impossible(found: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(task["name"] for task in found["tasks"] if task["achievable"] is False)
 
 
+def reason(problem: Problem, impossible: Sequence[str]) -> Reason:
+    """Return why some tasks are impossible: since they can never be satisfied, or since the rules forbid it.
+
+    Raises:
+        LimitError: a limit was reached before that is known.
+    """
+    if not (rules := _hard(problem)):
+        return Reason("task", tuple(impossible))
+    tasks = [task for task in problem.tasks if task.name in impossible]
+    found = infeasible(Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=rules))
+    assert found is not None
+    return found
+
+
 def _place_json(one: PlaceCheck) -> dict[str, Any]:
     found: dict[str, Any] = {"object": one.obj, "location": one.location, "take": one.take, "put": one.put}
     found["reason"] = one.reason
@@ -111,8 +128,9 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     task = problem.tasks[i]
     costs, achievable = None, None
     with suppress(UnfinishedError, LimitError):
-        costs = _least_costs(problem.system, replace(task, relax=(), skip=None), limits, problem.cost_names)
-        achievable = costs is not None or is_achievable(problem.system, task, limits=limits)
+        system, rules = problem.system, _hard(problem)
+        costs = _least_costs(system, replace(task, relax=(), skip=None), rules, limits, problem.cost_names)
+        achievable = costs is not None or is_achievable(system, task, rules=rules, limits=limits)
     return {
         "name": task.name,
         "formula": task.formula,
@@ -125,12 +143,19 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     }
 
 
-def is_achievable(system: System, task: Task, *, limits: Limits) -> bool:
+def _hard(problem: Problem) -> tuple[Rule, ...]:
+    """Return the rules that may not be broken."""
+    return tuple(rule for rule in problem.rules if rule.skip is None)
+
+
+def is_achievable(system: System, task: Task, *, rules: Sequence[Rule], limits: Limits) -> bool:
     """Return whether a task alone can be satisfied, or else relaxed or skipped; for the rest, see `_least_costs`."""
-    return _least_costs(system, task, limits, system.cost_names[:1]) is not None
+    return _least_costs(system, task, rules, limits, system.cost_names[:1]) is not None
 
 
-def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str]) -> dict[str, Number] | None:
+def _least_costs(
+    system: System, task: Task, rules: Sequence[Rule], limits: Limits, names: Sequence[str]
+) -> dict[str, Number] | None:
     """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
 
     Raises:
@@ -139,7 +164,7 @@ def _least_costs(system: System, task: Task, limits: Limits, names: Sequence[str
     # A name that differs from those of all costs.
     name = f"unmet_{'_'.join(system.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
-    planner = Planner(Problem(system, [task], [unmet]))
+    planner = Planner(Problem(system, [task], [unmet], rules=rules))
     try:
         with interruptible(limits):
             return {name: planner.best(name).costs[name] for name in names}
@@ -155,7 +180,8 @@ def _warnings(problem: Problem, carried: Mapping[str, int | None], tasks: Sequen
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
         if found["costs"] is None and found["achievable"] is not None:
             result = "it can only be relaxed or skipped" if found["achievable"] else "so that no plan exists"
-            yield f"tasks[{i}].formula: task {task.name} cannot be satisfied, not even alone; {result}"
+            within = " within the rules" if _hard(problem) else ""
+            yield f"tasks[{i}].formula: task {task.name} cannot be satisfied{within}, not even alone; {result}"
     for (i, one), (k, other) in combinations(enumerate(problem.automata), 2):
         alike = one.size == other.size and one.accepting == other.accepting
         if alike and all(map(same, one.transitions, other.transitions)):

@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 from experiments.cli.choice import Wanted, choose
 from experiments.regression.front_comparison import FrontPoint, compare, side_by_side
 from prefplan import Front, Plan, Planner, PrefplanError, Problem, Scenario, load
+from prefplan.errors import describe
 from prefplan.exact_costs import Number, prints_as
+from prefplan.scenario.decode import problem_of
+from prefplan.text.forms import fits
 from prefplan.text.layout import condense, number
 
 if TYPE_CHECKING:
@@ -31,10 +34,12 @@ def assert_front(scenario: Given, points: Sequence[FrontPoint], *, max_cost: Num
 
     Raises:
         AssertionError: the front differs; the message shows both side by side.
-        PrefplanError: the scenario cannot be used.
+        PrefplanError: the scenario cannot be used, or the points are no points.
     """
     __tracebackhide__ = True
     name, problem = _named(scenario)
+    if not fits(Sequence[Sequence[float]], points):
+        raise PrefplanError(f"points: must be a list such as [(COST, PENALTY), ...], not {describe(points)}")
     front = Planner(problem).front(max_cost=max_cost)
     if not front.complete:
         raise AssertionError(f"{name}: the search was stopped ({front.ended}), so that its front is not known")
@@ -129,7 +134,7 @@ def assert_completed(scenario: str | Path | Scenario, *, plan: str | int = "cost
 
 def _named(scenario: Given) -> tuple[str, Problem]:
     found = load(str(scenario)) if isinstance(scenario, str | Path) else scenario
-    return ("problem", found) if isinstance(found, Problem) else (found.name, found.problem())
+    return found.name if isinstance(found, Scenario) else "problem", problem_of(found)
 
 
 def _parting(expected: Sequence[str], found: Sequence[str]) -> str:

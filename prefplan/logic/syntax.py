@@ -247,7 +247,7 @@ class _Parser:
                 what += f" (the '(' at column {self.opened[-1] + 1} is never closed)"
             raise self.error(f"expected a formula, {what}", column)
         if names is not None and name not in names:
-            none = "(there are none: `labels` of a graph, or `regions` of a grid, give them)"
+            none = "(there are none: `labels` of a graph, `regions` of a grid, or the objects of an arm give them)"
             hint = choices(name, names) if names else none
             raise self.error(f"unknown proposition {name!r} {hint}", column)
         return self.part("name", (), column)

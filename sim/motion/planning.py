@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 import numpy as np
 from ompl import base, geometric, util
 
-from sim.errors import BlockedError
+from sim.errors import BlockedError, SimulationError
 
 MAX_CHECKS = 20000
 """Greatest number of configurations that a search checks; a path round a wall needs a few hundred."""
@@ -61,7 +61,10 @@ class MotionPlanner:
 
         Raises:
             BlockedError: there is a collision at the start or the goal, or no path was found.
+            SimulationError: the start is beyond the position limits.
         """
+        if (np.maximum(self._low - start, start - self._high) > 2 * PATH_MARGIN_RAD).any():
+            raise SimulationError("the arm is beyond the position limits of its joints")
         for q, where in ((start, "start"), (goal, "goal")):
             if met := touches(q):
                 raise BlockedError(f"the arm would touch {' and '.join(sorted(met))} at its {where}", set(met))

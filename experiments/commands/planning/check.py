@@ -65,7 +65,8 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
     if found["faults"]:
         return BAD_INPUT
     impossible = checkup.impossible(found)
-    return no_plan(pp.Reason("task", impossible)) if impossible else DONE
+    with limits:
+        return no_plan(checkup.reason(loaded.problem(), impossible)) if impossible else DONE
 
 
 def _show(console: Console, found: Mapping[str, Any], display: DisplayNames, *, stopped: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -106,6 +107,8 @@ def check_locations(locations: tuple[Location, ...]) -> None:
                 raise ModelError(f"{where}: needs only one of 'at', 'on' and 'site'")
         elif (place.at is None) == (not place.on):
             raise ModelError(f"{where}: needs exactly one of 'at' (a point on the table) and 'on' (its supports)")
+        if repeated := [name for name, times in Counter(place.on).items() if times > 1]:
+            raise ModelError(f"{where}.on: {repeated[0]!r} is listed twice")
         for support in place.on:
             check_known(f"{where}.on", "location", support, [name for name in names if name != place.name])
         for other in place.clear_of:

@@ -287,13 +287,25 @@ def test_a_cost_may_be_called_as_a_preference_is_unless_named(run: Run, island: 
     assert run("check", "island.toml", "--json").json["tasks"][0]["costs"] == {"time": 2.5, "preference": 3}
 
 
+def test_each_task_is_done_alone_within_the_rules(run: Run, island: Path) -> None:
+    rule = '[[rules]]\nname = "diet"\nformula = "G !fruit"\n'
+    island.write_text(ISLAND + rule)
+    result = run("check", "island.toml")
+    warning = "task shop cannot be satisfied within the rules, not even alone; so that no plan exists"
+    assert result.status == 3 and result.err == (
+        f"prefplan: warning: tasks[0].formula: {warning}\nprefplan: every plan breaks the rule diet\n"
+    )
+    (island).write_text(ISLAND.replace('kind = "max"', 'kind = "max"\nover = "violation"') + rule + "skip = 3\n")
+    assert run("check", "island.toml").status == 0
+
+
 def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     problem = loads(ISLAND).problem()
     limits = Limits(bytes=10**8)
     limits._in_use_before -= 2 * 10**8
     assert propositions.size_of(problem.system, limits)["states"] is None
     with pytest.raises(UnfinishedError, match="memory"):
-        checkup.is_achievable(problem.system, problem.tasks[0], limits=limits)
+        checkup.is_achievable(problem.system, problem.tasks[0], rules=(), limits=limits)
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
@@ -336,7 +348,7 @@ def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp
     assert (quick.status, quick.json["scene"], quick.json["places"]) == (0, True, None)
 
     refused = [PlaceCheck("cup", "far", reason, take=False, put=False)]
-    achievable = partial(checkup.is_achievable, limits=Limits())
+    achievable = partial(checkup.is_achievable, rules=(), limits=Limits())
     needing, other = (loads(words).problem() for words in (text, text.replace("cup_far", "cup_tray")))
     assert list(tasks_out_of_reach(needing, [True], refused, achievable)) == [fault]
     assert list(tasks_out_of_reach(other, [True], refused, achievable)) == []

@@ -7,6 +7,7 @@ from decimal import Decimal
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -28,6 +29,7 @@ from prefplan import (
     Transition,
     TransitionSystem,
     WeightedSum,
+    pareto_front,
 )
 from prefplan.claims import Claims, judge
 from prefplan.exact_costs import Number, exact
@@ -215,3 +217,14 @@ def test_an_assertion_about_nothing_is_refused(problem: Problem) -> None:
         assert_plan(problem)
     with pytest.raises(PrefplanError, match="no task 'third', only first, second"):
         assert_plan(problem, task_costs={"third": 1})
+
+
+@pytest.mark.parametrize("points", [None, [18, 19], {18: 19}, "18"])
+def test_what_are_no_points_is_refused_in_a_sentence(problem: Problem, points: Any) -> None:
+    with pytest.raises(PrefplanError, match=r"points: must be a list such as \[\(COST, PENALTY\), ...\], not "):
+        assert_front(problem, points)
+
+
+def test_a_front_is_no_problem(problem: Problem) -> None:
+    with pytest.raises(PrefplanError, match="must be a Problem, a scenario, or the name or path of one, not a Front"):
+        assert_front(pareto_front(problem), [])  # type: ignore[arg-type]

@@ -43,6 +43,7 @@ A, B = spot("a"), spot("b")
         ),
         ([A, Location("t", on=("t",))], [], "locations.t.on: unknown location 't' (valid: a)"),
         ([Location("t", on=("u",)), Location("u", on=("t",))], [], "locations.t.on: it would rest on itself"),
+        ([A, Location("t", on=("a", "a"))], [], "locations.t.on: 'a' is listed twice"),
         ([A, spot("b", clear_of=("c",))], [], "locations.b.clear_of: unknown location 'c' (valid: a, b)"),
         ([spot("a", capacity=0)], [], "locations.a.capacity: must be at least 1, not 0"),
         ([spot("a", capacity=10**400)], [], "locations.a.capacity: must be at most 1000000000"),

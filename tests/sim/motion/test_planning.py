@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.errors import BlockedError
+from sim.errors import BlockedError, SimulationError
 from sim.motion.planning import EDGE_STEPS_M, MotionPlanner, Touches
 
 START, GOAL = np.array([-0.8, 0.0]), np.array([0.8, 0.0])
@@ -49,6 +49,11 @@ def test_a_path_may_begin_and_end_at_the_ends_of_the_joints(off: tuple[float, fl
     goal = GOAL + off
     path = planner().plan(-goal, goal, wall(half=0.5))
     assert np.array_equal(path[[0, -1]], [-goal, goal])
+
+
+def test_from_beyond_the_ends_of_the_joints_no_path_is_looked_for() -> None:
+    with pytest.raises(SimulationError, match="beyond the position limits"):
+        planner().plan(START - [1.0, 0.0], GOAL, lambda q: set())
 
 
 def test_what_an_end_touches_when_it_is_looked_at_again_is_named() -> None:
