@@ -33,7 +33,7 @@ LARGEST_TRIED = 10**15
 """Largest cost, in units, for which a declared contract is tested."""
 
 
-@dataclass(init=False, eq=False)
+@dataclass(init=False)
 class Problem:
     """The paper's Problem 1: minimise total cost and mu while satisfying all tasks.
 

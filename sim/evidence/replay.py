@@ -39,6 +39,9 @@ so that these are six standard deviations, and four of the distance between two 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: about the weight of a default cube."""
 
+TIPS_M = 0.008
+"""Distance between the middle of the pads and an object from which on only their tips hold it."""
+
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
 
@@ -115,6 +118,9 @@ class RecordedWorld:
         What an observation with noise may have shown or not is taken as it was `said`, if it was.
         """
         held = self.held()
+        # What hangs at the tips of the pads is held by them, but not so that an observation shows it in the hand.
+        if held and said is not None and holding(held) not in said and self._is_at_tips(held):
+            held = None
         resting = {at(obj, place) for obj, place in self.resting(held, said).items()}
         return frozenset(resting | ({holding(held)} if held else set()))
 
@@ -128,6 +134,12 @@ class RecordedWorld:
         if not any(pressed & [self.robot.gripper.holds(command) for command in self.grips[recent]]):
             return None
         return next((obj for obj in self.objects if all(self._touches(obj, pad) for pad in self._pads)), None)
+
+    def _is_at_tips(self, obj: str) -> bool:
+        """Return whether the middle of the pads is so far from an object that only their tips can hold it."""
+        tool, body = self._data.site(self.robot.tool), self._data.body(obj)
+        middle = body.xmat.reshape(3, 3).T @ (tool.xpos - body.xpos)
+        return self.scene.shapes[obj].distance(middle) > TIPS_M
 
     def fallen(self) -> set[str]:
         """Return the objects that are below the table top."""

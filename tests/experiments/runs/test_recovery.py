@@ -238,15 +238,20 @@ def test_nothing_moves_when_a_run_is_completed(recover: Recover, seed: int) -> N
 
 
 @pytest.mark.parametrize(
-    ("seed", "faults"),
+    ("scenario", "seed", "faults"),
     [
-        (1220005862, ("move:blue@11", "blind:2.2@3", "slip@3")),  # it slips while nothing is seen
-        (2097067815, ("slip@11", "knock:blue@10")),  # ... while it is lowered, and would be pressed onto the table
-        (3777058066, ("knock:pink@13", "slip@12")),  # the hand begins the next action before it has arrived
+        # It slips while nothing is seen,
+        ("case_study_3", 1220005862, ("move:blue@11", "blind:2.2@3", "slip@3")),
+        # while it is lowered, and would be pressed onto the table,
+        ("case_study_3", 2097067815, ("slip@11", "knock:blue@10")),
+        # as the hand begins the next action before it has arrived,
+        ("case_study_3", 3777058066, ("knock:pink@13", "slip@12")),
+        # and until it hangs at the tips of the pads, and is taken along by them for a while.
+        ("shelf", 3809678986, ("slip@7", "miss:1@3", "blind:2.8@12")),
     ],
 )
 def test_what_slips_is_noticed_in_time_and_the_log_proves_it(
-    recover: Recover, seed: int, faults: tuple[str, ...]
+    recover: Recover, scenario: str, seed: int, faults: tuple[str, ...]
 ) -> None:
-    outcome = recover("case_study_3", *faults, seed=seed)
+    outcome = recover(scenario, *faults, seed=seed)
     assert outcome.run.completed, outcome.run.reason
