@@ -187,6 +187,11 @@ class Problem:
         broken = {rule.name: dfa.first_accepted(labels) for rule, dfa in zip(self.rules, self.monitors, strict=True)}
         return {name: step for name, step in broken.items() if step is not None}
 
+    @property
+    def hard_rules(self) -> tuple[Rule, ...]:
+        """The rules that may not be broken."""
+        return tuple(rule for rule in self.rules if rule.skip is None)
+
     @cached_property
     def task_propositions(self) -> frozenset[str]:
         """The propositions on which the tasks, their relaxations and the rules depend."""

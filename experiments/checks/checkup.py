@@ -71,7 +71,7 @@ def check(
         arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
         wanted = [task["achievable"] is True for task in tasks]
         faults += arm.faults or ()
-        achievable = partial(is_achievable, rules=_hard(problem), limits=limits)
+        achievable = partial(is_achievable, rules=problem.hard_rules, limits=limits)
         faults += tasks_out_of_reach(problem, wanted, arm.places or (), achievable)
     size, names = size_of(problem.system, limits), problem.cost_names
     finished = size["states"] is not None and all(task["achievable"] is not None for task in tasks)
@@ -107,10 +107,10 @@ def reason(problem: Problem, impossible: Sequence[str]) -> Reason:
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    if not (rules := _hard(problem)):
+    if not problem.hard_rules:
         return Reason("task", tuple(impossible))
     tasks = [task for task in problem.tasks if task.name in impossible]
-    found = infeasible(Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=rules))
+    found = infeasible(Problem(problem.system, tasks, WeightedSum({}, over="violation"), rules=problem.hard_rules))
     assert found is not None
     return found
 
@@ -128,7 +128,7 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
     task = problem.tasks[i]
     costs, achievable = None, None
     with suppress(UnfinishedError, LimitError):
-        system, rules = problem.system, _hard(problem)
+        system, rules = problem.system, problem.hard_rules
         costs = _least_costs(system, replace(task, relax=(), skip=None), rules, limits, problem.cost_names)
         achievable = costs is not None or is_achievable(system, task, rules=rules, limits=limits)
     return {
@@ -141,11 +141,6 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
         "relaxations": len(task.relax),
         "skip": None if task.skip is None else to_number(exact(task.skip)),
     }
-
-
-def _hard(problem: Problem) -> tuple[Rule, ...]:
-    """Return the rules that may not be broken."""
-    return tuple(rule for rule in problem.rules if rule.skip is None)
 
 
 def is_achievable(system: System, task: Task, *, rules: Sequence[Rule], limits: Limits) -> bool:
@@ -180,7 +175,7 @@ def _warnings(problem: Problem, carried: Mapping[str, int | None], tasks: Sequen
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
         if found["costs"] is None and found["achievable"] is not None:
             result = "it can only be relaxed or skipped" if found["achievable"] else "so that no plan exists"
-            within = " within the rules" if _hard(problem) else ""
+            within = " within the rules" if problem.hard_rules else ""
             yield f"tasks[{i}].formula: task {task.name} cannot be satisfied{within}, not even alone; {result}"
     for (i, one), (k, other) in combinations(enumerate(problem.automata), 2):
         alike = one.size == other.size and one.accepting == other.accepting

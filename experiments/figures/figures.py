@@ -2,6 +2,7 @@
 
 import io
 import logging
+import re
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -74,7 +75,10 @@ def write_figure(figure: Figure, path: Path) -> None:
         warnings.filterwarnings("always", message=UNKNOWN_LETTERS)
         figure.savefig(content, format=ending[1:], metadata=ENDINGS[ending])
     write_bytes(path, content.getvalue())
-    if told and ending != ".svg":
+    lacking = [one for one in told if re.match(UNKNOWN_LETTERS, str(one.message))]
+    for other in (one for one in told if one not in lacking):
+        warnings.warn_explicit(other.message, other.category, other.filename, other.lineno)
+    if lacking and ending != ".svg":
         tell(f"warning: {path}: its font lacks letters of some names; .svg files are shown with more fonts")
 
 

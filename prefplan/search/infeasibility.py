@@ -24,7 +24,7 @@ def infeasible(problem: Problem) -> Reason | None:
     Raises:
         LimitError: a limit was reached before that is known.
     """
-    tasks, rules = problem.tasks, tuple(rule for rule in problem.rules if rule.skip is None)
+    tasks, rules = problem.tasks, problem.hard_rules
     is_satisfiable = partial(_is_satisfiable, problem)
     if is_satisfiable(tasks, rules):
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from PIL import Image
 
 from experiments.commands.command_line import main
 from experiments.figures import plans
+from experiments.figures.figures import write_figure
 from experiments.figures.front import draw, draw_front
 from experiments.figures.maps import map_of
 from prefplan import Front, Plan, PrefplanError, Scenario, pareto_front
@@ -204,3 +206,11 @@ def test_letters_that_a_font_lacks_are_told_once_where_they_are_not_drawn(
     assert capsys.readouterr().err == "" and any(label in text for text in texts(tmp_path / "cafe.svg"))
     assert main(["draw", "plans", str(scenario), str(tmp_path / "cafe.png")]) == 0
     assert capsys.readouterr().err.count("\n") == (1 if label == "咖啡" else 0)
+
+
+def test_other_warnings_of_a_drawing_are_no_missing_letters(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    figure = Figure()
+    figure.savefig = lambda file, **options: warnings.warn("crowded", UserWarning, stacklevel=1)  # type: ignore[method-assign]
+    with pytest.warns(UserWarning, match="crowded"):
+        write_figure(figure, tmp_path / "a.png")
+    assert capsys.readouterr().err == ""
