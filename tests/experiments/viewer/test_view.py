@@ -131,7 +131,8 @@ def test_a_user_steps_through_a_plan_chooses_it_from_the_front_meddles_and_press
     until(lambda: text(".state") == "completed" and "fault" not in text("") and text(".count").startswith("4 of 4"))
     thumb = browser.find_element(By.CSS_SELECTOR, "[role=slider]")
     browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", thumb)
-    ActionChains(browser).drag_and_drop_by_offset(thumb, -100, 0).perform()
+    # As slowly as a hand: a busy page hears of a movement only if it has seen that the thumb is held.
+    ActionChains(browser).click_and_hold(thumb).pause(1).move_by_offset(-100, 0).pause(1).release().perform()
     # A drag is told in steps, each of which may be shown before the next: only where both come to rest counts.
     until(
         lambda: (
