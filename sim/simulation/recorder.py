@@ -21,7 +21,7 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_
 """The state on which a step of MuJoCo depends besides the commands."""
 
 MISSED_STEPS, RECOVERY_STEPS = 2, 3
-"""Greatest number of steps for which MuJoCo misses a contact, mostly of a cylinder with a pad, and number of steps that
+"""Greatest number of steps for which MuJoCo misses a contact of a pad, mostly with a cylinder, and number of steps that
 the arm then needs to recover."""
 
 TORQUE_CUTOFF_HZ = 100.0
@@ -50,7 +50,8 @@ class Recorder:
         self._felt: list[int] = []
         # Loads of all joints at every step.
         self._speeds, self._torques = list[np.ndarray](), list[np.ndarray]()
-        self._constraints, self._lopsided = list[int](), list[int]()
+        self._touching = list[int]()  # number of pads that touch something, at every step
+        self._constraints = -1
         self._motors = [model.actuator(name).id for name in scene.robot.joints]
         self._steps, self._controls = 0, [np.zeros((0, model.nu))]
         self._interventions: list[np.ndarray] = []
@@ -81,12 +82,15 @@ class Recorder:
             torques -= self._pull(data, self._cup)
         self._speeds.append(data.qvel.copy())
         self._torques.append(torques)
-        if data.nefc < max(self._constraints[-MISSED_STEPS:], default=0):
-            touching = len(self._pads.keys() & set(data.contact.geom.ravel().tolist()))
-            if 0 < touching < len(self._pads):
-                self._lopsided.append(len(self._constraints))
-        self._constraints.append(data.nefc)
+        self._touching.append(self._pads_touching(data))
         return bool(data.time >= self._due)
+
+    def _pads_touching(self, data: mujoco.MjData) -> int:
+        """Return how many pads touch something, looked up if the number of constraints has changed."""
+        if data.nefc == self._constraints:
+            return self._touching[-1]
+        self._constraints = data.nefc
+        return len(self._pads.keys() & set(data.contact.geom.ravel().tolist()))
 
     def _pull(self, data: mujoco.MjData, cup: int) -> np.ndarray:
         """Return the (nv,) torques of a suction cup: MuJoCo counts them, although the cup's contact balances them."""
@@ -122,7 +126,7 @@ class Recorder:
     def arrays(self) -> dict[str, np.ndarray]:
         """The recorded arrays by their names in `Run`; the last frame has the loads up to now as well."""
         arrays = {name: np.array([frame[name] for frame in self.frames]) for name in self.frames[0]}
-        missed = missed_contacts(np.array(self._constraints), self._lopsided)
+        missed = missed_contacts(np.array(self._touching), len(self._pads))
         speeds, torques = (bridged(self._of_arm(rows), missed) for rows in (self._speeds, self._torques))
         controls = np.vstack(self._controls)
         samples = {
@@ -188,19 +192,18 @@ def _recursive(now: float, before: float, driven: np.ndarray) -> np.ndarray:
     return np.asarray(solve_banded((1, 0), np.tile([[now], [before]], len(driven)), driven, check_finite=False))
 
 
-def missed_contacts(constraints: np.ndarray, lopsided: Sequence[int]) -> np.ndarray:
+def missed_contacts(touching: np.ndarray, pads: int) -> np.ndarray:
     """Return (K,) bool, which steps are affected by contacts of a pad that MuJoCo misses.
 
-    Contacts come and go, but those that are lost and found again within `MISSED_STEPS` were missed. Given are the (K,)
-    numbers of constraints in each step, and the lopsided steps, in which something touches one pad only.
+    Contacts come and go, but a contact that one of several pads loses and finds again within `MISSED_STEPS` was missed.
+    Given are the (K,) numbers of pads that touch something in each step, and how many there are.
     """
-    missed, one_pad = np.zeros((2, len(constraints)), dtype=bool)
-    one_pad[lopsided] = True
+    missed = np.zeros(len(touching), dtype=bool)
     for steps in range(1, MISSED_STEPS + 1):
-        after = constraints[steps + 1 :]
-        before, *within = (constraints[k : k + len(after)] for k in range(steps + 1))
-        alone = [one_pad[k + 1 : k + 1 + len(after)] for k in range(steps)]
-        for first in np.flatnonzero((before == after) & ((within < before) & alone).all(axis=0)) + 1:
+        after = touching[steps + 1 :]
+        before, *within = (touching[k : k + len(after)] for k in range(steps + 1))
+        lost = ((0 < np.array(within)) & (np.array(within) < pads)).all(axis=0)
+        for first in np.flatnonzero((before == pads) & lost & (after == pads)) + 1:
             missed[first : first + steps + RECOVERY_STEPS] = True
     return missed
 
