@@ -4,6 +4,7 @@ from .errors import LogError as LogError
 from .errors import RenderingError as RenderingError
 from .errors import RobotError as RobotError
 from .errors import SimulationError as SimulationError
+from .errors import UnstableError as UnstableError
 from .evidence.certificate import Certificate as Certificate
 from .evidence.certificate import Check as Check
 from .evidence.certificate import certify as certify

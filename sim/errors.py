@@ -76,6 +76,14 @@ class BlockedError(SimulationError):
         return cls(words, by, at_goal=True, collisions=collisions)
 
 
+class UnstableError(PrefplanError):
+    """A simulation that diverged, so that MuJoCo reset its state; unlike a `SimulationError`, it ends the run."""
+
+    def __init__(self, seconds: float) -> None:
+        """Name the time in the simulation, s."""
+        super().__init__(f"the simulation became unstable at {seconds:.2f} s: its state holds NaN or huge numbers")
+
+
 class RenderingError(PrefplanError):
     """A picture or video that cannot be made, e.g. because OpenGL is missing; the message says why."""
 

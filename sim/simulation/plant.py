@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from sim.errors import UnstableError
 from sim.motion.joint_trajectory import JointTrajectory
 from sim.motion.trajectory import CONTROL_PERIOD_S, STEPS
 from sim.perception.touch import ContactMonitor
@@ -78,14 +79,20 @@ class Plant:
         self.recorder.record(data, glow=self.glowing)
 
     def step(self) -> None:
-        """Simulate one control period, in which the arm and the fingers continue their movements."""
+        """Simulate one control period, in which the arm and the fingers continue their movements.
+
+        Raises:
+            UnstableError: the simulation diverged.
+        """
         data = self.data
         for observer in self.observers:
             observer.before_period(self)
         model, recorder, control = self.scene.mujoco, self.recorder, data.ctrl
         for command in recorder.begin_period(data, self._next_commands()):
-            control[:] = command
+            control[:], before = command, data.time
             mujoco.mj_step(model, data)
+            if data.time <= before:  # MuJoCo reset a state that is not finite
+                raise UnstableError(before)
             if recorder.feel(data):
                 recorder.record(data, glow=self.glowing)
         recorder.end_period(data)

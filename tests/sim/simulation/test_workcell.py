@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from observers import Before
 
-from sim.errors import SimulationError
+from sim.errors import SimulationError, UnstableError
 from sim.execution.executor import Execution
 from sim.motion.ik import JOINT_MARGIN_RAD
 from sim.motion.trajectory import ToolPose
@@ -113,3 +114,19 @@ def test_the_actuators_get_a_command_after_the_latency(scene: Scene) -> None:
             moved.append(abs(float(cell.data.joint(finger).qpos[0]) - before))
     at_once, _, late, in_the_end = moved
     assert at_once > 0.001 > 1e-4 > late and in_the_end == pytest.approx(0.01, abs=0.001)
+
+
+@pytest.mark.parametrize("speed", [np.nan, 1e12])
+def test_a_simulation_that_diverges_ends_the_run(
+    scene: Scene, speed: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves a file of its warning there
+    run = Execution(scene, initial_state(scene))
+
+    def disturb() -> None:
+        if run.cell.data.time > 0.5:
+            run.cell.data.joint("blue").qvel[:] = speed
+
+    Before(run.cell, disturb)
+    with pytest.raises(UnstableError, match=r"the simulation became unstable at 0\.5. s"):
+        run.step("transit top")
