@@ -48,7 +48,8 @@ class CollisionChecker:
         self._arm, self._is_finger = robot.qpos(model), robot.fingers(model)
         self._widths = [int(model.joint(name).qposadr[0]) for name in robot.gripper.joints]
         self._own = own = robot.bodies(model)
-        self._is_robot = own[model.geom_bodyid]
+        # What of the robot is fixed, such as its base, is part of the world: objects may stand against it.
+        self._is_robot = (own & (model.body_weldid > 0))[model.geom_bodyid]
         robot.let_links_collide(model)
         self._is_world = ~self._is_robot & is_solid(model)
         self._tool = self._data.site(robot.tool)
@@ -68,7 +69,7 @@ class CollisionChecker:
         self._keep(ADJACENT_M)
         robot.put(self._data, robot.home, width=0.0)
         self._place(robot.home)
-        met = {tuple(map(int, model.geom_bodyid[[*pair]])) for pair in self._pairs(self._data.contact.geom)}
+        met = {tuple(sorted(map(int, model.geom_bodyid[[*pair]]))) for pair in self._pairs(self._data.contact.geom)}
         self._adjacent = {(one, other) for one, other in met if own[[one, other]].all()}
         self._known.clear()
 

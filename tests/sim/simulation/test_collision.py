@@ -75,7 +75,8 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
     check, data, robot = checker(blocks), initial_state(blocks), blocks.robot
     model = copy.copy(blocks.mujoco)
     robot.let_links_collide(model)
-    set_margins(model, np.where(robot.bodies(model)[model.geom_bodyid], 0.006, 0.0))
+    moves = robot.bodies(model) & (model.body_weldid > 0)
+    set_margins(model, np.where(moves[model.geom_bodyid], 0.006, 0.0))
     links = [model.body(int(body)).name for body in np.flatnonzero(robot.bodies(model))]
     adjacent, seen = {tuple(model.body(body).name for body in pair) for pair in check._adjacent}, set()
     for q in np.random.default_rng(1).uniform(*robot.ranges(model).T, (100, 7)):
@@ -88,9 +89,21 @@ def test_all_links_but_adjacent_ones_collide(blocks: Scene) -> None:
         touches = {
             tuple(name.removeprefix("the robot's ") for name in pair) for pair in check.touches(q, clearance=0.006)
         }
-        assert {pair for pair in touches if pair[1] in links} == met - adjacent
+        own = {tuple(sorted(pair, key=links.index)) for pair in touches if pair[1] in links}
+        assert own == met - adjacent
         seen |= met
     assert seen & adjacent and len(seen - adjacent) > 5
+
+
+def test_what_stands_against_the_base_blocks_no_motion(blocks: Scene) -> None:
+    check, data = CollisionChecker(blocks), initial_state(blocks)
+    poses = true_poses(blocks, data)
+    beside = poses["low"].position * [0.0, 0.0, 1.0] + [0.08, 0.03, 0.0]
+    check.see(data, {**poses, "low": replace(poses["low"], position=beside)})
+    assert not check.touches(blocks.robot.home, clearance=0.006)
+    assert not check.blockers(SWEEP, clearance=0.006)
+    at_base = np.array([0.0, 1.0, 0.0, -2.9, 0.0, 3.5, 0.8])
+    assert ("the robot's link6", "the robot's link0") in check.touches(at_base)
 
 
 @pytest.mark.parametrize(
