@@ -24,6 +24,7 @@ from prefplan.preferences.objective import (
     check_objective_names,
     preferences_of,
 )
+from prefplan.preferences.terms import checked_terms
 from prefplan.text.layout import number
 from prefplan.text.names import labels_of
 
@@ -137,7 +138,7 @@ class Problem:
         counts = len(self.tasks), len(rules)
         for named in self.preferences:
             with prefixed(f"{named.key}."):
-                terms = named.preference.terms(self.names, *([rules] if rules else []))
+                terms = checked_terms(named.preference.terms(self.names, *([rules] if rules else [])), sum(counts))
             cost = 0 if named.of is None else self.cost_names.index(named.of)
             objectives.append(Measure(terms, *counts, units[cost], price, name=named.name, cost=cost))
         self.cost_units, self.objectives = tuple(units), tuple(objectives)

@@ -19,7 +19,7 @@ from prefplan.exact_costs import Number, exact
 from prefplan.preferences.analysis import decompose, shape
 from prefplan.preferences.contracts import CONTRACTS, SPAN, check_contract, check_never_falls, value_at
 from prefplan.preferences.expression import Constant, Operation, Tree, Variable, evaluate, parse
-from prefplan.preferences.terms import OpaqueTerm, OrderRate, Term, with_weights
+from prefplan.preferences.terms import OpaqueTerm, OrderRate, Term, checked_terms, with_weights
 from prefplan.text.forms import Form
 
 OVER = ("cost", "violation")
@@ -230,7 +230,7 @@ class Sum:
         for k, (part, number) in enumerate(self.parts):
             with prefixed(f"terms[{k}].", PreferenceError):
                 weight = _weight("weight", number)
-                for term in part.terms(tasks, *([rules] if rules else [])):
+                for term in checked_terms(part.terms(tasks, *([rules] if rules else [])), len(tasks) + len(rules)):
                     scaled = partial(mul, weight)
                     terms.append(scaled(term) if isinstance(term, Fraction) else with_weights(term, scaled))
         return terms

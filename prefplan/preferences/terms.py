@@ -5,14 +5,17 @@ satisfied, additive terms over cost grow at a fixed rate. It is their value wher
 and those in S cost nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
+from itertools import chain
+from numbers import Rational
 from typing import Any, TypeVar
 
 import numpy as np
 
+from prefplan.errors import PreferenceError, describe
 from prefplan.preferences.expression import Tree, evaluate, variables
 
 Costs = Any
@@ -153,3 +156,39 @@ def with_weights(term: T, change: Callable[[Fraction], Any]) -> T:
     if isinstance(term, WeightedRate | Violation | Maximum):
         return replace(term, weights=tuple(map(change, term.weights)))
     return replace(term, weight=change(term.weight))
+
+
+def checked_terms(given: Any, amounts: int) -> tuple[Term | Fraction, ...]:
+    """Return what a preference's method `terms` gave for so many tasks and rules, which may be one of a user's own.
+
+    Raises:
+        PreferenceError: it is not a list of fractions and terms that fit these.
+    """
+    if not isinstance(given, Iterable):
+        raise PreferenceError(f"terms: must be a list of terms and Fractions, not {describe(given)}")
+    terms = tuple(given)
+    for k, term in enumerate(terms):
+        if isinstance(term, Fraction):
+            continue
+        if not isinstance(term, Term):
+            known = "a Fraction or a term of prefplan.preferences.terms, such as WeightedRate((1, 2))"
+            raise PreferenceError(f"terms[{k}]: must be {known}, not {describe(term)}")
+        weights, tasks = weights_of(term), _tasks_of(term)
+        if isinstance(term, WeightedRate | Violation | Maximum) and len(weights) != amounts:
+            raise PreferenceError(
+                f"terms[{k}].weights: must be {amounts}, one for each task and rule, not {len(weights)}"
+            )
+        if not all(isinstance(weight, Rational) and weight >= 0 for weight in weights):
+            raise PreferenceError(f"terms[{k}]: weights must be whole numbers or Fractions, at least 0, not {weights}")
+        if len({*tasks} & {*range(amounts)}) < len(tasks):
+            raise PreferenceError(f"terms[{k}]: tasks must be numbers below {amounts}, each once, not {tasks}")
+    return terms
+
+
+def _tasks_of(term: Term) -> tuple[int, ...]:
+    """Return the tasks that a term names by their numbers."""
+    if isinstance(term, OrderRate):
+        return tuple(chain(*term.groups))
+    if isinstance(term, SpreadRate):
+        return tuple(term.members)
+    return (term.task,) if isinstance(term, Tardiness) else ()
