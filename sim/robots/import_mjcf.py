@@ -59,13 +59,14 @@ def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
     check_parts(spec, joint=arm.joints, site=(arm.tool,), actuator=(actuator,))
     if (driven := spec.actuator(actuator).target) in arm.joints:
         raise RobotError(f"the actuator {actuator!r} of the gripper drives {driven!r}, a joint of the arm")
-    _check_row(spec, arm.joints)
+    _check_joints(spec, arm.joints)
     for element in (*spec.keys, *spec.lights, *spec.pairs, *spec.sensors):
         spec.delete(element)
     root = _root(spec.joint(arm.joints[0]).parent, spec)
+    _take_out_of_frame(spec, root)
     whole = mujoco.MjSpec()
-    spec.option = whole.option  # the scene has its own
-    for size in ("memory", "njmax", "nconmax"):
+    spec.option, spec.visual, spec.stat = whole.option, whole.visual, whole.stat  # the scene has its own
+    for size in ("memory", "njmax", "nconmax", "nkey"):
         setattr(spec, size, getattr(whole, size))
     whole.worldbody.add_frame().attach_body(root, PREFIX, "")
     _name(whole)
@@ -91,11 +92,25 @@ def _copy(arm: ImportedArm) -> mujoco.MjSpec:
     return _imported(arm)[0].copy()
 
 
-def _check_row(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
-    """Raise RobotError unless each joint moves the next one."""
+def _check_joints(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
+    """Raise RobotError unless the joints turn or slide, each by itself, and each moves the next one."""
+    for name in joints:
+        if spec.joint(name).type not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+            raise RobotError(f"the joint {name!r} is neither a hinge nor a slide")
     for before, name in zip(joints, joints[1:], strict=False):
         if spec.joint(name).name not in {joint.name for joint in _joints_below(spec.joint(before).parent)}:
             raise RobotError(f"the joint {name!r} is not behind {before!r}; name the joints from base to wrist")
+    for pair in spec.equalities:
+        if pair.type == mujoco.mjtEq.mjEQ_JOINT and {pair.name1, pair.name2} <= {*joints}:
+            raise RobotError(f"the joints {pair.name1!r} and {pair.name2!r} of the arm are coupled by an `equality`")
+
+
+def _take_out_of_frame(spec: mujoco.MjSpec, root: mujoco.MjsBody) -> None:
+    """Give a top-level body its pose in the world if it stands in a `frame`, which would be lost with the rest."""
+    if root.frame is not None:
+        model = spec.compile()
+        root.pos, root.quat = model.body_pos[root.id], model.body_quat[root.id]
+        root.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
 
 
 def _joints_below(body: mujoco.MjsBody) -> list[mujoco.MjsJoint]:
@@ -148,7 +163,7 @@ def _name(spec: mujoco.MjSpec) -> None:
 def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
     """Give a joint a position actuator of its name, with the stiffness of the MJCF's own if it has one.
 
-    The joint's damping becomes the actuator's, for which the controller compensates.
+    The joint's damping becomes the actuator's, for which the controller compensates, as for friction and springs.
     """
     joint = spec.joint(name)
     if not np.any(joint.range):
@@ -163,7 +178,7 @@ def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
             stiffness = -float(motor.biasprm[1])
         spec.delete(motor)
     damping = max(DAMPING_TIME_S * stiffness, float(joint.damping[0]))
-    joint.damping[0], joint.frictionloss = 0.0, 0.0
+    joint.damping[0], joint.stiffness[0], joint.frictionloss = 0.0, 0.0, 0.0
     add_servo(spec, name, joint.range, torque, stiffness, damping)
 
 

@@ -85,7 +85,7 @@ class Plant:
             UnstableError: the simulation diverged.
         """
         data = self.data
-        for observer in self.observers:
+        for observer in tuple(self.observers):  # one may remove itself
             observer.before_period(self)
         model, recorder, control = self.scene.mujoco, self.recorder, data.ctrl
         for command in recorder.begin_period(data, self._next_commands()):
@@ -99,7 +99,7 @@ class Plant:
         if data.time >= self._dark:
             self.glowing = -1
         self._log_contacts(self.contacts.update(data))
-        for observer in self.observers:
+        for observer in tuple(self.observers):
             observer.after_period(self)
 
     def _log_contacts(self, touches: Iterable[tuple[str, str]]) -> None:

@@ -59,6 +59,16 @@ def setup(file: Path) -> RobotSetup:
     return model.robot_setup
 
 
+def changed(setup: RobotSetup, folder: Path, *changes: tuple[str, str]) -> RobotSetup:
+    """Return the setup of the crane with changes of its MJCF, which is written into a folder."""
+    mjcf = (setup.folder / "crane.xml").read_text()
+    for before, after in changes:
+        assert before in mjcf
+        mjcf = mjcf.replace(before, after, 1)
+    (folder / "crane.xml").write_text(mjcf)
+    return replace(setup, folder=folder)
+
+
 def test_it_carries_out_a_plan(file: Path) -> None:
     model = load(file).model
     assert isinstance(model, ManipulationModel)
@@ -74,14 +84,14 @@ def test_it_carries_out_a_plan(file: Path) -> None:
     assert rollout.placement_error < 0.003
 
 
-@pytest.mark.parametrize("changed", ["crane.xml", "inner.xml"])
-def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Path, changed: str) -> None:
+@pytest.mark.parametrize("part", ["crane.xml", "inner.xml"])
+def test_an_mjcf_that_was_changed_is_read_again(setup: RobotSetup, tmp_path: Path, part: str) -> None:
     text = (setup.folder / "crane.xml").read_text()
     ranges = []
     (tmp_path / "crane.xml").write_text('<mujoco model="crane"><include file="inner.xml"/></mujoco>')
     for time, high in enumerate(("0.6", "0.7")):
-        (tmp_path / changed).write_text(text.replace("0 0.6", f"0 {high}"))
-        os.utime(tmp_path / changed, (time, time))
+        (tmp_path / part).write_text(text.replace("0 0.6", f"0 {high}"))
+        os.utime(tmp_path / part, (time, time))
         robot = robot_for(replace(setup, folder=tmp_path))
         ranges.append(float(robot.ranges(robot.spec().compile())[1, 1]))
     assert ranges == [0.6, 0.7]
@@ -198,13 +208,9 @@ def test_what_does_not_fit_the_mjcf_is_told(setup: RobotSetup, change: dict[str,
 
 
 def test_links_inside_each_other_at_home_are_told(setup: RobotSetup, tmp_path: Path) -> None:
-    mjcf = (setup.folder / "crane.xml").read_text()
-    for before, after in (('size="0.05 0.05 0.4"', 'size="0.5 0.05 0.4"'), ("<body pos", '<body name="left" pos')):
-        assert before in mjcf
-        mjcf = mjcf.replace(before, after, 1)
-    (tmp_path / "crane.xml").write_text(mjcf)
+    wide = ('size="0.05 0.05 0.4"', 'size="0.5 0.05 0.4"'), ("<body pos", '<body name="left" pos')
     with pytest.raises(SimulationError, match="robot.home: the links 'column' and 'left' are inside each other there"):
-        robot_for(replace(setup, folder=tmp_path))
+        robot_for(changed(setup, tmp_path, *wide))
 
 
 @pytest.mark.parametrize(
@@ -224,7 +230,8 @@ def test_a_cup_is_pressed_as_far_as_it_gives_way(setup: RobotSetup, tmp_path: Pa
 def test_what_only_a_whole_scene_has_is_left_out(
     setup: RobotSetup, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
-    mjcf = (setup.folder / "crane.xml").read_text().replace("<default>", '<size memory="10M"/><default>', 1)
+    others = '<size memory="10M" nkey="2"/><visual><map znear="0.05"/></visual><statistic extent="2"/>'
+    mjcf = (setup.folder / "crane.xml").read_text().replace("<default>", f"{others}<default>", 1)
     mjcf = mjcf.replace('<geom type="box" size="0.05', '<geom name="a" type="box" size="0.05')
     mjcf = mjcf.replace('<geom type="box" size="0.25', '<geom name="b" type="box" size="0.25')
     pair = '<contact><pair geom1="a" geom2="b"/></contact><tendon>'
@@ -233,19 +240,52 @@ def test_what_only_a_whole_scene_has_is_left_out(
     assert not recwarn.list
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (
+            'type="slide" axis="0 0 1" range="0 0.6"',
+            'type="ball" range="0 60"',
+            "'lift' is neither a hinge nor a slide",
+        ),
+        ("<equality>", '<equality><joint joint1="turn" joint2="lift"/>', "'turn' and 'lift' of the arm are coupled by"),
+    ],
+)
+def test_joints_that_no_arm_can_have_are_told(
+    setup: RobotSetup, tmp_path: Path, before: str, after: str, words: str
+) -> None:
+    with pytest.raises(SimulationError, match=f"robot: .*crane.xml: the joints? {words}"):
+        robot_for(changed(setup, tmp_path, (before, after)))
+
+
+def test_a_frame_around_the_robot_moves_it(setup: RobotSetup, tmp_path: Path) -> None:
+    outer = '<frame pos="0.1 0 0.1" euler="0 0 20"><frame euler="0 0 10">'
+    column = '<body name="column" pos="0.2 0 0" euler="0 0 5">'
+    framed = changed(
+        setup, tmp_path, ('<body name="column">', outer + column), ("</worldbody>", "</frame></frame></worldbody>")
+    )
+    base = robot_for(framed).spec().compile().body(f"{PREFIX}column")
+    assert base.pos == pytest.approx([0.1 + 0.2 * np.cos(np.radians(30)), 0.2 * np.sin(np.radians(30)), 0.1])
+    half = np.radians(35) / 2
+    assert base.quat == pytest.approx([np.cos(half), 0, 0, np.sin(half)])
+
+
+def test_springs_at_its_joints_do_not_draw_it_aside(setup: RobotSetup, tmp_path: Path) -> None:
+    sprung = changed(setup, tmp_path, ('damping="5"/>', 'damping="5" stiffness="60" springref="-60"/>'))
+    assert not robot_for(sprung).spec().compile().jnt_stiffness.any()
+
+
 def test_what_drives_and_couples_joints_that_are_fixed_goes_with_them(setup: RobotSetup, tmp_path: Path) -> None:
-    mjcf = (setup.folder / "crane.xml").read_text()
-    for before, after in (
+    coupled = changed(
+        setup,
+        tmp_path,
         ('<body name="column">', '<body name="post"><joint name="rise"/><geom size="0.02"/><body name="column">'),
         ("</worldbody>", "</body></worldbody><sensor><jointpos joint='rise'/></sensor>"),
         ("<tendon>", '<tendon><fixed name="rope"><joint joint="rise" coef="1"/></fixed>'),
         ("<equality>", '<equality><joint joint1="rise" joint2="turn"/>'),
         ("<actuator>", '<actuator><motor joint="rise"/><motor tendon="rope"/>'),
-    ):
-        assert before in mjcf
-        mjcf = mjcf.replace(before, after, 1)
-    (tmp_path / "crane.xml").write_text(mjcf)
-    spec, plain = robot_for(replace(setup, folder=tmp_path)).spec(), robot_for(setup).spec()
+    )
+    spec, plain = robot_for(coupled).spec(), robot_for(setup).spec()
     for parts in ("joints", "tendons", "equalities", "actuators"):
         assert [part.name for part in getattr(spec, parts)] == [part.name for part in getattr(plain, parts)]
 
