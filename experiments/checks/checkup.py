@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +16,8 @@ from prefplan.exact_costs import Number, exact, to_number
 from prefplan.front import NoPlanError, Reason, UnfinishedError
 from prefplan.limits import Limits, interruptible
 from prefplan.logic.mtbdd import same
-from prefplan.logic.tasks import Rule
+from prefplan.models.feasibility import Feasible
 from prefplan.models.manipulation.model import ManipulationModel
-from prefplan.models.system import System
 from prefplan.planner import Planner
 from prefplan.preferences.kinds import WeightedSum
 from prefplan.preferences.objective import NamedPreference
@@ -62,17 +60,23 @@ def check(
     with limits:
         problem = scenario.problem()
     model, contract = scenario.model, problem.measure.contract
-    tasks = [_check_task(problem, i, limits) for i in range(len(problem.tasks))]
+    tasks = [_check_task(problem, i, limits)[0] for i in range(len(problem.tasks))]
     arm: SceneCheck | None = None
     faults: list[str] = []
     if isinstance(model, ManipulationModel) and has_simulation() and not limits.out_of_time:
-        from sim.capability.scene_check import check_scene, tasks_out_of_reach
+        from sim.capability.answers import Capability
+        from sim.capability.scene_check import check_scene
 
-        arm = check_scene(model, limits, robot=robot, quick=quick, tell=tell)
-        wanted = [task["achievable"] is True for task in tasks]
+        capability = Capability(model, robot=robot)
+        arm = check_scene(capability, limits, quick=quick, tell=tell)
         faults += arm.faults or ()
-        achievable = partial(is_achievable, rules=problem.hard_rules, limits=limits)
-        faults += tasks_out_of_reach(problem, wanted, arm.places or (), achievable)
+        asked = [i for i, task in enumerate(tasks) if task["achievable"]] if arm.places and arm.complete else []
+        for i in asked:
+            tell("tasks", i, len(tasks), problem.names[i])
+            tasks[i], missing = _check_task(problem, i, limits, capability)
+            if missing:
+                what = f"task {problem.names[i]} needs what the arm cannot do: {missing}"
+                faults.append(f"tasks[{i}].formula: {what}")
     size, names = size_of(problem.system, limits), problem.cost_names
     finished = size["states"] is not None and all(task["achievable"] is not None for task in tasks)
     return {
@@ -92,7 +96,7 @@ def check(
         "scene": None if arm is None or arm.faults is None else not arm.faults,
         "places": None if arm is None or arm.places is None else [_place_json(one) for one in arm.places],
         "faults": faults,
-        "warnings": [*(arm.warnings if arm else ()), *_warnings(problem, size["propositions"], tasks)],
+        "warnings": [*(arm.warnings if arm else ()), *_warnings(problem, size["propositions"], tasks, faults)],
     }
 
 
@@ -123,15 +127,24 @@ def _place_json(one: PlaceCheck) -> dict[str, Any]:
     return found
 
 
-def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
-    """Return what is found of one task alone: its least costs without relaxations, and whether it is achievable."""
-    task = problem.tasks[i]
+def _check_task(
+    problem: Problem, i: int, limits: Limits, feasible: Feasible | None = None
+) -> tuple[dict[str, Any], str]:
+    """Return what is found of one task alone: its least costs without relaxations, and whether it is achievable.
+
+    With what an arm can do, this is about plans that it can keep; then also what it cannot do is returned, if it makes
+    the task impossible.
+    """
+    task, missing = problem.tasks[i], ""
     costs, achievable = None, None
     with suppress(UnfinishedError, LimitError):
-        system, rules = problem.system, problem.hard_rules
-        costs = _least_costs(system, replace(task, relax=(), skip=None), rules, limits, problem.cost_names)
-        achievable = costs is not None or is_achievable(system, task, rules=rules, limits=limits)
-    return {
+        costs, missing = _least_costs(problem, replace(task, relax=(), skip=None), limits, feasible)
+        if costs is None and (task.relax or task.skip is not None):
+            relaxed, missing = _least_costs(problem, task, limits, feasible)
+            achievable = relaxed is not None
+        else:
+            achievable = costs is not None
+    found = {
         "name": task.name,
         "formula": task.formula,
         "automaton_states": problem.automata[i].size,
@@ -141,39 +154,40 @@ def _check_task(problem: Problem, i: int, limits: Limits) -> dict[str, Any]:
         "relaxations": len(task.relax),
         "skip": None if task.skip is None else to_number(exact(task.skip)),
     }
-
-
-def is_achievable(system: System, task: Task, *, rules: Sequence[Rule], limits: Limits) -> bool:
-    """Return whether a task alone can be satisfied, or else relaxed or skipped; for the rest, see `_least_costs`."""
-    return _least_costs(system, task, rules, limits, system.cost_names[:1]) is not None
+    return found, missing
 
 
 def _least_costs(
-    system: System, task: Task, rules: Sequence[Rule], limits: Limits, names: Sequence[str]
-) -> dict[str, Number] | None:
-    """Return the least value of each named cost for a task alone, relaxed if need be; None if it is impossible.
+    problem: Problem, task: Task, limits: Limits, feasible: Feasible | None
+) -> tuple[dict[str, Number] | None, str]:
+    """Return the least value of each cost of a problem for a task alone, relaxed if need be.
+
+    If it is impossible, None and what the arm cannot do of it.
 
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
     # A name that differs from those of all costs.
-    name = f"unmet_{'_'.join(system.cost_names)}"
+    name = f"unmet_{'_'.join(problem.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
-    planner = Planner(Problem(system, [task], [unmet], rules=rules))
+    planner = Planner(Problem(problem.system, [task], [unmet], rules=problem.hard_rules, feasible=feasible))
     try:
         with interruptible(limits):
-            return {name: planner.best(name).costs[name] for name in names}
+            return {name: planner.best(name).costs[name] for name in problem.cost_names}, ""
     except NoPlanError:
-        return None
+        return None, planner.geometry.words if planner.geometry is not None else ""
 
 
-def _warnings(problem: Problem, carried: Mapping[str, int | None], tasks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _warnings(
+    problem: Problem, carried: Mapping[str, int | None], tasks: Sequence[Mapping[str, Any]], faults: Sequence[str]
+) -> Iterator[str]:
     start = problem.system.label(problem.system.start)
     for i, (task, dfa, found) in enumerate(zip(problem.tasks, problem.automata, tasks, strict=True)):
         yield from uncarried(i, task, carried)
         if dfa.step(0, start) == dfa.accepting:
             yield f"tasks[{i}].formula: task {task.name} is satisfied at the start, before any action"
-        if found["costs"] is None and found["achievable"] is not None:
+        is_fault = any(fault.startswith(f"tasks[{i}].") for fault in faults)
+        if found["costs"] is None and found["achievable"] is not None and not is_fault:
             result = "it can only be relaxed or skipped" if found["achievable"] else "so that no plan exists"
             within = " within the rules" if problem.hard_rules else ""
             yield f"tasks[{i}].formula: task {task.name} cannot be satisfied{within}, not even alone; {result}"

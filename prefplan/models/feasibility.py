@@ -143,10 +143,14 @@ class Geometry:
         """What was left out and its price, as one line; None if nothing was."""
         if not self.left_out:
             return None
-        said = [f"{obj} at {location} ({reason})" for (obj, location), reason in self.left_out.items()]
         values = [", ".join(f"{name} {number(value)}" for name, value in each.items()) for each in self.lost]
         price = f"If it could: {_first(values)}." if values else "Other plans are as good."
-        return f"The arm cannot do {_first(said)}. {price}"
+        return f"The arm cannot do {self.words}. {price}"
+
+    @property
+    def words(self) -> str:
+        """What was left out, and why."""
+        return _first([f"{obj} at {location} ({reason})" for (obj, location), reason in self.left_out.items()])
 
     def _transfers(self, plan: Plan) -> Iterator[Transfer]:
         """Yield the transfers of a plan that are not done yet; what is in the hand already was at its last location."""

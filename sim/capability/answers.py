@@ -47,7 +47,7 @@ class Capability:
         """
         self._model, self._robot = model, robot
         if scene is not None:
-            self.__dict__["_scene"] = scene
+            self.__dict__["scene"] = scene
 
     def __getstate__(self) -> dict[str, object]:
         """Return what is pickled: all but what can be found again."""
@@ -118,7 +118,12 @@ class Capability:
         return self._answers[name]
 
     @cached_property
-    def _scene(self) -> Scene:
+    def scene(self) -> Scene:
+        """The scene, built when it is first needed.
+
+        Raises:
+            SimulationError: it cannot be built.
+        """
         from sim.world.scene import build_scene
 
         return build_scene(self._model, robot=self._robot)
@@ -127,7 +132,7 @@ class Capability:
     def _feasibility(self) -> Feasibility:
         from sim.capability.feasibility import Feasibility
 
-        return Feasibility(self._scene)
+        return Feasibility(self.scene)
 
     @cached_property
     def _answers(self) -> dict[str, PlaceCheck]:
@@ -156,7 +161,7 @@ class Capability:
             digest_of_sources(),
         ]
         if model.files:
-            parts.append(self._scene.sha256)  # files may refer to others
+            parts.append(self.scene.sha256)  # files may refer to others
         return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +20,6 @@ from prefplan.planner import Planner
 from prefplan.scenario.decode import load, loads
 from sim.capability.answers import Capability
 from sim.capability.feasibility import Feasibility
-from sim.capability.place_check import PlaceCheck
-from sim.capability.scene_check import tasks_out_of_reach
 
 ISLAND = """# island.toml: a ferry that no longer runs. And more.
 
@@ -305,7 +302,7 @@ def test_memory_that_one_part_took_is_not_there_for_the_next() -> None:
     limits._in_use_before -= 2 * 10**8
     assert propositions.size_of(problem.system, limits)["states"] is None
     with pytest.raises(UnfinishedError, match="memory"):
-        checkup.is_achievable(problem.system, problem.tasks[0], rules=(), limits=limits)
+        checkup._least_costs(problem, problem.tasks[0], limits, None)
 
 
 def test_every_fault_of_a_scene_is_told_with_the_distance_that_is_enough(run: Run, tmp_path: Path) -> None:
@@ -346,13 +343,23 @@ def test_what_the_arm_cannot_do_is_a_fault_only_if_a_task_needs_it(run: Run, tmp
     assert result.err == f"prefplan: cell.toml: {fault}\n"
     quick = run("check", *options, "--quick", "--json")
     assert (quick.status, quick.json["scene"], quick.json["places"]) == (0, True, None)
+    (tmp_path / "cell.toml").write_text(text.replace("cup_far", "cup_tray"))
+    assert run("check", *options).status == 0
 
-    refused = [PlaceCheck("cup", "far", reason, take=False, put=False)]
-    achievable = partial(checkup.is_achievable, rules=(), limits=Limits())
-    needing, other = (loads(words).problem() for words in (text, text.replace("cup_far", "cup_tray")))
-    assert list(tasks_out_of_reach(needing, [True], refused, achievable)) == [fault]
-    assert list(tasks_out_of_reach(other, [True], refused, achievable)) == []
-    assert list(tasks_out_of_reach(needing, [False], refused, achievable)) == []
+
+def test_a_task_is_a_fault_where_each_pair_can_be_done_but_no_plan(run: Run, tmp_path: Path) -> None:
+    places = {"a": "{ at = [0.5, 0.2] }", "b": "{ at = [0.5, -0.2] }", "c": "{ at = [0.5, -0.245] }"}
+    boxes = "\n".join(f'{{}} = {{{{ start = "{at}", kind = "box", size = [0.04, 0.04, 0.08] }}}}' for at in "ac")
+    text = cup_scenario(places=places).replace('cup = { start = "desk" }', boxes.format("cup", "jar"))
+    (tmp_path / "pair.toml").write_text(text.replace("cup_tray", "cup_b"))
+    result, front = run("check", "pair.toml", "--json"), run("front", "pair.toml")
+    (task,) = result.json["tasks"]
+    assert (result.status, front.status, task["achievable"], task["costs"]) == (2, 3, False, None)
+    assert result.err.startswith(
+        "prefplan: pair.toml: tasks[0].formula: task tidy needs what the arm cannot do: cup at b"
+    )
+    (tmp_path / "pair.toml").write_text(text.replace("cup_tray", "cup_b").replace("-0.245", "-0.3"))
+    assert run("check", "pair.toml").status == 0
 
 
 def test_places_side_by_side_that_two_objects_do_not_fit_are_told(run: Run, tmp_path: Path) -> None:

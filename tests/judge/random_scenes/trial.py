@@ -162,7 +162,7 @@ def answer(scenario: Scenario, model: ManipulationModel) -> tuple[Scene | None, 
             Planner(able.problem()).cheapest()
             return scene, []
     found = check(scenario)
-    return scene, [*found["faults"], *(f"task {name} cannot be satisfied" for name in impossible(found))]
+    return scene, found["faults"] or [f"task {name} cannot be satisfied" for name in impossible(found)]
 
 
 def _carried_out(scenario: Scenario, scene: Scene, seed: int) -> Record:
