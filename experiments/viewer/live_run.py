@@ -77,7 +77,7 @@ class LiveRun(threading.Thread, Observer):
             self._note()
             cell, self.frames = loop.execution.cell, loop.execution.cell.recorder.frames
             loop.run()
-            self._note(ended=loop.execution.reason or "completed")
+            self._note(ended=loop.record().reason or "completed")
             cell.recorder.record(cell.data, glow=cell.glowing)
         except SystemExit:
             pass

@@ -3,6 +3,7 @@
 import numpy as np
 
 from sim.simulation.plant import Observer, Plant
+from sim.simulation.run import EXCUSED_S
 
 PULL_RATE_RAD_S = 15.0
 """Natural frequency of the critically damped spring by which a user pulls an object."""
@@ -14,6 +15,8 @@ MAX_PULL_N = 8.0
 class Pull(Observer):
     """Pulls an object towards a point by a spring while there is a target.
 
+    It is logged as a fault when it begins, and again while it lasts: what the object touches is excused.
+
     Attributes:
         target: the object's name and the (3,) point, m; None to let go.
         action: number of the action that is carried out, from 1, for the event.
@@ -24,14 +27,17 @@ class Pull(Observer):
         self.target: tuple[str, np.ndarray] | None = None
         self.action = 1
         self._pulled: str | None = None
+        self._logged = 0.0
 
     def before_period(self, cell: Plant) -> None:
         """Apply the force of the spring."""
         obj, point = self.target or (None, None)
         if self._pulled is not None and obj != self._pulled:
             cell.data.body(self._pulled).xfrc_applied[:] = 0.0
-        if obj is not None and obj != self._pulled:
+        now = float(cell.data.time)
+        if obj is not None and (obj != self._pulled or now - self._logged >= EXCUSED_S):
             cell.log_event("fault", fault=f"pull:{obj}@{self.action}", object=obj)
+            self._logged = now
         self._pulled = obj
         if obj is None:
             return

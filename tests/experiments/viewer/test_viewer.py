@@ -20,7 +20,7 @@ from prefplan import Entry, Plan, Scenario, Task, preferred_plan
 from prefplan.scenario.decode import loads
 from prefplan.text.names import DisplayNames
 from sim.execution.faults.fault import kinds
-from sim.simulation.run import Event
+from sim.simulation.run import Event, Run
 from sim.world.scene import build_scene, initial_state
 
 CUP = cup_scenario(
@@ -60,6 +60,13 @@ def test_the_costs_are_known_before_every_action_and_at_the_end(finished: LiveRu
     end = finished.statuses[-1]
     assert end.ended == "completed" and end.costs.task_costs == {"lift": 4, "tidy": 10}
     assert end.costs.preference == end.plan.preference
+
+
+def test_a_run_that_touched_what_it_should_not_is_not_completed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Run, "objection", "hand touched cup at 2.00 s")
+    run = live_run(loads(CUP))
+    run.run()
+    assert run.failure is None and run.statuses[-1].ended == "hand touched cup at 2.00 s"
 
 
 def test_frames_follow_each_other_without_a_gap(finished: LiveRun) -> None:
