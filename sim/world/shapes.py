@@ -170,7 +170,7 @@ def opening(width: float) -> float:
 
 
 def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScene | None = None) -> ObjectShape:
-    """Return the shape of an object that a gripper can take; sides of a mesh are those of its bounding box.
+    """Return the shape of an object, which a gripper can take unless it is fixed; a mesh has its box's sides.
 
     Files are looked for in a folder, and an object that is a body of the user's own scene must have been `resolved`.
     Raises `SimulationError` for an unknown kind, or one that the hand cannot grasp; the message starts with its key.
@@ -199,13 +199,13 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScen
         _check_lengths(obj, where, gripper, {"wide": along, "high": height, "long": across})
         return shape
     _check_lengths(obj, where, gripper, {"high": height, "long": max(x, y)})
-    return _held_mesh(shape, mesh, gripper, f"{where}.{'body' if obj.body else 'file'}")
+    mesh = mesh.turned_back if shape.turned else mesh
+    shape = replace(shape, corners=mesh.corners)
+    return shape if obj.fixed else _held_mesh(shape, mesh, gripper, f"{where}.{'body' if obj.body else 'file'}")
 
 
 def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str) -> ObjectShape:
     """Return the shape of a mesh with the places that a gripper can press; raise `SimulationError` if it has none."""
-    mesh = mesh.turned_back if shape.turned else mesh
-    shape = replace(shape, corners=mesh.corners)
     if isinstance(gripper, SuctionGripper):
         found = seats(
             mesh.parts,
@@ -227,8 +227,11 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
 
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
-    """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close."""
-    for adjective, length in lengths.items():
+    """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close.
+
+    A fixed object is never grasped, so it may have any.
+    """
+    for adjective, length in () if obj.fixed else lengths.items():
         low, high = gripper.held_lengths[adjective]
         if not low <= length <= high:
             limits = f"{low:g} to {high:g} m" if math.isfinite(high) else f"at least {low:g} m"

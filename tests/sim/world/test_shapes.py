@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 from skill_runs import assert_good
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
@@ -122,6 +124,18 @@ def test_a_yaw_is_known_up_to_the_symmetry_of_the_shape() -> None:
 def test_what_the_hand_cannot_take_is_refused_by_name(kind: str, size: tuple[float, ...] | None, message: str) -> None:
     with pytest.raises(SimulationError, match=rf"objects\.x\.{message}"):
         laid_out(Object("x", "spot", kind=kind, size=size))
+
+
+@pytest.mark.parametrize(("kind", "size"), [("box", (0.1, 0.14, 0.02)), ("cylinder", (0.12, 0.2)), ("mesh", None)])
+def test_what_is_fixed_may_be_larger_than_the_hand(kind: str, size: tuple[float, ...] | None, tmp_path: Path) -> None:
+    trimesh.creation.box((0.1, 0.14, 0.2)).export(tmp_path / "tower.stl")
+    file = "tower.stl" if kind == "mesh" else None
+    post = Object("post", "a", kind=kind, size=size, file=file, fixed=True)
+    places = Location("a", at=(0.45, 0.2)), Location("b", at=(0.45, -0.2)), Location("c", at=(0.6, -0.05))
+    model = ManipulationModel("home", COSTS, places, (post, Object("cube", "b")), folder=tmp_path)
+    assert_good(execute(build_scene(model), ["transit b", "grasp cube", "transport cube c", "release cube c"]))
+    with pytest.raises(SimulationError, match="objects.post"):
+        build_scene(replace(model, objects=(replace(post, fixed=False), Object("cube", "b"))))
 
 
 def test_what_rests_on_several_objects_needs_them_equally_high() -> None:
