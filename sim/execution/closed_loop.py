@@ -108,6 +108,7 @@ class ClosedLoop:
         run, surprise = self.execution, self.execution.reason or ""
         if run.lost_sensor:
             raise _GivenUp(surprise)
+        lost = run.lost.keys()
         try:
             state = run.reground()
             if run.steps:
@@ -116,9 +117,13 @@ class ClosedLoop:
             raise _GivenUp(f"{surprise}; {error}") from None
         self._states[len(run.steps) :] = [state]
         ahead = self.plan.actions[max(len(run.steps) - 1, 0) :]
+        # Tasks that were left out are taken up again if an object can be grasped again.
+        resumed = self._goal is not self._problem and not lost <= run.lost.keys()
+        if resumed:
+            self._goal, self._shortfalls = self._problem, []
         try:
             system = self._system()
-            if self._is_unaffected(system):
+            if not resumed and self._is_unaffected(system):
                 run.cell.log_event("unaffected", reason=surprise)
                 run.go_on(system)
                 return
@@ -134,13 +139,17 @@ class ClosedLoop:
             run.cell.log_event("retry", action=ahead[0], reason=surprise)
             return
         self._replans += 1
+        self._log_replan(surprise, actions)
+
+    def _log_replan(self, surprise: str, actions: Sequence[str]) -> None:
+        """Log a new plan, of which these actions are left."""
         detail: dict[str, object] = {"reason": surprise, "plan": list(actions)}
         detail |= {"cost": self.plan.cost, "preference": self.plan.preference}
         if broken := replanning.damaged(self._problem, self._labels):
             detail["violated"] = list(broken)
-        if spots := spots_in(actions, run.scene, state):
+        if spots := spots_in(actions, self.execution.scene, self._states[-1]):
             detail["spots"] = spots
-        run.cell.log_event("replan", **detail)
+        self.execution.cell.log_event("replan", **detail)
 
     def _system(self) -> System:
         """Return the model from the current state on, without the actions that are barred after failures."""
@@ -151,8 +160,9 @@ class ClosedLoop:
         """Plan from the current state in a model; return the reason for the new plan, and the model in which it is."""
         past, labels = self._past(), self._labels
         problem = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
+        go_on = self._go_on if self._goal is self._problem else replanning.continue_cheaply
         try:
-            plan = self._go_on(problem, past, system)
+            plan = go_on(problem, past, system)
             if self._failures.rehearse(self.execution, self._states[-1], plan.actions[len(past.actions) :]):
                 return self._plan_on(surprise, self._system())
         except NoPlanError as error:
@@ -222,7 +232,7 @@ class ClosedLoop:
         kept = replanning.achievable(goal, past, system, others=self._left_out(goal)) if spoils else found
         if kept is None or len(kept[1].actions) <= len(past.actions):
             raise _GivenUp("; ".join([why, *self._what_could_be(possible, plan, spoils)]))
-        self._goal, self._go_on = kept[0], replanning.continue_cheaply
+        self._goal = kept[0]
         self.plan = self._valued(kept[1], past, system)
         left_out = [name for name in goal.names if name not in possible.names]
         words = [f"{' and '.join(left_out)} left out"] if left_out else []

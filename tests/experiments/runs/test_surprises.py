@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from observers import Before
 from scenario_texts import task_tables
 from skill_runs import displaced
 
@@ -22,11 +23,12 @@ from sim.evidence.certificate import certify
 from sim.execution import closed_loop
 from sim.execution.faults.fault import read_fault
 from sim.motion.joint_trajectory import JointTrajectory
+from sim.simulation.run import ledger_of
 from sim.simulation.workcell import Workcell
 from sim.skills import transfer, transport
 from sim.world.places import Slot
 from sim.world.randomization import Perturbation
-from sim.world.scene import Scene
+from sim.world.scene import Scene, initial_state
 
 FAULTY = [
     ("preference", ["slip@3", "move:blue@6", "knock:pink@12"]),
@@ -284,6 +286,32 @@ def test_what_can_still_be_done_is_when_a_task_cannot(
     assert (outcome.plan.task_costs, outcome.plan.preference) == (outcome.task_costs, outcome.ledger.final.preference)
     certificate = certify(evidence(outcome))
     assert [check.name for check in certificate.refuted] == ["simulated again", "faults"]
+
+
+def test_a_task_that_was_left_out_is_done_if_its_object_comes_back(
+    small: Callable[..., Scenario], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = small()
+    scene, problem, returned = scene_of(scenario), scenario.problem(), list[float]()
+    monkeypatch.setattr(programs, "drawn", displaced(cup=(0.90, 0.25)))
+    loop = programs.begin(problem, scene, pareto_front(problem)[0], tell=lambda done, total, action: None)
+    cell = loop.execution.cell
+
+    def bring_it_back() -> None:
+        if cell.data.time > 4.0 and not returned:
+            returned.append(cell.data.time)
+            cup = cell.data.joint("cup")
+            cup.qpos[:], cup.qvel[:] = initial_state(scene).joint("cup").qpos, 0.0
+            cup.qpos[:2] = 0.38, 0.25
+
+    Before(cell, bring_it_back)
+    loop.run()
+    run = loop.record()
+    assert run.completed, run.reason
+    first, second = (event.detail for event in run.events if event.kind == "replan")
+    assert str(first["reason"]).endswith("cup fell from the table") and "release cup tray" not in first["plan"]
+    assert "release cup tray" in second["plan"]
+    assert ledger_of(problem, loop.plan, run.steps).final.satisfied == {"tidy", "other"}
 
 
 def test_what_would_spoil_a_task_that_cannot_be_done_now_is_left(
