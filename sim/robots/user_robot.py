@@ -17,6 +17,9 @@ from sim.robots.robot import Robot
 MAX_OPENING_M = 0.5
 """Largest opening of a gripper; larger ones are probably in millimetres."""
 
+MAX_FORCE_N = 500.0
+"""Largest force of a gripper: with 2 kN, pads press so deep into objects that these do not lie still."""
+
 OWN_KEYS = ("joints", "tool", "gripper", "home", "velocity", "torque")
 """Keys that a robot of the user's own needs."""
 
@@ -143,8 +146,8 @@ def _check_own(robot: RobotSetup) -> None:
 def _check_gripper(gripper: GripperSetup) -> None:
     where = "robot.gripper"
     check_known(f"{where}.kind", "kind", gripper.kind, ("parallel", "suction"), SimulationError)
-    if not (math.isfinite(gripper.force) and gripper.force > 0):
-        raise SimulationError(f"{where}.force: must be positive, N, not {gripper.force}")
+    if not 0 < gripper.force <= MAX_FORCE_N:
+        raise SimulationError(f"{where}.force: must be above 0 and at most {MAX_FORCE_N:g} N, not {gripper.force:g}")
     if gripper.kind == "parallel":
         if gripper.open is None:
             raise SimulationError(f"{where}.open: missing; the greatest width between the fingers, m")

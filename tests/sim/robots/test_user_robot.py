@@ -29,6 +29,7 @@ from sim.robots.catalogue import robot_for
 from sim.robots.gripper import SuctionGripper
 from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import ArmConstants
+from sim.robots.user_robot import check_robot
 from sim.world.scene import build_scene
 
 TABLE = """[model.robot]
@@ -205,6 +206,13 @@ def test_what_does_not_fit_the_mjcf_is_told(setup: RobotSetup, change: dict[str,
     rest = {key: value for key, value in change.items() if key not in hand}
     with pytest.raises(SimulationError, match=words):
         robot_for(replace(setup, gripper=replace(setup.gripper, **hand), **rest))
+
+
+@pytest.mark.parametrize("force", [0.0, -5.0, float("nan"), 2000.0])
+def test_a_force_that_no_gripper_has_is_refused(setup: RobotSetup, force: float) -> None:
+    assert setup.gripper is not None
+    with pytest.raises(SimulationError, match=r"robot.gripper.force: must be above 0 and at most 500 N, not"):
+        check_robot(replace(setup, gripper=replace(setup.gripper, force=force)))
 
 
 def test_links_inside_each_other_at_home_are_told(setup: RobotSetup, tmp_path: Path) -> None:
