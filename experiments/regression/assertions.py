@@ -74,6 +74,8 @@ def assert_plan(
     __tracebackhide__ = True
     if actions is None and not task_costs:
         raise PrefplanError("assert_plan: says neither which actions nor which task_costs are right")
+    if isinstance(actions, str):
+        raise PrefplanError(f"actions: must be a list, such as [{actions!r}], not text")
     name, problem = _named(scenario)
     found = choose(Planner(problem), Wanted(plan, max_cost=max_cost))
     if actions is not None and tuple(actions) != found.actions:

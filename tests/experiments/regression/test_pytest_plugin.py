@@ -217,6 +217,8 @@ def test_an_assertion_about_nothing_is_refused(problem: Problem) -> None:
         assert_plan(problem)
     with pytest.raises(PrefplanError, match="no task 'third', only first, second"):
         assert_plan(problem, task_costs={"third": 1})
+    with pytest.raises(PrefplanError, match=r"actions: must be a list, such as \[.north.\], not text"):
+        assert_plan(problem, "north")
 
 
 @pytest.mark.parametrize("points", [None, [18, 19], {18: 19}, "18"])
