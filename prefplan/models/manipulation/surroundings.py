@@ -43,7 +43,7 @@ class GripperSetup:
     """The gripper of a robot of the user's own.
 
     Attributes:
-        kind: one of `sim.robots.user_robot.GRIPPERS`.
+        kind: `parallel` or `suction`.
         actuator: name in the MJCF of the position servo that moves both fingers, or of the cup's adhesion actuator.
         force: greatest force of each finger, or of the cup, N.
         open: greatest width between the fingers, m; None for a suction cup.
