@@ -27,7 +27,7 @@ def keep(path: Path, contents: bytes) -> None:
 
 
 def add_line(path: Path, line: str) -> None:
-    """Append a line to a file of the cache if that is writable; it is whole also after one that was cut off."""
+    """Append a line to a file of the cache if that is writable; a line before it that was cut off does no harm."""
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("ab", buffering=0) as file:

@@ -41,7 +41,7 @@ class BlockedError(SimulationError):
 
     Attributes:
         by: names of the bodies in the way: objects, or fixtures; empty if none is in the way.
-        at_goal: whether they are where the fingers would be, so that it does not matter where the hand comes from.
+        at_goal: whether these bodies are where the fingers would be, so that no other path of the hand avoids them.
         collisions: the bodies in collision in each candidate that was tried.
     """
 
@@ -54,7 +54,7 @@ class BlockedError(SimulationError):
 
     @classmethod
     def on_the_way(cls, by: Collection[str], *, load: str | None = None) -> Self:
-        """Return the error of a motion with bodies on its path; the load is among them if it would touch the arm."""
+        """Return the error of a motion with bodies on its path; `by` has the load, too, if it would touch the arm."""
         names = sorted(set(by) - {load})
         if load in by:
             names.append(f"the arm, which {load} would touch")
@@ -62,9 +62,9 @@ class BlockedError(SimulationError):
 
     @classmethod
     def beside_fingers(cls, collisions: Sequence[Collection[str]], *, movable: Collection[str] = ()) -> Self:
-        """Return the error of a grasp or a release, in each candidate of which bodies are where the fingers would be.
+        """Return the error of a grasp or a release: in every candidate, bodies are where the fingers would be.
 
-        It names few that block all candidates as long as they stay, and what is not `movable` first.
+        It names few bodies that together block all candidates; those that are not `movable` are chosen first.
         """
         by, left = set[str](), list(collisions)
         while left:

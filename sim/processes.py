@@ -1,4 +1,4 @@
-"""Work in other processes, by joblib, that leave Ctrl-C to this one."""
+"""Work in other processes, by joblib. Ctrl-C reaches this process alone."""
 
 import signal
 import threading
@@ -14,7 +14,7 @@ IDLE_TIMEOUT_S = 20
 def in_processes(calls: Iterable[Any], *, jobs: int, batch: int = 1) -> Iterator[Any]:
     """Yield results of calls, made by joblib's `delayed`, as they finish; a process takes `batch` of them at a time.
 
-    Only the main thread may handle signals: called in another one, the processes get Ctrl-C, too.
+    Only the main thread may handle signals: if another thread calls this, Ctrl-C reaches the processes, too.
 
     Raises:
         TerminatedWorkerError: a process was killed.

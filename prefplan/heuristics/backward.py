@@ -1,6 +1,6 @@
-"""Exact cost-to-go for a few tasks at a time on T x A_K, compiled (`cost_to_go` for one task): by `sweep` or Dijkstra.
+"""Cost-to-go tables for a few tasks K at a time on T x A_K, in compiled code: by `sweep` or Dijkstra's algorithm.
 
-The growth of mu can be minimised in the same way: an edge of cost w adds rate(S) w while the tasks in S are satisfied.
+Tables of mu's least growth are filled likewise: an edge of cost w adds rate(S) w while S is the set of satisfied tasks.
 """
 
 import math
@@ -27,13 +27,12 @@ class Incoming(NamedTuple):
 
 
 class Backward:
-    """Fills tables of a product's cost-to-go backwards from where tasks are satisfied.
+    """Fills cost-to-go tables of a product, backwards from the states in which tasks are satisfied.
 
     Attributes:
-        sizes: (N,) int64, states of each automaton.
-        stages: the product, if its automata are acyclic up to self-loops, its graph is contracted, and it is to be
-            swept; else None.
-        is_swept: whether tables are swept: if, in addition, no label makes it impossible to satisfy a task.
+        sizes: (N,) int64, number of states of each automaton.
+        stages: the product as input of `sweep`; None if it cannot be swept (`stages_of`), or is not to be.
+        is_swept: whether tables are swept: `stages` exist, and no label makes a task impossible to satisfy.
     """
 
     def __init__(self, product: Product, graph: Graph, *, sweep: bool = True) -> None:
@@ -43,18 +42,18 @@ class Backward:
         self.is_swept = self.stages is not None and self.stages.is_safe
 
     def cost_to_go(self, tasks: Sequence[int], factors: np.ndarray | None = None) -> np.ndarray:
-        """Return a table of the least cost, or growth of mu, until all of some tasks are satisfied or dropped.
+        """Return a table of the least cost, or growth of mu, until all of some tasks are satisfied or skipped.
 
-        With unequal weights, or where labels passed do harm, sweeping gives a lower bound (`sweep`).
+        A swept table is a lower bound, not exact, if factors differ or a label makes an automaton's state worse.
 
         Args:
-            tasks: (k,) which tasks.
-            factors: (2^k,) int64 >= 0, what mu grows by for each unit of cost while a set of these tasks is satisfied;
-                None for costs, with their low bits.
+            tasks: (k,) the tasks.
+            factors: (2^k,) int64 >= 0, growth of mu per unit of cost, by set of satisfied tasks; None for a table of
+                costs, with their low bits.
 
         Returns:
-            (S * Q_1 * ... * Q_k,) int32, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); UNREACHABLE if there is no path,
-            and larger costs are cut off at one less.
+            (S * Q_1 * ... * Q_k,) int32, indexed node + S * (q_1 + Q_1 * (q_2 + ...)); UNREACHABLE if there is no path.
+            Larger costs are cut off at UNREACHABLE - 1.
 
         Raises:
             LimitError: a limit was reached.
@@ -79,7 +78,7 @@ class Backward:
         return table
 
     def entries_of(self, tasks: Sequence[int]) -> int:
-        """Return about how many entries a table of some tasks has."""
+        """Return the number of entries of a table for some tasks."""
         return self._graph.size * math.prod(int(self.sizes[i]) for i in tasks)
 
     @cached_property
@@ -91,13 +90,13 @@ class Backward:
 
 
 class Readings(NamedTuple):
-    """The steps of the automata of k tasks together, of J = Q_1 ... Q_k combinations q_1 + Q_1 (q_2 + ...).
+    """The joint transitions of the automata of k tasks, over the J = Q_1 ... Q_k combinations q_1 + Q_1 (q_2 + ...).
 
     Attributes:
-        first: (J * C + 1,) int64, before: (X,) int64: `before[first[j C + c] : first[j C + c + 1]]` are the
-            combinations from which reading class c may lead to j.
-        satisfied: (J,) int64, tasks satisfied in a combination, as bits. finished: (J,) bool, whether all are satisfied
-            or dropped.
+        first: (J * C + 1,) int64, offsets into `before` by combination and label class.
+        before: (X,) int64, `before[first[j C + c] : first[j C + c + 1]]`: the predecessors of j on label class c.
+        satisfied: (J,) int64, tasks satisfied in each combination, as bits.
+        finished: (J,) bool, whether all tasks are satisfied or skipped.
     """
 
     first: np.ndarray
@@ -107,14 +106,14 @@ class Readings(NamedTuple):
 
 
 def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
-    """Return the steps of some tasks' automata together."""
+    """Return the joint transitions of some tasks' automata."""
     classes = product.tables.delta.shape[2]
     label, before, after = np.arange(classes), np.zeros(classes, dtype=np.int64), np.zeros(classes, dtype=np.int64)
     satisfied, finished = np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool)
     for j, i in enumerate(tasks):
         read, q, onto = steps_of(product, i)
         counts = np.bincount(read, minlength=classes)
-        # Every step so far is joined with every one of this automaton that reads the same class.
+        # Join every step so far with every step of this automaton on the same label class.
         times = counts[label]
         joined = np.repeat(np.arange(len(label)), times)
         number = np.arange(len(joined)) - np.repeat(np.cumsum(times) - times, times)
@@ -131,7 +130,7 @@ def readings_of(product: Product, tasks: Sequence[int]) -> Readings:
 
 
 def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the steps of an automaton by label class, relaxed ones too: (X,) class, the states before and after."""
+    """Return all steps of an automaton, relaxed ones too, by label class: (X,) class, state before and state after."""
     tables, classes, size = product.tables, product.tables.delta.shape[2], int(product.sizes[i])
     first = tables.first_relaxed[i, :size]
     q, label = np.divmod(np.arange(size * classes), classes)
@@ -144,7 +143,7 @@ def steps_of(product: Product, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 @kernel
 def turn(offsets: np.ndarray, targets: np.ndarray, costs: np.ndarray, incoming: Incoming, stop: np.ndarray) -> None:
-    """Enter the edges of S nodes by target, those of one in the order of their sources; return early at `stop`."""
+    """Write the edges of a graph to `incoming`, by target and then by source; return early once `stop` is set."""
     for target in targets:
         incoming.offsets[target + 1] += 1
     for node in range(offsets.shape[0] - 1):
@@ -169,13 +168,13 @@ def dijkstra(
     table: np.ndarray,
     stop: np.ndarray,
 ) -> None:
-    """Fill a table with least costs, weighted by the combination before each step; return early once `stop` is set.
+    """Fill a table with least weighted costs (Dijkstra's algorithm); return early once `stop` is set.
 
     Costs of UNREACHABLE and more are entered as UNREACHABLE - 1, still a lower bound. Cells whose node has no incoming
     edge have no predecessors, and need not enter the open list.
 
-    The S nodes have label `classes`, and costs in J combinations the weights `factors`. The `table` (S J,) is 0 where
-    all tasks are finished, else UNREACHABLE; `items` are its cells of cost 0 that have predecessors, the last first.
+    Node v has label class classes[v]; a step from combination j costs factors[j] times its edge. The `table` (S J,) is
+    0 where all tasks are finished, else UNREACHABLE; `items` are its cells of cost 0 with predecessors, the last first.
     """
     nodes, labels = classes.shape[0], (readings.first.shape[0] - 1) // readings.finished.shape[0]
     keys, count = np.zeros(items.shape[0], dtype=np.int64), items.shape[0]

@@ -1,11 +1,11 @@
-"""The max-min heuristic (equation 4), in plain Python: no plan costs less than the dearest task left costs alone.
+"""The max-min heuristic (equation 4) in plain Python: a plan costs at least what each remaining task costs alone.
 
     h(p) = max over the tasks j not satisfied in p = (s, q_1, ..., q_N) of d_j(s, q_j),
 
 where d_j(s, q) is the least cost in T x A_j until task j is satisfied or skipped (Dijkstra's algorithm, backwards).
 
 Lemma 1: h is admissible. A plan that satisfies all tasks satisfies task j, and every step of the product is a step of
-T x A_j of the same cost. For the same reason it is consistent, h(p) <= cost(p, a) + h(p'), so that best-first search
+T x A_j of the same cost. For the same reason h is consistent, h(p) <= cost(p, a) + h(p'), so that best-first search
 pops labels in order of f. Other files of this folder have larger bounds, and fill the same tables in compiled code.
 """
 
@@ -36,7 +36,7 @@ def max_min(distances: Sequence[Distances], state: Sequence[int]) -> float:
 
 
 def task_distances(product: Product, costs: Sequence[int]) -> list[Distances]:
-    """Return (N,) d_j for one of the costs, given that of every edge.
+    """Return (N,) d_j of all tasks for one of the costs, given as (E,) costs of the edges.
 
     Raises:
         LimitError: a limit was reached.

@@ -1,18 +1,18 @@
 """Lower bounds of the cost of plans whose preference value stays below a limit, by Lagrangian relaxation.
 
-The cheapest plans are seldom the preferred ones, which separate bounds of cost and of mu do not reflect. For weights a
-and b let h be the least sum of a times the cost and b times the growth of mu until all tasks are satisfied. If mu may
-grow by no more than B until then, the cost-to-go is at least (h - b B) / a: the bound of a constrained shortest path
-(G. Y. Handler and I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980), which prunes
-its enumeration (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
-constrained shortest-path problems", Networks 2008). On a front, mu must end below that of the last plan found.
+Cheap plans are seldom preferred plans; separate bounds of cost and of mu cannot show this. For weights a and b, let h
+be the least value of a * cost + b * (growth of mu) until all tasks are satisfied. If mu may grow by at most B, the
+cost-to-go is at least (h - b B) / a. This is the Lagrangian bound of the constrained shortest path problem (G. Y.
+Handler and I. Zang, "A dual algorithm for the constrained shortest path problem", Networks 1980), which also prunes an
+enumeration of paths (W. M. Carlyle, J. O. Royset and R. K. Wood, "Lagrangian relaxation and enumeration for solving
+constrained shortest-path problems", Networks 2008). In a search for a front, mu must end below the mu of the last plan.
 
-One pair of weights serves a whole front: a unit of cost weighs about as much as the growth of mu that comes with it, so
+One pair of weights serves a whole front: a unit of cost weighs `SHARE` of the mean growth of mu that comes with it, so
 that plans all along the front have nearly the same sum.
 
-h is tabulated for all tasks together, as `sweep` does for a few: only for automata that are acyclic up to
-self-loops, and over least costs between nodes that ignore the labels passed, which is a relaxation. Entries are kept
-only for automaton states that reading a node's label leads to, since a search reaches a node by reading its label.
+`sweep` fills the table of h for all tasks together: all automata must be acyclic up to self-loops, and the labels that
+a path passes between two nodes are ignored, which is a relaxation. The table has entries only for automaton states that
+reading a node's label leads to, since a search reaches a node by reading its label.
 """
 
 import math
@@ -27,13 +27,13 @@ from prefplan.models.kernels import INFINITE, Integer, inner_kernel
 from prefplan.product.space import changes
 
 LARGEST = MOST[np.dtype(np.uint16)]
-"""Stands for no path in a table; sums are less, in its units."""
+"""Entry that stands for no path; all sums in a table, in its units, are less."""
 
 SHARE = Fraction(1, 2)
 """Weight of a unit of cost, in terms of the mean growth of mu that comes with it."""
 
 LARGEST_WEIGHT = 8
-"""The smaller weight and the ratio of both are whole or fractions of numbers up to this, so that sums stay small."""
+"""Upper bound of the smaller of the two weights: their ratio is rounded accordingly, so that sums stay small."""
 
 
 class Weights(NamedTuple):
@@ -65,8 +65,8 @@ NO_ENTRIES = Lagrangian(Weights(1, 1, 1), Layout(np.zeros((0, 0, 0), np.int64), 
 def sparse_layout(stages: Stages) -> Layout:
     """Return the layout of a table for all tasks, with entries only for states that reading a node's label leads to.
 
-    A search reaches a node by reading its label. Where that can change one automaton only, it goes there only to change
-    that one.
+    A search reaches a node by reading its label. If the label can change one automaton only, the search goes there only
+    to change this automaton.
     """
     after, active = stages.after, np.logical_or.reduce(changes(stages.product.tables), axis=1)[:, stages.graph.classes]
     tasks, most, nodes = after.shape

@@ -1,13 +1,13 @@
 """Lower bounds of the cost-to-go by landmarks and minimum spanning trees, as in the travelling salesman problem.
 
-A *landmark* of a product state is a set of nodes of which every run from there to a goal reads at least one (J.
-Hoffmann, J. Porteous and L. Sebastia, "Ordered landmarks in planning", JAIR 2004). In the order of first visits, a plan
-is a path from the state's node through all of them, so that none costs less than a minimum spanning tree over least
-costs between the sets. Multipliers on the sets make the tree more like a path, on which all but the ends have two
-neighbours (M. Held and R. M. Karp, "The traveling-salesman problem and minimum spanning trees", 1970): they are
+A *landmark* of a product state is a set of nodes: every run from the state to a goal reads the label of at least one
+of them (J. Hoffmann, J. Porteous and L. Sebastia, "Ordered landmarks in planning", JAIR 2004). A plan is a path from
+the state's node through all landmarks. So it costs at least as much as a minimum spanning tree over the least costs
+between these sets. Multipliers, one for each set, make the tree more like a path, on which every set but the ends has
+two neighbours (M. Held and R. M. Karp, "The traveling-salesman problem and minimum spanning trees", 1970): they are
 computed for the start, and give a bound everywhere.
 
-Where many tasks are left this bound exceeds those of sets of a few tasks (`pattern_database`), and its tables are no
+Where many tasks are left, this bound exceeds those of sets of a few tasks (`pattern_database`), and its tables are no
 larger than the graph. It is admissible, but need not be consistent.
 """
 
@@ -22,20 +22,25 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.space import Graph
 
 MOST_LANDMARKS = 62
-"""Landmarks are bits of one machine word."""
+"""Most landmarks of a product: they are bits of one machine word."""
 
 LARGEST_AUTOMATON = 100
-"""Most states of an automaton whose landmarks are looked for: larger ones have more than there are bits."""
+"""Most states of an automaton whose landmarks are computed: a larger one has more landmarks than there are bits."""
 
 SCALE = 16
-"""Multipliers are whole multiples of a unit of cost divided by this."""
+"""Factor by which costs are scaled: multipliers, which are integers, are fractions of a unit of cost."""
 
 DISCONNECTED = 2**48
 """Stands for the cost between sets neither of which can be reached from the other; scaled costs are less."""
 
-ROUNDS, SHRINKING, HOPED = 25, 0.87, 1.15
-"""Of the ascent: number of trees, the factor by which steps shrink, and the bound that a step aims at, in multiples of
-the best yet."""
+ROUNDS = 25
+"""Number of spanning trees in the subgradient ascent."""
+
+SHRINKING = 0.87
+"""Factor by which the step of the ascent shrinks from tree to tree."""
+
+HOPED = 1.15
+"""Bound that a step of the ascent aims at, in multiples of the best bound so far."""
 
 
 class Landmarks(NamedTuple):
@@ -45,8 +50,10 @@ class Landmarks(NamedTuple):
         remaining: (N, Q) int64, the landmarks of each automaton's states, as bits.
         between: (M, M) int64, least cost between two sets, in the cheaper direction, plus both multipliers.
         ahead: (S, M) int64, least cost from each node to each set, plus both multipliers.
-        price: (M,) int64, multipliers. node_price: (S,) int64.
-        least: (M,) int64, order: (M,) int64: scratch.
+        price: (M,) int64, multiplier of each set.
+        node_price: (S,) int64, multiplier of each node at the start of a path: that of the first set which has it.
+        least: (M,) int64, scratch.
+        order: (M,) int64, scratch.
     """
 
     remaining: np.ndarray
@@ -59,7 +66,7 @@ class Landmarks(NamedTuple):
 
 
 NO_LANDMARKS = Landmarks(*np.zeros((3, 0, 0), np.int64), *np.zeros((4, 0), np.int64))
-"""Of no use. They are of the same type as others, so that the search need not be compiled once more without them."""
+"""No landmarks; of the same type as others, so that the search is compiled only once."""
 
 
 def landmarks(product: Product, graph: Graph) -> Landmarks:
@@ -92,15 +99,12 @@ def landmarks(product: Product, graph: Graph) -> Landmarks:
 
 
 def multipliers(costs: np.ndarray) -> np.ndarray:
-    """Return a multiplier of each of some sets, given (n, n) costs between them, by subgradient ascent.
-
-    They are for paths that begin in the first set.
-    """
+    """Return (n,) multipliers for paths from the first of n sets, by subgradient ascent, given (n, n) costs."""
     exact, best, highest, step = np.zeros(len(costs)), np.zeros(len(costs), dtype=np.int64), -1.0, 1.0
     for _ in range(ROUNDS):
         price = np.rint(exact).astype(np.int64)
         total, excess = _spanning_tree(costs + price + price[:, None])
-        # A path's end counts as joined to its start, so that all have two neighbours on it.
+        # Count a path's end as joined to its start: then every set has two neighbours on a path.
         end = 1 + int(price[1:].argmin())
         excess[[0, end]] += 1
         bound = float(total - 2 * price.sum() + price[0] + price[end])
@@ -140,7 +144,7 @@ def _sets(product: Product, graph: Graph) -> tuple[np.ndarray, list[np.ndarray]]
         leads = _leads(product, i) & met
         ends = np.isin(np.arange(size), product.tables.ends[i])
         live = ~_without(leads, ends, frozenset())
-        # A run from a state to an end reads one of the labels that lead from there to another live state.
+        # Every run from a state to an end reads a label that leads from this state to another live state.
         onward = leads & (live & ~np.eye(size, dtype=bool))[:, :, None]
         leaving = [frozenset(np.flatnonzero(labels).tolist()) for labels in np.logical_or.reduce(onward, axis=1)]
         needed = {cut: _without(leads, ends, cut) for cut in dict.fromkeys(leaving)}
@@ -164,7 +168,7 @@ def _leads(product: Product, i: int) -> np.ndarray:
 
 
 def _without(leads: np.ndarray, ends: np.ndarray, avoided: frozenset[int]) -> np.ndarray:
-    """Return (Q,) whether no end can be reached from a state without reading one of some label classes."""
+    """Return (Q,) whether no end can be reached from a state if some label classes are never read."""
     check_limits()
     steps = np.delete(leads, list(avoided), axis=2).any(axis=2)
     reached = ends

@@ -1,12 +1,12 @@
 """Lower bounds tabulated for a few tasks at a time: of the cost-to-go (equation 4), and of how preferences grow.
 
 The max-min heuristic is h(p) = max_j d_j(s, q_j), with d_j the least cost of satisfying task j alone. With sets K of
-tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in one (pattern databases). Both are consistent:
-every edge of the product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there, and a maximum
-of consistent bounds is consistent.
+tasks, h(p) = max_K d_K(s, q_K) is at least as large if every task is in a set (pattern databases). Both are consistent:
+every edge of the product maps onto an edge of T x A_K with the same cost, d_K is an exact distance there (or the
+consistent bound of `sweep`), and a maximum of consistent bounds is consistent.
 
-A preference value grows by a rate times the cost, which depends on which tasks are satisfied. The part of the rate
-that is due to a set of tasks depends on these alone for weighted sums and spreads; the least sum of it times cost is
+Along an edge, mu grows by a rate times the edge's cost; the rate depends on the set of satisfied tasks. For weighted
+sums and spreads, the part of the rate that is due to a set of tasks depends on these tasks alone. Its least growth is
 tabulated in the same way, for disjoint sets, whose bounds are added. Orders are left out: for them this saves nothing.
 
 The table of a set K has an entry for every node and every combination of the states of K's automata.
@@ -25,39 +25,44 @@ from prefplan.models.kernels import INFINITE, UNREACHABLE, Integer, inner_kernel
 from prefplan.preferences.objective import Measure
 from prefplan.preferences.terms import OrderRate, WeightedRate
 
-SWEPT_ENTRIES, SEARCHED_ENTRIES = 1_000_000, 30_000
-"""Most entries of a table of several tasks, if it is swept or filled by Dijkstra: either takes about 10 ms. With a
-fourth of the first, a plan of 12 tasks takes four times as long; with twice the second, plans of 9 and 12 tasks that
-avoid places 1.5 and 1.1 times; with a third, a front of six tasks on a 30 x 30 grid 1.05 times."""
+SWEPT_ENTRIES = 1_000_000
+"""Most entries of a swept table of several tasks: about 10 ms. With 1/4, a plan of 12 tasks takes 4 times as long."""
+
+SEARCHED_ENTRIES = 30_000
+"""Most entries of a table of several tasks filled by Dijkstra's algorithm: about 10 ms. With twice as many, plans of 9
+and 12 tasks that avoid places take 1.5 and 1.1 times as long; with a third, a front of six tasks on a 30 x 30 grid
+takes 1.05 times as long."""
 
 DEEP_ENTRIES = 20_000_000
-"""Most entries of a swept table for a long search for one plan, about 0.15 s. Without such tables plans of 10 and 12
-tasks take as long in the median, but one in seven 13 and 2 times as long."""
+"""Most entries of a swept table for a long search for one plan, about 0.15 s. Without such tables, plans of 10 and 12
+tasks take as long in the median, but one plan in seven takes 13 and 2 times as long, respectively."""
 
 ENTRIES = 60_000_000
 """Most entries of all tables of several tasks: sweeping them takes 0.4 s."""
 
-GROWTH_TASKS, GROWTH_ENTRIES = 3, 5_000
-"""Most tasks of a table of a preference's growth, and most entries of one of several tasks. With four tasks, tables
-cost more than they save (10 x 10 grids, 7 and 8 tasks); with 200,000 entries, fronts of manipulation models with six or
-eight objects take twice as long; with 1, those of weighted sums on grids up to 1.6 times."""
+GROWTH_TASKS = 3
+"""Most tasks of a table of mu's growth. With four, tables cost more than they save (10 x 10 grids, 7 and 8 tasks)."""
+
+GROWTH_ENTRIES = 5_000
+"""Most entries of a table of mu's growth for several tasks. With 200,000, fronts of manipulation models with six or
+eight objects take twice as long; with 1, fronts of weighted sums on grids take up to 1.6 times as long."""
 
 ALONE_ENTRIES = 4_000_000
-"""Most entries of a table of a preference's growth because of one task."""
+"""Most entries of a table of mu's growth for one task."""
 
 
 class Tables(NamedTuple):
     """P tables, each for a set of at most k tasks.
 
     Attributes:
-        tasks: (P, k) int64. strides: (P, k) int64: entry = node + sum_j strides[j] q_j. Both are 0 beyond a set's
-            tasks.
-        projections: of the model, which tables are over; None where states are listed.
-        objective: (P,) int64, the cost or preference that each bounds.
-        base: (P,) int64, where each begins.
+        tasks: (P, k) int64, the tasks of each set, then zeros.
+        strides: (P, k) int64, entry = node + sum_j strides[j] q_j; 0 beyond a set's tasks.
+        projections: the model's projection that each table is over; None where states are listed.
+        objective: (P,) int64, the cost or preference that each table bounds.
+        base: (P,) int64, where each table begins in `table`.
         table: (entries,) int32, in units, cut off at UNREACHABLE - 1, which keeps bounds consistent.
         costs: number of costs.
-        add_up: whether a cost's bound is the sum of the entries, not the largest; a preference's always is.
+        add_up: whether the bound of a cost is the sum of its entries, not the largest; of a preference it always is.
     """
 
     tasks: np.ndarray
@@ -81,13 +86,13 @@ class TableOf(NamedTuple):
 def sets_of_tasks(
     backward: Backward, wanted: int | None, max_entries: float, *, deep: bool = False
 ) -> list[tuple[int, ...]]:
-    """Return the sets of tasks to fill tables of costs for: any two share one, unless these would be too large.
+    """Return the sets of tasks that get a table of costs: any two tasks share a set, unless tables would be too large.
 
     Args:
         backward: the product.
-        wanted: tasks in a set, if there are as many, and then all such sets; None to choose.
+        wanted: number of tasks in a set, if there are as many: all sets of this size are returned; None to choose.
         max_entries: most entries of all tables that fit into memory.
-        deep: whether the tables are for a search for one plan that is long.
+        deep: whether the tables are for a long search for one plan.
     """
     tasks = len(backward.sizes)
     if wanted is not None:
@@ -109,9 +114,9 @@ def joined_groups(tasks: int, groups: int) -> list[tuple[int, ...]]:
 
 
 def growth_tables(objective: int, preference: Measure, backward: Backward | ProjectedBackward) -> Iterator[TableOf]:
-    """Yield tables of how a preference, the objective of that number, grows, for sets of tasks that are neighbours.
+    """Yield tables of the growth of a preference, for sets of neighbouring tasks.
 
-    They are filled by `backward`, over the cost in which it measures tasks.
+    `objective` is the preference's number, and `backward` is over the cost in which the preference measures tasks.
     """
     rates = [rate for rate in preference.rate_terms if not isinstance(rate, OrderRate)]
     for tasks in _neighbours(backward) if rates else ():
@@ -134,7 +139,7 @@ def _neighbours(backward: Backward | ProjectedBackward) -> list[tuple[int, ...]]
 
 
 def joined_tables(backwards: Sequence[Backward | ProjectedBackward], each: Sequence[TableOf]) -> Tables:
-    """Return tables as arrays for the kernels, given what filled those of (D,) costs."""
+    """Return tables as arrays for the kernels; `backwards` filled the tables of (D,) costs."""
     first = backwards[0]
     tasks, strides = np.zeros((2, len(each), max((len(one.tasks) for one in each), default=1)), dtype=np.int64)
     for p, one in enumerate(each):
@@ -158,7 +163,7 @@ def joined_tables(backwards: Sequence[Backward | ProjectedBackward], each: Seque
 
 
 def scaled(tables: Tables, weight: float) -> Tables:
-    """Return tables of the costs times a weight, to be added: they guide a search, and are not admissible."""
+    """Return tables with entries times a weight, to be added: they guide a search, and are not admissible."""
     entries = np.minimum((tables.table * weight).astype(np.int64), UNREACHABLE - 1)
     table = np.where(tables.table < UNREACHABLE, entries, UNREACHABLE).astype(np.int32)
     return tables._replace(table=table, add_up=True)
@@ -166,7 +171,7 @@ def scaled(tables: Tables, weight: float) -> Tables:
 
 @inner_kernel
 def bound_of(tables: Tables, node: Integer, automata: np.ndarray, e: Integer) -> Integer:
-    """Return a lower bound, at most INFINITE, of what an objective grows by from a product state to the end."""
+    """Return a lower bound, at most INFINITE, of the growth of objective e from a product state to a goal."""
     bound, adds = np.int64(0), tables.add_up or e >= tables.costs
     for p in range(tables.base.shape[0]):
         if tables.objective[p] == e:

@@ -33,15 +33,15 @@ from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.space import space_of
 
 COMBINATIONS_EACH = 500
-"""A Lagrangian table is filled once a search has expanded a label for so many combinations of automaton states, which
-takes a tenth as long as filling the table: it saves nine labels in ten or more, so that it pays to fill it early."""
+"""Combinations of automaton states for each label that a search expands before it fills a Lagrangian table. Expanding
+them takes a tenth as long as filling the table, which saves nine labels in ten or more: it pays to fill it early."""
 
 ENTRIES_EACH = 1_400
-"""Larger tables are filled once a search for a single plan has expanded a label for so many entries, which takes as
-long as filling them."""
+"""Entries of the larger tables for each label that a search for a single plan expands before it fills them: expanding
+these labels takes as long as filling the tables."""
 
 LIKELY = 2
-"""Most plans of a front cost no more than so many times what the search has shown when a Lagrangian table is filled."""
+"""Most plans of a front cost at most this times the least cost still possible when a Lagrangian table is filled."""
 
 ENTRY_BYTES, LAGRANGIAN_ENTRY_BYTES = 8, 2
 
@@ -51,11 +51,11 @@ TABLES_SHARE = 0.5
 
 @dataclass(frozen=True)
 class Options:
-    """How to search; the front is the same for all of them.
+    """Options of a search; none of them changes the front.
 
     Attributes:
-        heuristic: tasks in each set of the pattern databases (1 is the paper's max-min heuristic, 0 none at all); None
-            to choose.
+        heuristic: number of tasks in each set of the pattern databases (1: the paper's max-min heuristic, 0: no
+            heuristic); None to choose.
         landmarks: whether to bound the cost-to-go by landmarks, too, in a search for a single plan.
         lagrangian: whether to bound cost and mu together, once a search for a front is long.
         preference_bound: whether to bound the growth of mu.
@@ -72,12 +72,12 @@ class Options:
 
 
 class Bounds(NamedTuple):
-    """Lower bounds.
+    """Lower bounds; `landmarks` and `lagrangian` are None unless the graph is contracted.
 
     Attributes:
-        tables: of the cost-to-go, and of how preferences grow.
-        landmarks: of the cost-to-go; NO_LANDMARKS for a front. None, like the last, unless the graph is contracted.
-        lagrangian: of the cost-to-go, where the growth of mu is limited; NO_ENTRIES until there is a table.
+        tables: bounds of the cost-to-go, and of the growth of preferences.
+        landmarks: bound of the cost-to-go in a search for a single plan; NO_LANDMARKS for a front.
+        lagrangian: bound of the cost-to-go if the growth of mu is limited; NO_ENTRIES until there is a table.
     """
 
     tables: Tables
@@ -92,19 +92,19 @@ class Prepared:
         product: what is searched.
         graph: the graph that it is searched over.
         space: both as arrays for the kernels.
-        costs: each of the costs, in units: (E,) int64 of the graph's edges, or (4 H H,) by price; the first counts
-            actions in its low bits.
-        bounds: of the cost-to-go and of mu's growth.
-        improved_after: after how many expansions further bounds are worth making; infinite if there are none.
+        costs: for each cost, in units, (E,) int64 of the graph's edges, or (4 H H,) by price; the first counts actions
+            in its low bits.
+        bounds: lower bounds of the cost-to-go and of mu's growth.
+        improved_after: number of expanded labels after which `improve` pays; infinite if it cannot improve the bounds.
     """
 
     def __init__(self, product: Product, options: Options, *, single: bool = False) -> None:
         """Contract the graph and build the bounds, for one cheapest plan or for the front.
 
         Raises:
-            LimitError: a limit was reached; that of memory if the reverse graph and the bounds of each task alone would
-                not fit.
-            OverflowError: if 64 bits may not be enough.
+            LimitError: a limit was reached, or the reverse graph and the tables of single tasks would not fit into the
+                memory limit.
+            OverflowError: 64 bits may not be enough.
         """
         self.product, self.options, problem = product, options, product.problem
         entries = product.graph.size * product.sizes
@@ -128,12 +128,12 @@ class Prepared:
             self._look_back(single)
 
     def _require_64_bits(self) -> None:
-        """Prove that a price, and what one step adds to a cost or a preference, stay below 2^60.
+        """Check that every price, and what one step adds to a cost or a preference, is below 2^60.
 
         Labels and tables hold no larger numbers either (a search that meets one stops), so that no sum overflows int64.
 
         Raises:
-            OverflowError: if that is not so.
+            OverflowError: one of them may be larger.
         """
         tables, nodes = self.product.tables, self.graph.size if self.graph.contracted else 1
         steps = [max(1, int(each.max(initial=0)) * nodes) for each in self.costs]
@@ -156,7 +156,7 @@ class Prepared:
         sets = sets_of_tasks(backwards[0], wanted, entries)
         self.bounds = Bounds(self._tables(backwards, sets))
         if self.graph.contracted:
-            # Costs-to-go of all tasks together are exact.
+            # A table of all tasks together needs no landmarks: it is exact, but for what `sweep` leaves out.
             are_exact = any(len(members) == len(self.product.sizes) for members in sets)
             marked = single and self.options.landmarks and not are_exact
             marks = landmarks(self.product, self.graph) if marked else NO_LANDMARKS
@@ -183,7 +183,7 @@ class Prepared:
         return joined_tables(backwards, tables)
 
     def guided(self, weight: float) -> Prepared:
-        """Return the same with the weighted sum of all tables in place of bounds.
+        """Return a copy that has the weighted sum of all tables in place of bounds.
 
         The larger the weight, the sooner best-first search has a plan, and the dearer the plan may be (weighted A*:
         I. Pohl, "Heuristic search viewed as path finding in a graph", 1970).
@@ -193,11 +193,11 @@ class Prepared:
         return guided
 
     def improve(self, lowest: int) -> None:
-        """Make the further bounds for a search whose plans all cost at least `lowest`, without low bits."""
+        """Enlarge the bounds, for a search whose further plans cost at least `lowest`, without low bits."""
         self.improved_after, self.bounds = math.inf, self._improved(lowest)
 
     def _with_lagrangian(self, stages: Stages, rates: np.ndarray, lowest: int) -> Bounds:
-        """Return the bounds with a Lagrangian table, unless memory does not suffice: the search may do without."""
+        """Return the bounds with a Lagrangian table; without, if mu does not grow with cost or memory is too small."""
         weights, layout = weights_for(rates, LIKELY * lowest), sparse_layout(stages)
         if weights is None or layout.entries * LAGRANGIAN_ENTRY_BYTES > TABLES_SHARE * left()[1]:
             return self.bounds

@@ -1,12 +1,12 @@
 """Cost-to-go tables of a manipulation model too large to list, on projections that omit what some tasks do not see.
 
-A step of a projection costs the least of all steps that map to it; with measured costs, the least over all poses of the
-hand that are merged. So costs-to-go there are lower bounds, and consistent: a bound falls along a step by no more than
-the step's cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
+A step of a projection costs as much as the cheapest step that maps to it; with measured costs, the cheapest over all
+poses of the hand that are merged. So a projection's cost-to-go is a lower bound, and consistent: it falls along a step
+by at most the step's cost (B. Yang et al., "A General Theory of Additive State Space Abstractions", JAIR 2008).
 
 The bounds of several projections can be added if every action's cost is counted in at most one of them. An action on an
-object, and a transit to a location of capacity one that holds it, counts in the first projection that keeps the object;
-other transits count nowhere.
+object is counted in the first projection that keeps the object, and so is a transit to a location of capacity one that
+holds the object; other transits are not counted.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from prefplan.product.reduction import GeneratedProduct
 from prefplan.product.space import Graph
 
 GROUP_ENTRIES = 200_000
-"""Tasks that see the same objects share a table of at most this many entries, by an upper bound."""
+"""Most entries, by an upper bound, of a table that tasks with an object in common share."""
 
 
 class ProjectedBackward:
     """Cost-to-go tables of a product whose states are generated, filled by backward searches on projections.
 
     Attributes:
-        costs: (4 H H,) int64, one of the costs of actions, as in `Moves`.
-        sizes: (N,) int64, states of each automaton.
+        costs: (4 H H,) int64, one of the costs of actions, by price as in `Steps`.
+        sizes: (N,) int64, number of states of each automaton.
         space: how the model's states are encoded.
         projection: (tasks) -> the projection for some tasks.
     """
@@ -46,7 +46,7 @@ class ProjectedBackward:
         self.projection = cache(partial(Projection, product))
 
     def with_costs(self, costs: np.ndarray) -> ProjectedBackward:
-        """Return the same for another of the costs; projections made for either serve both."""
+        """Return a copy for another of the costs, with the same projections."""
         other = copy(self)
         other.costs = costs
         return other
@@ -56,9 +56,9 @@ class ProjectedBackward:
         return self.projection(tasks).entries
 
     def cost_to_go(self, tasks: tuple[int, ...], factors: np.ndarray | None = None) -> np.ndarray:
-        """Return a table as `Backward.cost_to_go`; of costs, it is for one of the `groups` of tasks.
+        """Return a table as `Backward.cost_to_go`; without `factors`, the tasks must be one of the `groups`.
 
-        Only actions that count in such a table have costs, so that those of all groups may be added.
+        In a table of costs, only actions counted for its group have costs: the tables of all groups can be added.
         """
         projection = self.projection(tasks)
         costs = self._least_costs(projection)
@@ -70,7 +70,7 @@ class ProjectedBackward:
 
     @cached_property
     def groups(self) -> list[tuple[int, ...]]:
-        """A partition of the tasks: those that see the same objects are together, where tables stay small."""
+        """A partition of the tasks: tasks with an object in common are together, where tables stay small."""
         groups: list[tuple[int, ...]] = []
         for i in range(len(self.sizes)):
             joined: tuple[int, ...] = (i,)
@@ -89,7 +89,7 @@ class ProjectedBackward:
         A transit also stands for transports of objects left out.
         """
         over, number, poses = self.space.over, len(self.space.hands), len(projection.space.hands)
-        # All poses over merged locations are one.
+        # Number all poses over merged locations alike.
         hands = np.array(projection.hands)
         whole, small = np.where(hands < 0, poses, hands), np.arange(poses)
         small[projection.merged] = poses
@@ -107,7 +107,7 @@ class ProjectedBackward:
 
 
 def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
-    """Return which edges of a projection concern some objects: with them, or to a location that one has for itself."""
+    """Return which edges are actions on `own` objects, or transits to a location of capacity one that holds one."""
     system, space = projection.product.listed, projection.space
     objects = [read_action(text).obj for text in system.action_names]
     after = projection.codes[system.targets]
@@ -122,7 +122,7 @@ def _concern(projection: Projection, own: Sequence[str]) -> np.ndarray:
 
 
 def _backward(projection: Projection, costs: np.ndarray) -> Backward:
-    """Return what fills tables of a projection with some costs."""
+    """Return the backward search on a projection, with some costs of its edges."""
     product = projection.product
     graph = replace(product.graph, costs=costs, shift=0)
     invariant = all(dfa.automaton.stutter_invariant for dfa in product.automata)
@@ -130,7 +130,7 @@ def _backward(projection: Projection, costs: np.ndarray) -> Backward:
 
 
 def _with_idling(graph: Graph) -> Graph:
-    """Return a graph with a self-loop of cost 0 at every node: an action on an object left out."""
+    """Return a graph with a self-loop of cost 0 at every node, for actions on objects that are left out."""
     nodes = np.arange(graph.size, dtype=np.int32)
     order = np.argsort(np.concatenate([np.repeat(nodes, np.diff(graph.offsets)), nodes]), kind="stable")
     return replace(

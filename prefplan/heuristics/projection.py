@@ -3,8 +3,8 @@
 For a set K of tasks, the projection keeps the objects that occur in K's propositions. Objects left out never block an
 action: preconditions on them, and supports, are dropped, and slots are not told apart. All locations of capacity one
 that K does not mention may be merged. Every step of the model maps to a step of the projection or to none: an action on
-an object left out moves at most the hand. Exclusions that concern kept objects and locations that are not merged hold
-in the projection, too, so that a task that needs what is excluded everywhere is known to be impossible.
+an object left out moves at most the hand. Exclusions that name only kept objects and locations that are not merged hold
+in the projection, too: a task that needs an action that is excluded everywhere is found to be impossible.
 """
 
 import itertools
@@ -30,8 +30,8 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.reduction import GeneratedProduct
 
 APART_ENTRIES = 400_000
-"""Where costs are measured, locations are merged only in tables of more entries than this, by an upper bound: merging
-them always, fronts of three and four objects take 1.1 and 2.2 times as long. So are those that exclusions name."""
+"""Most entries of a table, by an upper bound, for which locations with measured costs, or named by exclusions, are not
+merged. If measured locations are always merged, fronts of three and four objects take 1.1 and 2.2 times as long."""
 
 
 class Projection:
@@ -40,7 +40,7 @@ class Projection:
     Attributes:
         tasks: the set.
         names: the tasks' propositions.
-        kept: the objects that occur in these.
+        kept: the objects that occur in `names`.
         view: the model without supports, slots and costs, and which of its locations are merged.
         entries: an upper bound of the number of entries of a table of the tasks, not counting marks.
     """
@@ -55,7 +55,7 @@ class Projection:
         self.kept = [obj for obj in seen if seen[obj]]
         locations = tuple(replace(place, at=place.at or (0.0, 0.0), on=(), clear_of=()) for place in model.locations)
         relaxed = replace(model, locations=locations, costs=dict.fromkeys(model.kinds, 0))
-        # What may be barred here, too, each with the locations that it names.
+        # Exclusions that may hold in the projection, too, each with the locations that it names.
         self._barred = {
             one: {action.location, origin, *(what for _, what in pairs)} - {"", IN_HAND}
             for one in product.model.symmetry.barred
@@ -81,7 +81,7 @@ class Projection:
 
     @cached_property
     def space(self) -> StateCodes:
-        """How its states are encoded."""
+        """How the projection's states are encoded."""
         return StateCodes(self.symmetry.model, self.names, self.symmetry.origins)
 
     @cached_property
@@ -94,12 +94,12 @@ class Projection:
 
     @property
     def codes(self) -> np.ndarray:
-        """(S,) int64, of its states."""
+        """(S,) int64, codes of the projection's states."""
         return self._listed[1]
 
     @cached_property
     def product(self) -> Product:
-        """Its product with the tasks' automata; costs are numbers of prices as in `Steps`, before their low bits."""
+        """Its product with the tasks' automata; the cost of an edge, without low bits, is its price as in `Steps`."""
         system = replace(self._listed[0], propositions=self._problem.system.propositions)
         return Product(self._problem.over(system, self.tasks))
 
@@ -110,13 +110,13 @@ class Projection:
 
     @cached_property
     def places(self) -> list[int]:
-        """By location of the model, the number here; -1 for merged ones."""
+        """(L,) number in the projection of each location of the model; -1 for merged ones."""
         merged, locations = self.view.neutral_locations, self.space.locations
         return [-1 if name in merged else locations.index(name) for name in self._whole.locations]
 
     @cached_property
     def hands(self) -> list[int]:
-        """(H,) by pose of the hand in the model, the number here; -1 over merged locations."""
+        """(H,) number in the projection of each pose of the hand in the model; -1 over merged locations."""
         pairs = zip(self._whole.hands, self._whole.over, strict=True)
         elsewhere = len(self.places)
         return [self.space.hands.index(hand) if x == elsewhere else self.places[x] for hand, x in pairs]
@@ -152,14 +152,16 @@ class ProjectionArrays(NamedTuple):
 
     Attributes:
         number: (P,) int64, the projection that each table is over.
-        weights: (M, D) int64, weight of each digit in a projection's states, 0 if it is not seen, negative for marks.
-        slots: (M, S + 1) int64, location in the projection, -1 for merged ones.
-        hands: (M, H) int64, pose in the projection, -1 over merged locations.
+        weights: (M, D) int64, weight of each digit in a projection's states, 0 if it is left out, negative for marks.
+        slots: (M, S + 1) int64, each slot's location in the projection, -1 for merged ones.
+        hands: (M, H) int64, each pose's number in the projection, -1 over merged locations.
         places: (M, n) int64, the locations of the projection that stand for merged ones.
         origins: (M, D, V) int64, what a value of the last digit adds to a projection's state while an object is held.
         above: (S + 1,) int64, pose of the hand over each slot.
-        radices: (D,) int64, number of values of each digit, and digits: (D,) int64, scratch: digits of a state.
-        first: (M,) int64, numbers: (X,) int32: numbers[first[m] + state] is the node of a projection's state.
+        radices: (D,) int64, number of values of each digit.
+        digits: (D,) int64, scratch: digits of the observed state.
+        first: (M,) int64, where each projection begins in `numbers`.
+        numbers: (X,) int32, numbers[first[m] + state] is the node of a state of projection m.
     """
 
     number: np.ndarray
@@ -213,14 +215,14 @@ def arrays_of(each: Sequence[Projection], whole: StateCodes) -> ProjectionArrays
 
 @inner_kernel
 def observe(projections: ProjectionArrays | None, node: Integer) -> None:
-    """Write the digits of a state whose bounds are looked up; nothing to do where states are listed."""
+    """Write the digits of a state before its bounds are looked up; do nothing where states are listed."""
     if projections is not None:
         unpack(projections.radices, node, projections.digits)
 
 
 @inner_kernel
 def place_of(projections: ProjectionArrays | None, p: Integer, node: Integer) -> Integer:
-    """Return the node that table p has for the observed state `node`: that of its projection, if there is one."""
+    """Return the node of the observed state `node` in table p's projection; `node` itself where states are listed."""
     if projections is None:
         return node
     m, digits = projections.number[p], projections.digits

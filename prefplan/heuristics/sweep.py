@@ -5,13 +5,13 @@ changes nothing. From node s and automaton states q,
 
     h(s, q) = min over nodes v whose label changes q of d(s, v) + h(v, delta(q, L(v))),
 
-where d are least costs in the whole graph, whatever labels are passed. That is a relaxation: h is a lower bound, and
-consistent, since d(u, v) <= w(u, s) + d(s, v). It is exact if costs have equal weights, and no label leads an automaton
-to a state that is worse than the one before, as for `F (a & F b)`: then the labels passed do no harm. Where they may
-make it impossible to reach an end, a bound alone would not show that (`Stages.is_safe`).
+where d are least costs in the whole graph; the labels on the path from s to v are ignored. This is a relaxation: h is a
+lower bound, and consistent, since d(u, v) <= w(u, s) + d(s, v). h is exact if costs have equal weights, and no label
+leads an automaton to a worse state, as for `F (a & F b)`: then the ignored labels do no harm. If a label may make a
+task impossible to satisfy, h does not show this (`Stages.is_safe`).
 
-For all nodes of a combination together this is the minimum of a few rows of numbers, a tenth of the time of
-`backward` by Dijkstra's algorithm or less.
+For all nodes of a combination together, h is the minimum of a few rows of numbers: this takes a tenth of the time of
+Dijkstra's algorithm in `backward`, or less.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,10 +28,10 @@ from prefplan.product.product_automaton import Product
 from prefplan.product.space import Graph, bits_of
 
 MOST = {np.dtype(np.uint16): 20_000, np.dtype(np.int32): UNREACHABLE}
-"""Stands for no path in tables of these types; larger sums are cut off at one less. Three times as much still fits."""
+"""Entry for no path in tables of these types; larger sums are cut off at one less. Three times this still fits."""
 
 ABSENT = -(2**50)
-"""Stands for the place of an entry that a table does not have: sums of places with it are negative."""
+"""Place of an entry that a table does not have: every sum of places that includes it is negative."""
 
 
 class Stages(NamedTuple):
@@ -41,7 +41,7 @@ class Stages(NamedTuple):
         product: with N tasks, whose automata have at most Q states.
         graph: of S nodes.
         order: (N, Q) int64, states of each automaton, each after all its successors.
-        is_safe: whether no label leads an automaton to where it can reach no end, unless it can reach none before.
+        is_safe: whether no label leads an automaton from a state that can reach an end to one that cannot.
     """
 
     product: Product
@@ -56,7 +56,7 @@ class Stages(NamedTuple):
 
 
 def stages_of(product: Product, graph: Graph) -> Stages | None:
-    """Return a product as stages, or None if an automaton has a cycle, a task is relaxed or nothing is contracted."""
+    """Return a product as stages; None if an automaton has a cycle, a task can be relaxed or nothing is contracted."""
     if not graph.contracted or len(product.tables.relaxed):
         return None
     order, is_safe = np.zeros((len(product.sizes), product.tables.delta.shape[1]), dtype=np.int64), True
@@ -80,7 +80,7 @@ class Layout(NamedTuple):
 
     Attributes:
         place: (S, k, Q) int64: entry = sum_j place[node, j, q_j]; there is none where a place is ABSENT.
-        entries: how many there are.
+        entries: number of entries.
     """
 
     place: np.ndarray
@@ -100,10 +100,12 @@ class SweepInput(NamedTuple):
     """Input for filling a table of S nodes and k tasks of at most Q automaton states, with F different weights.
 
     Attributes:
-        order: (k, Q) int64, as in `Stages`. sizes: (k,) int64, ends: (k, 2) int32: as in `Product`.
-        active: (k, Q) uint64, nodes whose label changes a state.
-        here: (k, Q, S) int64, what the state adds to the index of a node's entry. onward: (k, Q, S) int64, the same
-            after reading the node's label.
+        order: (k, Q) int64, as in `Stages`.
+        sizes: (k,) int64, as in `Product`.
+        ends: (k, 2) int32, as in `Automata`.
+        active: (k, Q) uint64, as bits, nodes whose label changes an automaton state.
+        here: (k, Q, S) int64, what an automaton state adds to the index of a node's entry.
+        onward: (k, Q, S) int64, the same for the state after reading the node's label.
         steps: (F, S, NODE_LIMIT) as the table, weighted least cost to a node from all others, twice `none` for no path.
         kind: (2^k,) int64, number of the weight for each set of satisfied tasks.
         none: stands for no path in the table.
@@ -134,12 +136,12 @@ def sweep(
 
     Args:
         stages: the product.
-        tasks: (k,).
+        tasks: (k,) the tasks.
         factors: (2^k,) int64 >= 0, by which to multiply costs while a set of these tasks is satisfied.
-        table: of a type in `MOST`.
-        layout: of the table; None for all entries.
-        shift: low bits that are left out of costs.
-        unit: by which the sums in the table are divided.
+        table: the table, of a type in `MOST`.
+        layout: layout of the table; None for all entries.
+        shift: number of low bits that are left out of costs.
+        unit: divisor of weighted costs.
     """
     members, none = np.array(tasks, dtype=np.int64), MOST[table.dtype]
     layout = layout or full_layout(stages, tasks)
@@ -219,9 +221,9 @@ def _least_sums(
     table: np.ndarray,
     costs: np.ndarray,
 ) -> None:
-    """Write the least sum from every node, through those whose label changes some automaton, one of the `stops`.
+    """Write the least sum from every node, through one of the `stops`: nodes whose label changes some automaton.
 
-    It is twice `none` without a path. After reading a label, the index of node v's entry is others[v] + first[v].
+    It is twice `none` without a path. After reading node v's label, the index of v's entry is others[v] + first[v].
     """
     none = sweep.none
     for u in range(costs.shape[0]):

@@ -9,6 +9,6 @@ From the text of a task or rule to a row of the product's tables, a formula has 
 | `dfa.Automaton`, a minimal DFA, guards as MTBDDs   | `dfa.automaton`    | its good prefixes, or a rule's bad ones  |
 | `weighted_dfa.WeightedAutomaton`                   | `problem.Problem`  | prices of relaxing, skipping, breaking   |
 
-The product reads every label of the model with the last form, and enters the readings in its tables. `good_prefix`
-decides satisfaction by the second form alone, so that it can check the others.
+The product reads every label of the model by the last form, and stores the results in its tables. `good_prefix` decides
+satisfaction by the second form alone, so that it can check the others.
 """

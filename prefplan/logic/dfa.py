@@ -1,20 +1,20 @@
 """Minimal DFA of a task's good prefixes (Definition 6), by formula progression.
 
-After reading some labels, what is left of a formula is a positive Boolean combination of subformulas that must hold
-from now on, the *obligations*. Such a combination has exactly one irredundant disjunctive form, an *antichain*: a set
-of sets of obligations none of which contains another. Antichains are the states. There are finitely many, and every
+After reading some labels, what is left of a formula is a positive Boolean combination of *obligations*: subformulas
+that must hold from now on. Such a combination has exactly one irredundant disjunctive form, an *antichain*: a set of
+sets of obligations, none of which contains another. The states are antichains. There are finitely many, and every
 infinite word that satisfies a co-safe formula reaches the antichain `true` after finitely many letters.
 
-Since g implies f U g, a set with g needs no f U g, and the set {f U g} makes the set {g} redundant. The states of
-nested U then are as many as propositions, not as many as sets of these. No word reaches `true` later because of this: g
-is met no sooner than f U g. The same holds for F[0,2] g and F[0,5] g.
+Implied obligations are redundant. As g implies f U g, a set that contains g needs no f U g, and the set {f U g} makes
+the set {g} redundant. Nested U then need as many states as propositions, not as many as sets of propositions. No word
+reaches `true` later because of this: f U g is met as soon as g is. The same holds for F[0,2] g and F[0,5] g.
 
-Transitions are decision diagrams over the formula's propositions: letters are never listed, so a formula may have
-many propositions.
+Transitions are decision diagrams over the formula's propositions. Letters are never listed, so a formula may have many
+propositions.
 
-A state is *satisfied* when every infinite continuation satisfies the formula, i.e. when no infinite path avoids
-`true`. As a state has finitely many successors, that is the least fixpoint of "all successors are satisfied"
-(Koenig's lemma). Merging states by partition refinement then gives the minimal automaton.
+A state is *satisfied* when every infinite continuation satisfies the formula, i.e. when no infinite path avoids `true`.
+As a state has finitely many successors, these states are the least fixpoint of "all successors are satisfied" (Koenig's
+lemma). Partition refinement then merges states to the minimal automaton.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -57,8 +57,8 @@ class Automaton:
 
     Attributes:
         text: the formula as it was written.
-        propositions: AP, sorted: those that the formula mentions.
-        transitions: delta, by state: a decision diagram with states at its leaves.
+        propositions: AP: the propositions that the formula mentions, sorted.
+        transitions: delta: for each state, a decision diagram with states as leaves.
         accepting: F: the one absorbing state in which the task is satisfied, or None if there is no good prefix.
         dead: the one absorbing state from which the task can no longer be satisfied, or None.
         stutter_invariant: whether the formula counts no steps, so that reading a label once more changes nothing.
@@ -85,7 +85,7 @@ class Automaton:
         return tuple(accumulate(labels, self.step, initial=0))[1:]
 
     def first_accepted(self, labels: Iterable[frozenset[str]]) -> int | None:
-        """Return the first of some labels after which the state is accepting, by number; None if there is none."""
+        """Return the index of the first label after which the state is accepting; None if there is none."""
         states = self.run(labels)
         return states.index(self.accepting) if self.accepting in states else None
 
@@ -113,7 +113,7 @@ def automaton(formula: str | Formula, *, text: str = "") -> Automaton:
 
 
 class _Progression:
-    """The obligations met so far, numbered, and what is left of formulas after a letter."""
+    """Formula progression: numbers the obligations, and finds what is left of a formula after one letter."""
 
     def __init__(self, diagrams: Diagrams) -> None:
         self.formulas: list[Formula] = []
@@ -129,7 +129,7 @@ class _Progression:
         return self._either(_FALSE, *(self._both(_TRUE, *clause) for clause in clauses))
 
     def _asked(self, f: Formula) -> Diagram:
-        """Return the antichain of what a formula asks for from the next letter on."""
+        """Return the antichain of a formula's obligations from the next letter on."""
         match f:
             case Truth(value):
                 return _TRUE if value else _FALSE
@@ -158,7 +158,7 @@ class _Progression:
         return self.asked(f)
 
     def _irredundant(self, clauses: Iterable[frozenset[int]]) -> Antichain:
-        """Return the weakest of some sets of obligations, each without those that others in it imply."""
+        """Return the weakest of some sets of obligations, each without the obligations that others in the set imply."""
         clauses = list(clauses)
         numbers = frozenset[int]().union(*clauses)
         weaker = {one: {other for other in numbers if other != one and self._implies(one, other)} for one in numbers}
@@ -173,7 +173,7 @@ class _Progression:
 
 
 def implies(one: Formula, other: Formula) -> bool:
-    """Return whether an obligation implies a formula, as far as the operators show."""
+    """Return whether the operators show that an obligation implies a formula."""
     match other:
         case And(operands):
             return all(implies(one, operand) for operand in operands)
@@ -214,7 +214,7 @@ def _unavoidable(successors: list[set[int]], goal: int) -> set[int]:
     met, size = {goal}, 0
     while len(met) > size:
         size = len(met)
-        # Successors have larger numbers as a rule, so that one or two passes are enough.
+        # Successors usually have larger numbers, so one or two passes are enough.
         for state in reversed(range(len(successors))):
             if successors[state] <= met:
                 met.add(state)

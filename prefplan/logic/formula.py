@@ -117,7 +117,7 @@ def propositions_of(formula: Formula) -> frozenset[str]:
 
 
 def later(formula: Until | BoundedRelease) -> Formula:
-    """Return what a temporal operator asks for from the next position on: its bounds are less by one there."""
+    """Return what is left of a temporal operator at the next position: its bounds are one less there."""
     if formula.high == 1:
         return formula.right
     low = max(0, formula.low - 1)

@@ -1,7 +1,7 @@
 """Whether a finite trace of labels satisfies a co-safe formula, decided on the formula itself.
 
-A trace satisfies a formula if it is a *good prefix*: every infinite continuation satisfies the formula. So a
-continuation that falsifies it is searched for. To falsify a formula at a position:
+A trace satisfies a formula if it is a *good prefix*: every infinite continuation satisfies the formula. So this module
+searches for a continuation that falsifies the formula. To falsify a formula at a position:
 
 - `a`: a does not hold there; `!a`: it does
 - `f & g`: falsify f or falsify g
@@ -12,10 +12,10 @@ continuation that falsifies it is searched for. To falsify a formula at a positi
 A counting operator counts down: `f U[2,5] g` becomes `f U[1,4] g` at the next position, and `f U[0,1] g` becomes g;
 g is not read before its lower bound is 0.
 
-Obligations passed on to the next position never become due, so the falsifying words are those along which obligations
-can be passed on for ever. There are finitely many sets of obligations: such a word exists exactly if a set recurs.
+An obligation may be passed on to the next position for ever, so a word falsifies the formula exactly if obligations can
+be passed on at every position. There are finitely many sets of obligations: such a word exists exactly if a set recurs.
 
-Nothing here is shared with the automata that the search follows, so that each can be checked against the other.
+The automata that the search follows share only the formulas with this module, so that each can check the other.
 """
 
 from bisect import bisect_left
@@ -42,9 +42,9 @@ def satisfied_at(formula: Formula, trace: Sequence[Label]) -> int | None:
 def is_satisfied(formula: Formula, trace: Sequence[Label]) -> bool:
     """Return whether every infinite continuation of a trace satisfies a formula.
 
-    Depth-first search over (position, obligations); beyond the trace all positions are one. A cycle is a continuation
-    that falsifies the formula. Where some formulas cannot all be falsified, these and others cannot; each position
-    keeps the sets of obligations for which that is known.
+    Depth-first search over (position, obligations); all positions after the trace count as one. A cycle is a
+    continuation that falsifies the formula. Each position keeps the sets of obligations that are known not to be
+    falsifiable: a set that contains one of them is not falsifiable either.
     """
     mentioned = propositions_of(formula)
     read = [*(label & mentioned for label in trace), None]

@@ -61,7 +61,7 @@ class Diagrams:
         return mapped[diagram]
 
     def lift(self, function: Callable[[Any, Any], Hashable]) -> Callable[..., Diagram]:
-        """Return a function of two leaves as one of two diagrams; if it is associative, of any number of them."""
+        """Extend a function of two leaves to two diagrams or, if it is associative, to any number of diagrams."""
         memo: dict[tuple[Diagram, Diagram], Diagram] = {}
 
         def join(left: Diagram, right: Diagram) -> Diagram:
@@ -85,7 +85,7 @@ class Diagrams:
             return memo[left, right]
 
         def apply(*diagrams: Diagram) -> Diagram:
-            # In pairs, then what results: one after the other, thousands would take quadratic time.
+            # Join pairs, then pairs of the results: joining thousands one after the other takes quadratic time.
             while len(diagrams) > 1:
                 diagrams = tuple(reduce(join, diagrams[k : k + 2]) for k in range(0, len(diagrams), 2))
             return diagrams[0]
@@ -94,7 +94,7 @@ class Diagrams:
 
 
 def cofactors(diagram: Diagram, name: str) -> tuple[Diagram, Diagram]:
-    """Return a diagram's cofactors where a proposition, no later than its first one, is true and where it is false."""
+    """Return the cofactors of a diagram for a proposition, true and false, that is not after its first one."""
     if isinstance(diagram, Branch) and diagram.name == name:
         return diagram.high, diagram.low
     return diagram, diagram
@@ -108,7 +108,7 @@ def leaf(diagram: Diagram, label: frozenset[str]) -> Any:
 
 
 def upwards(diagram: Diagram) -> list[Diagram]:
-    """Return every node of a diagram once, each after all its descendants, those where it is true first."""
+    """Return every node of a diagram once, after all its descendants: first those of `high`, then those of `low`."""
     nodes: dict[Diagram, None] = {}
     pending = [diagram]
     while pending:
@@ -128,16 +128,16 @@ def leaves(diagram: Diagram) -> list[Any]:
 
 
 Price = tuple[int, int, tuple[int, ...]]
-"""A sum of prices, of how many offers, and their numbers, in order."""
+"""A sum of prices, the number of offers in it, and the numbers of these offers, sorted."""
 
 
 def cheapest_leaves(diagram: Diagram, label: frozenset[str], offers: Mapping[str, tuple[int, int]]) -> dict[Any, Price]:
     """Return the leaves that a label leads to if propositions may be added to it, each with the least price.
 
-    A path decides on every proposition at most once, so that prices add up along it: one visit to each branch covers
-    all sets of propositions. Ties go to fewer propositions, then to the offers that come first.
+    A path decides on every proposition at most once, so prices add up along it, and one visit to each branch covers all
+    sets of propositions. Ties go to fewer propositions, then to the offers that come first.
 
-    `offers` are propositions, not in the label, that may be added, each with its price and the number of the offer.
+    `offers` are the propositions, not in the label, that may be added, each with its price and the offer's number.
     """
     cheapest: dict[Diagram, Price] = {diagram: (0, 0, ())}
 

@@ -63,9 +63,10 @@ class _UnsafeError(Exception):
 
 
 def _normal_form(tree: Part, text: str, positive: bool) -> Formula:
-    """Return a formula that is not too large, or its negation.
+    """Return the normal form of a formula, or of its negation if not `positive`.
 
     Raises:
+        FormulaError: it is too large.
         _UnsafeError: it is not co-safe.
     """
 

@@ -16,13 +16,13 @@ from prefplan.limits import clocked
 from prefplan.text.names import NAME, RESERVED
 
 NESTING = 120
-"""Deeper formulas are refused, since recursion might overflow the stack."""
+"""Greatest depth of nested operators and brackets: the parser is recursive, and the stack might overflow."""
 
 MOST_STEPS = 1000
 """Greatest bound of a counting operator: the automaton has about as many states."""
 
 COLUMNS_BESIDE = 100
-"""Most columns of a formula that an error shows on either side of the one that it points at."""
+"""Most columns of a formula that an error message shows before, and after, the column that it points at."""
 
 _PREFIX = {"!": "!", "~": "!", "not": "!", "X": "X", "()": "X", "F": "F", "<>": "F", "G": "G", "[]": "G"}
 _INFIX = {
@@ -46,8 +46,7 @@ _SYMBOLS = sorted({text for text in (*_PREFIX, *_INFIX, "(", ")") if not NAME.fu
 _BOUNDS = re.compile(r"\[\s*(\d+)\s*(?:(,|:|\.\.)\s*(\d*)\s*)?\]", re.ASCII)
 _WORDS = [r'"[^"]+"', r"'[^']+'", NAME.pattern, r"\d+", _BOUNDS.pattern, r"\[!\]", *map(re.escape, _SYMBOLS)]
 _TOKEN = re.compile("|".join([*_WORDS, r"(?P<foreign>\S)", r"(?=\s*\Z)"]), re.ASCII)
-"""A token: of the text, a character that begins none, or the empty one at the end."""
-
+"""A token of the text, a character that begins no token, or the empty token at the end."""
 
 Bounds = tuple[int, int | None]
 
@@ -58,7 +57,7 @@ class Part:
 
     Attributes:
         sign: its operator, in one spelling; `name`, `true` or `false` for a leaf.
-        parts: its operands; of `&` and `|` as many as are written in a row.
+        parts: its operands; `a & b & c` has three.
         start: first column of its text, from 0.
         text: its text.
         low: least number of steps of a counting operator.
@@ -124,13 +123,13 @@ def read(text: str, *, names: Collection[str] | None, temporal: bool = True) -> 
 
 
 class _Parser:
-    """A precedence-climbing parser; the depth of what is read counts the operators and brackets around it.
+    """A precedence-climbing parser; `depth` counts the operators and brackets around the part that is read.
 
     Attributes:
         token: the next token, empty at the end.
-        column: where it begins.
+        column: where the next token begins.
         end: where the last token read ends.
-        ahead: the tokens after the next one, with their columns, the first of them last.
+        ahead: the tokens after the next one, with their columns, in reverse order.
     """
 
     def __init__(self, text: str, names: Collection[str] | None, temporal: bool) -> None:
@@ -157,13 +156,13 @@ class _Parser:
         return Part(sign, parts, start, self.text[start : self.end], *bounds)
 
     def nested(self, depth: int, column: int) -> int:
-        """Return a depth, unless it is too large for recursion."""
+        """Return a depth, or raise FormulaError if it is too large for recursion."""
         if depth > NESTING:
             raise self.error(f"nested more than {NESTING} deep", column)
         return depth
 
     def binary(self, depth: int, weakest: int = 0) -> Part:
-        """Read a formula whose binary operators have at least a precedence level."""
+        """Read a formula whose binary operators have at least the precedence level `weakest`."""
         start, part = self.column, self.unary(depth)
         while (sign := _INFIX.get(self.token)) and _LEVEL[sign] >= weakest:
             parts, to_the_right = [part], sign in _TO_THE_RIGHT
@@ -211,7 +210,7 @@ class _Parser:
         return part
 
     def operators(self) -> list[tuple[str, int, Bounds]]:
-        """Read a prefix operator, or those with which a word such as `GFa` begins, as (sign, column, bounds) each."""
+        """Read a prefix operator, or all of them at the start of a word such as `GFa`: (sign, column, bounds) each."""
         word, column = self.token, self.column
         if sign := _PREFIX.get(word):
             return [(sign, column, self.bounds(sign, self.advance()))]

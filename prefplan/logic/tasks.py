@@ -43,7 +43,7 @@ class NamedFormula(ABC):
     Attributes:
         name: name by which costs, preferences and messages refer to it.
         formula: the formula, as text.
-        propositions: the valid ones, to tell `Fa` from `F a`; None until it is part of a problem.
+        propositions: the valid propositions, to tell `Fa` from `F a`; None until the formula is part of a problem.
     """
 
     name: str
@@ -55,7 +55,7 @@ class NamedFormula(ABC):
     @property
     @abstractmethod
     def tree(self) -> Formula:
-        """The syntax tree of the co-safe formula that the automaton reads; a FormulaError if there is none."""
+        """The tree of the formula whose good prefixes the automaton accepts; a FormulaError if it is not co-safe."""
 
     @property
     def automaton(self) -> Automaton:
@@ -70,7 +70,7 @@ class Task(NamedFormula):
     Attributes:
         relax: relaxations that plans may use.
         skip: price of dropping the task before the first action; None if it may not be dropped.
-        label: what people are shown in place of its name; None for the name.
+        label: name to display; None for `name`.
     """
 
     relax: Annotated[
@@ -98,12 +98,12 @@ class Rule(NamedFormula):
 
     @property
     def tree(self) -> Formula:
-        """The negation's syntax tree, which bad prefixes satisfy; a FormulaError says why this is no safety formula."""
+        """The syntax tree of the negation, which bad prefixes satisfy; a FormulaError if this is no safety formula."""
         return parse_rule(self.formula, propositions=self.propositions)
 
 
 class Possible(Rule):
-    """The rule that a plan leaves a co-safe formula satisfiable: its bad prefixes are those of the formula."""
+    """The rule that a co-safe formula stays satisfiable: the bad prefixes of the formula are those of the rule."""
 
     @property
     def automaton(self) -> Automaton:
@@ -116,10 +116,10 @@ Named = TypeVar("Named", Task, Rule)
 
 
 def named_formulas(kind: type[Named], given: Mapping[str, str] | Iterable[Named], key: str) -> list[Named]:
-    """Return tasks or rules that a user gives themselves, or as formulas by name.
+    """Return tasks or rules, given as such or as formulas by name.
 
     Raises:
-        PrefplanError: it is something else; the message begins with the key.
+        PrefplanError: something else is given; the message begins with the key.
     """
     example = f'{kind.__name__}("NAME", "{"F p" if kind is Task else "G !p"}")'
     if isinstance(given, Mapping):

@@ -1,7 +1,7 @@
 """Weighted DFAs of tasks that may be relaxed (the paper's Remarks 1 to 6), and of rules.
 
-Besides the transitions of the task's automaton there are those that relaxations allow: a label is read as if more
-propositions were true, for a price. A task that may be skipped has one more state, entered before the first action.
+Relaxations add transitions to the task's automaton: for a price, a label is read as if more propositions were true. A
+task that may be skipped has one more state, entered before the first action.
 
 A rule's automaton accepts its bad prefixes: its accepting state is entered at a price, or never.
 """
@@ -20,7 +20,7 @@ class Reading:
     Attributes:
         state: automaton state afterwards.
         price: violation cost in units.
-        relaxations: those used, by number.
+        relaxations: numbers of the relaxations used.
     """
 
     state: int
@@ -35,8 +35,8 @@ class WeightedAutomaton:
     Attributes:
         automaton: the minimal DFA of the task's good or the rule's bad prefixes; its states are 0 .. n-1.
         relaxations: (assumed proposition, condition, price in units) each.
-        skip: price in units of the extra state n, or None.
-        price: of entering the accepting state, in units, 0 for a task; None for a rule that no plan may break.
+        skip: price of skipping the task, in units, by the extra state n; None if it may not be skipped.
+        price: price of entering the accepting state, in units: 0 for a task; None for a rule that no plan may break.
     """
 
     automaton: Automaton
@@ -51,7 +51,7 @@ class WeightedAutomaton:
 
     @property
     def live(self) -> int:
-        """Number of states in which a plan may be: not that in which a rule is broken that no plan may break."""
+        """Number of states that a plan may enter: all but the accepting state of a rule that no plan may break."""
         return self.size - (self.price is None and self.automaton.accepting is not None)
 
     @property
@@ -66,10 +66,10 @@ class WeightedAutomaton:
         return frozenset(self.automaton.propositions).union(*conditions)
 
     def readings(self, state: int, label: frozenset[str]) -> list[Reading]:
-        """Return the reading of a label as it is, then the cheapest one with relaxations for each other state.
+        """Return the reading of a label without relaxations, then the cheapest with relaxations to each other state.
 
-        There are none if no plan may break the rule like this. Nothing is relaxed once the task is satisfied or
-        skipped. Ties go to fewer relaxations, then to the order in which they were written.
+        There is no reading where the label would break a rule that no plan may break. Nothing is relaxed once the task
+        is satisfied or skipped. Ties go to fewer relaxations, then to the order in which they were written.
         """
         if state in (self.skipped, self.automaton.accepting):
             return [Reading(state)]

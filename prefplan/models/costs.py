@@ -17,7 +17,7 @@ Cost = Number | Mapping[str, Number]
 """The cost of an action: a number, whose name is then `cost`, or several costs by name."""
 
 UNMEASURED = -1
-"""Entry of a cost table for an action whose cost was not measured: it does not exist."""
+"""Entry of a cost table for an action whose cost was not measured: the action does not exist."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class CostTable:
 
     Attributes:
         name: name of the cost.
-        entries: >= 0, in whole multiples of `unit`, or `UNMEASURED`: int64, or Python's integers where one does not
-            fit; (E,) by edge where states are listed, else (K, H, H) by kind of action and pose of the hand before and
-            after it.
+        entries: costs >= 0 in whole multiples of `unit`, or `UNMEASURED`: int64, or Python's integers if one does not
+            fit; (E,) by edge where states are listed, else (K, H, H) by kind of action and by the hand's poses before
+            and after it.
         unit: unit of `entries`, in the user's units.
     """
 
@@ -42,13 +42,13 @@ class CostTable:
         return self.unit * int(max(self.entries.ravel().tolist(), default=0))
 
     def counts(self, unit: Fraction) -> np.ndarray:
-        """Return all entries, in one dimension, in a unit that divides `self.unit`: int64 if all fit, else Python's."""
+        """Return the flattened entries in a unit that divides `self.unit`: int64 if all fit, else Python's integers."""
         ratio, entries = int(self.unit / unit), self.entries.ravel()
         return entries if ratio == 1 else whole_numbers([cost * ratio for cost in entries.tolist()])
 
 
 def by_name(cost: Cost) -> Mapping[str, Number]:
-    """Return the costs of an action by name; the names are those of every action."""
+    """Return the costs of an action by name."""
     return cost if isinstance(cost, Mapping) else {DEFAULT_COST: cost}
 
 

@@ -1,8 +1,8 @@
-"""What an arm can do, as a planner asks for it: the protocol that a simulation implements, and what answers exclude.
+"""What an arm can do: the protocol by which a planner asks a simulation, and the actions that the answers exclude.
 
-The transfers of a plan are rehearsed, each among the objects that stand around then. A plan with a transfer that fails
-is searched for again without what makes it fail; leaving actions out makes no plan cheaper, so plans that hold are the
-best that the arm can carry out.
+The transfers of a plan are rehearsed, each among the objects at rest at that time. If a transfer fails, the search is
+repeated without the actions that make it fail. Leaving actions out makes no plan cheaper, so the first plans whose
+transfers all succeed are the best that the arm can carry out.
 (Lazy collision checking does the same on a roadmap: R. Bohlin and L. E. Kavraki, "Path planning using lazy PRM", ICRA
 2000; for tasks and motions: C. R. Garrett et al., "PDDLStream", ICAPS 2020.)
 """
@@ -28,7 +28,7 @@ MOST_NAMED = 3
 
 
 class Transfer(NamedTuple):
-    """What a plan does from one state with an empty hand to the next, or to its end.
+    """The part of a plan from one state with an empty hand to the next one, or to the end of the plan.
 
     Attributes:
         obj: the object that is grasped.
@@ -52,44 +52,44 @@ class Answer(Protocol):
 
     @property
     def barred(self) -> Barred:
-        """The actions that it cannot do there, each with the conditions under which it cannot: none for always."""
+        """The actions that the arm cannot do there, each with its conditions; without conditions it never can."""
 
     @property
     def reason(self) -> str | None:
-        """Why, for people; None if objects leave no room there for each other."""
+        """The reason, for people; None if objects there leave no room for each other."""
 
 
 class Feasible(Protocol):
     """What an arm can do in a scene. The answers never change."""
 
     def rehearse(self, transfer: Transfer) -> Answer | None:
-        """Return what the arm cannot do of a transfer, in as many states as is known; None if it can carry it out."""
+        """Return what the arm cannot do of a transfer, for all states where this is known; None if it can do all."""
 
 
 class Geometry:
-    """What is known of what an arm can do, as far as plans needed it, and what was left out of them for that.
+    """The transfers that an arm is known to be able or unable to do, and the actions that plans leave out for this.
 
     Attributes:
-        left_out: by object and location, why the arm cannot do there what plans needed, in the order in which it was
-            found; a conflict of several objects is told for one of them.
-        abstract: values of the objectives of the plans that there would be if it could, in the order of the front;
-            empty if nothing was left out.
-        lost: those of them that no plan has now.
+        left_out: by object and location, why the arm cannot do there what plans needed, in order of discovery; a
+            conflict of several objects is listed for one of them.
+        abstract: objective values of the plans that exist if nothing is left out, in the order of the front; empty if
+            nothing was left out.
+        lost: the entries of `abstract` that no plan of the last search has.
     """
 
     def __init__(self, feasible: Feasible, past: int = 0) -> None:
-        """Take whom to ask, and the number of actions with which every plan begins, which are done already."""
+        """Take whom to ask, and the number of actions at the beginning of every plan that are already done."""
         self.left_out: dict[tuple[str, str], str] = {}
         self.abstract: list[dict[str, Number]] = []
         self.lost: list[dict[str, Number]] = []
         self._feasible, self._past = feasible, past
         self._rehearsed: dict[Transfer, Answer | None] = {}
         self._conflicts = set[frozenset[str]]()
-        self._applied = 0  # how many of the exclusions
+        self._applied = 0  # number of exclusions that `without` has applied
         self._barred: dict[tuple[frozenset[str], str], None] = {}
 
     def exclude(self, plans: Sequence[Plan]) -> bool:
-        """Exclude what the arm cannot do of what some plans need; return whether `without` has to be called for it.
+        """Exclude what plans need but the arm cannot do; return whether there are exclusions for `without` to apply.
 
         Raises:
             LimitError: a limit was reached before all answers were known.
@@ -128,7 +128,7 @@ class Geometry:
                 self._conflicts.add(conflict)
 
     def compare(self, plans: Sequence[Plan]) -> None:
-        """Find what is lost, now that a search has ended with these plans."""
+        """Set `lost` after a search that ended with these plans."""
         found = [plan.objectives for plan in plans] if self.abstract else []
         self.lost = [values for values in self.abstract if values not in found]
 
@@ -153,7 +153,7 @@ class Geometry:
         return _first([f"{obj} at {location} ({reason})" for (obj, location), reason in self.left_out.items()])
 
     def _transfers(self, plan: Plan) -> Iterator[Transfer]:
-        """Yield the transfers of a plan that are not done yet; what is in the hand already was at its last location."""
+        """Yield the transfers of a plan that are not done yet; one under way begins where its object was grasped."""
         states = [state for state in plan.states if isinstance(state, ManipulationState)]
         obj, grasped, rest = "", 0, dict[str, str]()
         for k, (before, after) in enumerate(pairwise(states), start=1):
@@ -167,12 +167,12 @@ class Geometry:
 
 
 def _transfer(obj: str, places: dict[str, str], target: str) -> Transfer:
-    """Return the transfer of an object, grasped while objects are at some places."""
+    """Return the transfer of an object to a location, given the places of all objects when it is grasped."""
     return Transfer(obj, places[obj], target, tuple((other, place) for other, place in places.items() if other != obj))
 
 
 def _crowded(transfer: Transfer, conditions: frozenset[str]) -> str:
-    """Return beside which objects there is no room, where a transfer fails because some propositions hold."""
+    """Return, as text, beside which objects there is no room for a transfer that fails under some conditions."""
     return (
         f"no room beside {' and '.join('{} at {}'.format(*one) for one in transfer.others if at(*one) in conditions)}"
     )

@@ -22,10 +22,10 @@ LARGEST_COST = 1e15
 """Costs of a file are floats, which represent all whole numbers up to this exactly."""
 
 NOT_COSTS = (*ENDS, "key", "id", "action")
-"""Attributes of edges that are never taken for their cost unasked."""
+"""Attributes of edges that are never their cost."""
 
 MOST_PROBED = 1000
-"""Number of edges that are looked at to find the attributes that are numbers."""
+"""Number of edges that are read to find the attributes that are numbers."""
 
 LABEL = re.compile(r"[^\s,\[\]'\"]+")
 """A proposition in a list such as `shop bank`, `shop, bank` or `['shop', 'bank']`."""
@@ -36,9 +36,9 @@ class Network:
     """What the files of a graph hold.
 
     Attributes:
-        system: its transition system. An action has the name that the file gives, else its target's; the second of
-            several that lead from one node to another is `name#2`.
-        points: (S, 2) float64, where a map shows the states; None if one has no coordinates.
+        system: its transition system. An action has its name in the file, else that of its target; of several with one
+            name from one node to another, the second is `name#2`.
+        points: (S, 2) float64, positions of the states on a map; None if one has no coordinates.
     """
 
     system: TransitionSystem
@@ -54,13 +54,13 @@ class GraphFileModel:
         file: file of the edges; or several `.gr` files, by the name of the cost in each.
         start: name of the initial node.
         nodes: file of the nodes' coordinates and labels, if that of the edges has none.
-        cost: the attribute of an edge that is its cost, or several, by the names of the costs; may be left out if an
-            edge has only one number. With several files, the name of the only one to read; None to read all.
+        cost: the attribute of an edge that is its cost, or several attributes, by the names of the costs; may be left
+            out if an edge has only one number. With several files, the name of the only cost to read; None to read all.
         labels: propositions by node, in addition to those of the files.
         propositions: further names that formulas may use, although no node has them.
 
     Raises:
-        ModelError: (on construction) for a `cost` that is not the name of an attribute, or invalid names of costs.
+        ModelError: (on construction) for a `cost` that is neither text nor a mapping, or invalid names of costs.
     """
 
     kind: ClassVar[str] = "graph"

@@ -81,7 +81,7 @@ def read(folder: Path, name: str, key: str) -> Listing:
     place, collects = f"{key}: {name}: ", gc.isenabled()
     if ending(name) not in READERS[key]:
         raise ModelError(f"{place}must end in {', '.join(READERS[key])}, or in one of these and .gz")
-    # Reading makes millions of objects and drops none: looking for garbage takes two fifths of the time of GraphML.
+    # Reading makes millions of objects and frees none: garbage collection takes two fifths of the time for GraphML.
     gc.disable()
     with prefixed(place, ModelError):
         try:
@@ -96,7 +96,7 @@ def read(folder: Path, name: str, key: str) -> Listing:
 
 
 def _contents(path: Path) -> bytes:
-    """Return what is in a regular file, within the limits: 3 MB of zeros may be 3 GB when they are unpacked."""
+    """Return the unpacked contents of a regular file, within the limits: 3 MB of zeros may be 3 GB when unpacked."""
     chunks: list[bytes] = []
     path = bounded(path, most=sys.maxsize)
     opened = gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")
@@ -139,7 +139,7 @@ def _node_link(contents: bytes, key: str) -> Listing:
 
 
 def _of_graph(graph: nx.MultiGraph) -> Listing:
-    """Return the nodes and edges of a graph; its defaults of attributes are those of GraphML."""
+    """Return the nodes and edges of a graph, with the default values of attributes that GraphML allows."""
     directed = graph if graph.is_directed() else graph.to_directed(as_view=True)
     listed = list(map(clocked, directed.edges(data=True)))
     nodes = _columns(list(graph.nodes.values()), graph.graph.get("node_default", {}))

@@ -173,9 +173,9 @@ class GridModel:
 
 
 def _moves(bordered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (S, 4) which of the moves each free cell has, and (E,) int32 where those lead, in order.
+    """Return (S, 4) bool, whether each move exists in each free cell, and (E,) int32, where these moves lead, in order.
 
-    The (height + 2, width + 2) cells have a border of obstacles.
+    `bordered` are the (height + 2, width + 2) cells with a border of obstacles.
     """
     free = bordered[1:-1, 1:-1]
     count, (height, width) = np.count_nonzero(free), free.shape

@@ -16,15 +16,17 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 Integer: TypeAlias = "int | np.integer[Any]"
 
-INTERPRETED_S, UNCOMPILED_S = 0.4, 5.0
-"""CPU time for which kernels run in Python, in all, where there is machine code and where not: loading it or compiling
-takes longer."""
+INTERPRETED_S = 0.4
+"""Total CPU time for which kernels run in Python if machine code is on disk, s: loading it takes longer."""
+
+UNCOMPILED_S = 5.0
+"""Total CPU time for which kernels run in Python without machine code on disk, s: compiling takes longer."""
 
 INTERPRETED_STATES = 3000
 """Most states of a product that is searched in Python."""
 
 SEARCH_CODE = "label_search.run-*.nbi"
-"""Files of the machine code of a search."""
+"""Pattern of the files with the machine code of a search."""
 
 INFINITE = 2**60
 """Cost-to-go where there is no path. A search that meets a cost this large starts again with Python's integers."""
@@ -33,8 +35,7 @@ NO_EDGE = 2**61
 """Cost of an edge that does not exist; larger than any finite cost-to-go plus the cost of an edge."""
 
 UNREACHABLE = 2**29
-"""Stands for INFINITE in tables, whose entries have 32 bits: with 64 a front of eight tasks takes a tenth longer. Sums
-of three of them fit."""
+"""INFINITE in tables of 32-bit entries; sums of three fit. With 64 bits a front of eight tasks takes a tenth longer."""
 
 UNBOUNDED = 2**62
 """A bound that no cost or mu reaches: a label's value plus what one step adds is less than 2^61."""
@@ -45,8 +46,8 @@ class Kernel:
 
     Attributes:
         function: the function in Python.
-        options: of `numba.njit`.
-        compiled: the compiled function; None before.
+        options: options of `numba.njit`.
+        compiled: the compiled function; None until there is one.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -85,7 +86,7 @@ class Kernel:
         """Make the compiled function; with `NUMBA_DISABLE_JIT=1`, for a debugger, it is the function in Python."""
         import numba  # takes half a second
 
-        # Divisors are not compared with 0: none is, and that takes a twentieth of the time of compiling.
+        # No divisor is 0, so divisors are not checked: that would take a twentieth of the time of compiling.
         dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", **self.options)(self.function)
         if dispatcher is not self.function:
             forget_outdated(Path(dispatcher.stats.cache_path))
@@ -100,11 +101,11 @@ def _has_machine_code() -> bool:
 
 
 class Interpreter(threading.local):
-    """Kernels that run in Python.
+    """State of the kernels that run in Python.
 
     Attributes:
-        seconds_left: for how long they may, in all threads, before they are compiled.
-        is_running: whether one runs in this thread, which calls others.
+        seconds_left: CPU time left, in all threads, before kernels are compiled, s.
+        is_running: whether a kernel runs in Python in this thread; those that it calls do, too.
     """
 
     seconds_left: ClassVar[float] = INTERPRETED_S if _has_machine_code() else UNCOMPILED_S
@@ -116,11 +117,11 @@ _interpreter = Interpreter()
 _compiling = threading.RLock()
 
 loading: Callable[[], AbstractContextManager[None]] = nullcontext
-"""Called when numba is loaded; a program may say what takes time."""
+"""Returns the context in which numba is loaded; a program may set it to say what takes time."""
 
 
 def compile_kernels() -> None:
-    """Let compiled functions take the place of all kernels, everywhere in this package; they compile when called."""
+    """Replace all kernels, everywhere in this package, by compiled functions; these compile when they are called."""
     with _compiling:
         waiting = [kernel for kernel in _kernels if kernel.compiled is None]
         if not waiting:
@@ -136,7 +137,7 @@ def compile_kernels() -> None:
 
 
 def is_interpreted() -> bool:
-    """Return whether kernels run in Python for now, so that what they are asked to do at once should be little."""
+    """Return whether kernels still run in Python: then one call should do little work."""
     return _interpreter.seconds_left > 0
 
 
@@ -151,16 +152,16 @@ def bare_kernel(function: F) -> F:
 
 
 def inner_kernel(function: F) -> F:
-    """Compile such a function for other kernels alone, and inline it into them.
+    """Compile a function as `bare_kernel` does, but for other kernels alone, and inline it into them.
 
-    Inlining, which avoids passing tuples of arrays, saves another third; that Python cannot call it, a fifth of the
-    time of compiling.
+    Inlining avoids passing tuples of arrays, which saves another third of the time. As Python cannot call the function,
+    compiling takes a fifth less time.
     """
     return _kernel(function, _nrt=False, forceinline=True, no_cpython_wrapper=True)
 
 
 def _kernel(function: F, **options: Any) -> F:
-    # C code calls none of them.
+    # No C code calls a kernel.
     made = Kernel(function, {"no_cfunc_wrapper": True, **options})
     if not is_interpreted():
         made.compile()

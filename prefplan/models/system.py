@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     from prefplan.models.transition_system import TransitionSystem
 
 Trajectory = tuple[tuple[str, ...], tuple[Hashable, ...], list[frozenset[str]], list[tuple[Fraction, ...]]]
-"""(K,) actions, (K + 1,) states and labels before the first one and after each, and for each cost its (K,) values."""
+"""K actions, the K + 1 states along them, the K + 1 labels of these states, and for each cost its K values."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class System(ABC):
     """A weighted transition system T = (S, s0, A, delta, c, AP, L) (Definition 1).
 
-    A state is whatever the system uses for one: a number if states are listed.
+    The type of states depends on the system: numbers if states are listed.
 
     Attributes:
         start: s0.
         costs: every cost of the actions, the first one first.
         propositions: every name that a formula over this system may use.
         resolution: costs were rounded to multiples of this, in the user's units; None if they were not rounded.
-        left_out: a sentence on actions that it lacks since their costs could not be measured; empty if there are none.
-        display: what people are shown in place of names of objects and locations in actions.
+        left_out: a sentence on the actions left out because their costs could not be measured; empty if there are none.
+        display: names to display for the objects and locations in actions.
     """
 
     start: Any
@@ -49,7 +49,7 @@ class System(ABC):
     @property
     @abstractmethod
     def small(self) -> TransitionSystem | None:
-        """The same, if it has so few states that they are searched as they are."""
+        """The same as `listed` if the system is small enough to be searched like this; else None."""
 
     @property
     @abstractmethod
@@ -83,7 +83,7 @@ class System(ABC):
         return target, to_number(costs[0])
 
     def trajectory(self, actions: Iterable[str]) -> Trajectory:
-        """Return what happens along K actions from the start on.
+        """Return the trajectory of K actions from the start.
 
         Raises:
             ModelError: if an action is not applicable in its state.
@@ -97,13 +97,13 @@ class System(ABC):
         return actions, tuple(map(self.decode, states)), list(map(self.label, states)), columns
 
     def after(self, states: Sequence[Hashable]) -> Self:
-        """Return the same with what its start keeps of the states before it, by their names in plans."""
+        """Return the system with what its start must remember of the states before it, given by name."""
         return self
 
 
 @dataclass(frozen=True)
 class Past:
-    """K actions that were taken before a plan is made again, each with the observation before it.
+    """The K actions of an execution before replanning, each with the observation before it.
 
     Attributes:
         actions: (K,) in order.
@@ -118,7 +118,7 @@ class Past:
     labels: tuple[frozenset[str], ...] = ()
 
     def along(self, system: System, actions: Sequence[str]) -> Trajectory:
-        """Return what happens along actions that begin with these and go on from a system's start.
+        """Return the trajectory of actions that begin with the past and go on from a system's start.
 
         Raises:
             ModelError: if an action is not applicable in its state.

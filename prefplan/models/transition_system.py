@@ -1,4 +1,4 @@
-"""Weighted transition systems (Definition 1) as arrays, for up to 10^6 states and more, and what users give for one."""
+"""Weighted transition systems (Definition 1) as arrays, for up to 10^6 states and more, and their construction."""
 
 from __future__ import annotations
 
@@ -253,14 +253,14 @@ SystemLike: TypeAlias = "System | Model | nx.Graph"
 
 
 def system_of(given: SystemLike, *, start: Hashable | None = None) -> System:
-    """Return the transition system that is given itself, as a model, or as a graph for `from_networkx`.
+    """Return the transition system that is given as such, as a model, or as a graph for `from_networkx`.
 
     `start` is a graph's initial node; None for its attribute `start`, which `TransitionSystem.to_networkx` sets.
 
     Raises:
-        ModelError: it is something else, a graph without a start, or anything but a graph with one.
+        ModelError: something else is given, a graph without a start, or a start with anything but a graph.
     """
-    # It takes 0.1 s to load networkx; who has a graph has loaded it.
+    # Loading networkx takes 0.1 s; a caller who has a graph has loaded it.
     if (networkx := sys.modules.get("networkx")) is not None and isinstance(given, networkx.Graph):
         first = given.graph.get("start") if start is None else start
         if first is None:

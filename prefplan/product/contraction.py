@@ -2,8 +2,8 @@
 
 A label class is *inert* if no automaton ever changes its state on it: delta_i(q, l) = q for every task or rule i and q
 (idempotence is not enough: the empty label makes `a U b` unsatisfiable). States of inert classes are only passed
-through. Contraction keeps the other states and the start, at most 64 in all, with the cost of the cheapest path through
-inert states between each two; so costs are kept, and sequences of labels that are not inert.
+through. Contraction keeps the other states and the start, at most 64 in all; the edge between two of them has the cost
+of the cheapest path through inert states. This preserves costs, and sequences of labels that are not inert.
 """
 
 from collections.abc import Sequence
@@ -95,10 +95,10 @@ def _cheapest_paths(
 def edges_between(
     product: Product, graph: Graph, before: int, after: int, automata: Sequence[int], cost: int
 ) -> list[int]:
-    """Return the edges of a path of one cost between two nodes on which no automaton moves before the last edge.
+    """Return the edges of a path of a given cost between two nodes; no automaton moves before the last edge.
 
-    There are none if there is no such path. Ties go to fewer actions, then to the model's order of actions. The
-    `automata` are the states before, and the cost is as in `Graph.costs`.
+    Return none if there is no such path. Ties go to fewer actions, then to the model's order of actions. `automata` are
+    the automaton states at the first node; `cost` is as in `Graph.costs`.
     """
     rests = (product.tables.delta[np.arange(len(automata)), automata] == np.array(automata)[:, None]).all(axis=0)
     arrays = product.graph.offsets, product.graph.targets, product.graph.costs, product.graph.classes
@@ -119,8 +119,8 @@ def _cheapest_path(
     limit: Integer,
 ) -> np.ndarray:
     """Return the edges, one at least, of a path of cost `limit` through states of (C,) passable classes; or none."""
-    # A link of a path has a number, an edge and the link before it. Of equal costs the heap has the largest item first,
-    # so that ties go to the link made first. A state is left at most once, the source perhaps twice.
+    # A link of a path has a number, an edge and the link before it. Heap items are the numbers times -1: ties go to the
+    # link made first. A state is left at most once, the source perhaps twice.
     most = 2 * targets.shape[0]
     edges, before = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     costs_so_far, links = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)

@@ -24,8 +24,8 @@ from prefplan.problem import Problem
 from prefplan.product.space import BARRED, Automata, Generated, Graph, strides_of
 
 TIE_BITS = 18
-"""Actions are counted in products of fewer than 2**TIE_BITS states: no undominated path meets a state twice, so the
-count cannot overflow. In larger products counting would cost speed."""
+"""Actions are counted, to break ties of cost, in products of fewer than 2**TIE_BITS states. No undominated path meets
+a state twice, so the count cannot overflow. In larger products counting would cost speed."""
 
 NO_STEP = "the search made a step that the model does not have"
 
@@ -35,14 +35,14 @@ READINGS_LIMIT = 2**20
 
 @dataclass(frozen=True)
 class Start:
-    """An initial state of the automata, with what was spent and price before the first action.
+    """An initial state of the automata, with the costs and violation costs before the first action.
 
     Attributes:
         automata: (N + R,) states of the automata of N tasks and R rules, after the labels of the past and L(s0).
         spent: the first cost of the past, in units.
-        finished: (N,) by task, what of that was spent when it was satisfied; None if it was not.
+        finished: (N,) by task, the part of `spent` until the task was satisfied; None if it is not.
         violations: (P,) violation costs in units, of tasks and of rules that may be broken.
-        relaxed: (N,) by task, the labels read with relaxations, by number, and those; None for a task that is skipped.
+        relaxed: (N,) by task, pairs (label, relaxation used to read it), by number; None for a task that is skipped.
     """
 
     automata: tuple[int, ...]
@@ -52,13 +52,13 @@ class Start:
     relaxed: tuple[tuple[tuple[int, int], ...] | None, ...]
 
     def task_costs(self, cost: int) -> list[int]:
-        """Return (N,) the tasks' costs so far, in units of that cost: the past has the first cost only."""
+        """Return (N,) the tasks' costs in the past, in units; a past has the first cost only, so that others are 0."""
         return [0 if cost else self.spent if c is None else c for c in self.finished]
 
 
 @dataclass(frozen=True)
 class History:
-    """One way in which an automaton may have read the past and L(s0); `finished` counts labels."""
+    """One way in which an automaton may have read the past and L(s0); label `finished` satisfied its task."""
 
     state: int = 0
     finished: int | None = None
@@ -70,13 +70,13 @@ class Product:
     """T x A_1 x ... x A_N, with R rules, as tables.
 
     Attributes:
-        problem: what it is made from.
+        problem: the problem that the product is made from.
         listed: the transition system T of `problem`, with all its states.
-        system: the one in which plans are: T, unless that is a smaller one.
+        system: the transition system of the plans: T, or the system that T was reduced from.
         automata: (N,) the weighted automata of the tasks.
-        followers: (N + R,) these, then the automata of the rules, first of the P - N rules that may be broken.
-        graph: the transition system; a cost is units times 2**shift, plus 1 if actions are counted to break ties;
-            int64, or Python's integers where one does not fit.
+        followers: (N + R,) `automata`, then those of the rules, first of the P - N rules that may be broken.
+        graph: T as a graph; a cost is units times 2**shift, plus 1 if actions are counted to break ties; int64, or
+            Python's integers where one does not fit.
         more_costs: the further costs, (E,) each, in units.
         class_sets: one label of each class.
         sizes: (N,) int64, states of each automaton.
@@ -109,7 +109,7 @@ class Product:
                 f"{self.nodes} states and {len(sizes)} automata of {', '.join(map(str, sizes))} states "
                 "make more product states than can be numbered"
             )
-        # For each automaton and label class, in how many ways the class can be read in any state.
+        # For each automaton and label class, the largest number of ways to read the class in one state.
         each = np.diff(self.tables.first_relaxed, axis=2).max(axis=1).astype(object) + 1
         readings = int(np.multiply.reduce(each, axis=0).max(initial=1))
         if readings > READINGS_LIMIT:
@@ -215,7 +215,7 @@ class Product:
         )
 
     def actions(self, steps: np.ndarray) -> Sequence[str]:
-        """Return the actions in `system` of a path of (K,) edges from the start on; AssertionError if it is none."""
+        """Return the actions in `system` of a path of (K,) edges from the start; AssertionError if they are no path."""
         listed = self.listed
         before = np.array([listed.start, *listed.targets[steps[:-1]]])[: len(steps)]
         assert ((listed.offsets[before] <= steps) & (steps < listed.offsets[before + 1])).all(), NO_STEP
@@ -223,7 +223,7 @@ class Product:
 
 
 def _tie_bits(costs: np.ndarray, states: int) -> int:
-    """Return how many bits to count actions in; 0 where equal costs already do, or states or costs are too large."""
+    """Return the number of bits that count actions; 0 if all edges cost the same, or states or costs are too large."""
     uniform = len(costs) == 0 or (costs.min() == costs.max() > 0)
     bits = states.bit_length()
     wide = int(costs.max(initial=0)) << bits >= 2**24
@@ -231,11 +231,11 @@ def _tie_bits(costs: np.ndarray, states: int) -> int:
 
 
 def histories(dfa: WeightedAutomaton, labels: Sequence[frozenset[str]], *, any_price: bool = False) -> list[History]:
-    """Return how an automaton may have read some labels: of ways that lead to the same, the cheapest, or of any price.
+    """Return how an automaton may have read some labels: the cheapest way to each result, or one of each price.
 
-    There is none if no plan may break a rule like this.
+    A result is a state and `finished`. There is no way if the labels break a rule that no plan may break.
     """
-    # Some rules are broken by whatever is read first: then no step leads to the accepting state.
+    # A rule that every trace breaks has an accepting initial state: its price is paid at once, not by a step.
     price = dfa.price if dfa.automaton.accepting == 0 else 0
     found = [] if price is None else [History(price=price)]
     for k, label in enumerate(labels):

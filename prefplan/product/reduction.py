@@ -1,8 +1,8 @@
 """The product that is searched for a problem: of its system, or of a smaller one, whose paths are lifted to it.
 
-The smaller one of a manipulation model is listed, or its states are generated from packed integers. Then the automaton
-of each task has its own alphabet: a letter is a number composed of what each digit of a state contributes to the task's
-propositions.
+The smaller system of a manipulation model is listed, or its states are generated from packed integers. If they are
+generated, each automaton has its own alphabet: a letter is a number, the sum of what the digits of a state contribute
+to the automaton's propositions.
 """
 
 import math

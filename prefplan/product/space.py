@@ -13,27 +13,25 @@ from prefplan.models.kernels import NO_EDGE, Integer, inner_kernel
 from prefplan.models.manipulation.successors import Moves, Steps
 
 BARRED = -1
-"""Stands for the state of a rule's automaton after a label on which no plan may break it."""
+"""Stands for the state of a rule's automaton after a label that breaks the rule, if no plan may break it."""
 
 
 class Automata(NamedTuple):
     """The automata of N tasks, then R rules, over S nodes, of at most Q states and C labels.
 
-    Labels are told apart by class, or by letter where states are generated.
-
-    P tasks and rules have violation costs.
+    Labels are label classes, or letters where states are generated. P tasks and rules have violation costs.
 
     Attributes:
-        sizes: (N + R,) int64, states of each.
+        sizes: (N + R,) int64, number of states of each automaton.
         strides: (N + R,) int64: the code of a product state is its node + sum_i strides[i] q_i, and strides[0] the
             number of nodes, or of integers that stand for states.
         ends: (N, 2) int32, the accepting and the skipped state of each, or -1.
-        delta: (N + R, Q, C) int32, state after the free reading of a label, or `BARRED`.
-        tolls: (P, Q, C) units, the price of the free reading of a label: of breaking a rule; empty if no step has a
-            violation cost. Prices are int64, or Python's integers where one does not fit.
+        delta: (N + R, Q, C) int32, state after reading a label without relaxation, or `BARRED`.
+        tolls: (P, Q, C) units, price of reading a label without relaxation, that is of breaking a rule; empty if no
+            step has a violation cost. Prices are int64, or Python's integers where one does not fit.
         relaxed: (X, 2), of each relaxed reading, the state after it, and its price in units.
-        first_relaxed: (N + R, Q, C + 1) int32: `relaxed[first_relaxed[i, q, c] : first_relaxed[i, q, c + 1]]` are
-            those of a label.
+        first_relaxed: (N + R, Q, C + 1) int32: `relaxed[first_relaxed[i, q, c] : first_relaxed[i, q, c + 1]]` are the
+            relaxed readings of label c in state q.
     """
 
     sizes: np.ndarray
@@ -58,7 +56,9 @@ class Graph:
     """The nodes and edges that are searched, and the states that they stand for.
 
     Attributes:
-        offsets: (S + 1,) int64, targets: (E,) int32, costs: (E,) int64 internal units.
+        offsets: (S + 1,) int64, first edge of each node, and E.
+        targets: (E,) int32, node that each edge leads to.
+        costs: (E,) int64, cost of each edge in units, with low bits.
         classes: (S,) int32, label class of each node.
         states: (S,) state of the transition system that each node stands for.
         start: node of s0.
@@ -106,7 +106,8 @@ class Edges(NamedTuple):
     """A graph of S nodes.
 
     Attributes:
-        offsets: (S + 1,) int64, targets: (E,) int32: edges by source node.
+        offsets: (S + 1,) int64, first edge of each node, and E.
+        targets: (E,) int32, node that each edge leads to.
         classes: (S,) int32, label class of each node.
     """
 
@@ -149,10 +150,10 @@ class Generated(NamedTuple):
 
 
 class Space(NamedTuple):
-    """What a search is over; of the forms of its graph, one is there and the others are None.
+    """The product that is searched, with its graph in one of three forms; the other two are None.
 
     Attributes:
-        automata: the tasks' and the rules'.
+        automata: automata of the tasks and the rules.
         edges: a listed graph.
         shortcuts: a contracted graph.
         generated: a model whose states are generated.

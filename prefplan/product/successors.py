@@ -56,7 +56,7 @@ def successors(
 ) -> Integer:
     """Write all successors of a product state and return how many there are.
 
-    Which arguments are None is known when this is compiled: one branch remains.
+    The compiler knows which arguments are None, and keeps one branch only.
     """
     node = decode(automata, code, buffer.automata)
     count: Integer = np.int64(0)
@@ -127,10 +127,10 @@ def _read(
     buffer: Successors,
     first: Integer,
 ) -> Integer:
-    """Write the states after reading a node's label, in every way it may be read, and return the new count.
+    """Write the states after reading a node's label, one for each way to read it, and return the new count.
 
-    A generated node has no label, but the letters that its digits make. Whatever is written so far, for the automata
-    before, is written once more for each relaxed reading of an automaton.
+    A generated node has no label: each automaton reads a letter that follows from the node's digits. Each relaxed
+    reading of an automaton copies all states that the readings of the automata before have made.
     """
     end = first + 1
     buffer.code[first], buffer.step[first] = node, step

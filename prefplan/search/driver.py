@@ -28,17 +28,17 @@ if TYPE_CHECKING:
 ROWS_AT_FIRST, LABELS_AT_FIRST = 2**14, 2**15
 
 GOALS_AT_ONCE = 2**8
-"""Goals that a run of a kernel may find; each run takes 0.7 ms to begin."""
+"""Most goals that one run of a kernel finds; starting a run takes 0.7 ms."""
 
 INTERPRETED_POPS = 100
-"""Labels popped by a kernel that runs in Python before it may go on compiled; they take some tens of milliseconds."""
+"""Labels popped in one run of a kernel in Python, some tens of milliseconds; the next run may be compiled."""
 
 
 class LabelSearch:
     """Search for all non-dominated vectors of costs and preferences, or for one that is least in one of them.
 
     Attributes:
-        pops: labels popped between two checks of the limits, which then take a few tens of milliseconds.
+        pops: labels popped between two checks of the limits, a few tens of milliseconds.
     """
 
     pops = 2_000
@@ -50,9 +50,9 @@ class LabelSearch:
 
         Args:
             prepared: what is searched.
-            bounds: inclusive, of objectives by name, in the user's units.
+            bounds: inclusive bounds of objectives by name, in the user's units.
             first: the objective whose least value is wanted; None for the whole front.
-            hasty: whether the first goal will do.
+            hasty: whether to stop at the first goal, even if it is not the best.
 
         Raises:
             OverflowError: 64 bits may not be enough.
@@ -86,7 +86,7 @@ class LabelSearch:
 
     @property
     def _keeps_order(self) -> bool:
-        """Whether of two labels of one product state the lexicographically lesser has the lesser continuations."""
+        """Whether, of two labels of a product state, the lexicographically smaller stays so in every continuation."""
         measures = self.problem.objectives
         if all(measure.bi_objective and measure.contract == "additive" for measure in measures):
             return True
@@ -95,7 +95,7 @@ class LabelSearch:
     def reset(self) -> None:
         """Start the search again: the start states are entered as successors of no label."""
         space, count, width = self.prepared.space, len(self._starts), len(self._layout.entries)
-        # The labels of goals, with their exact objectives.
+        # `_found` has the labels of goals, with their exact objectives.
         self._lowest, self._found = 0.0, dict[int, tuple[Any, ...]]()
         counters = np.zeros(len(AT), dtype=np.int64)
         counters[[AT.PARENT, AT.COUNT]] = NONE, count
@@ -133,12 +133,12 @@ class LabelSearch:
         return ordered_number(float(rest)) + FALL if rest >= 0 else -1
 
     def _up_to(self, cost: int) -> int:
-        """Return the largest label cost of at most `cost` units."""
+        """Return the largest cost of a label, with low bits, that is at most `cost` units."""
         shift = self._layout.shift
         return (min(cost, (UNBOUNDED >> shift) - 1) + 1 << shift) - 1
 
     def run(self, *, most_expanded: float = math.inf) -> Result:
-        """Search until all goals are found, so many labels are expanded, or a limit or Ctrl-C stops it.
+        """Search until all goals are found, `most_expanded` labels are expanded, or a limit or Ctrl-C ends the search.
 
         Another call continues the search.
         """
@@ -158,7 +158,7 @@ class LabelSearch:
         return Result(tuple(self._points(self._goals(kept))), ended, below, self.work)
 
     def _run(self, pops: int) -> int:
-        """Run the kernel until `pops` labels are popped or something else ends it; return what did (`END`)."""
+        """Run the kernel until `pops` labels are popped, or it ends for another reason; return the reason (`END`)."""
         prepared = self.prepared
         wait = prepared.improved_after - self.memory.counters[AT.EXPANDED]
         if wait <= 0:
@@ -168,7 +168,7 @@ class LabelSearch:
         elif wait < pops:
             pops = math.ceil(wait)
         if self._values is None and not is_interpreted():
-            # Loads numba. Compiled kernels are given values even if no entry is one.
+            # Importing this loads numba. Compiled kernels are given `Values` even if no entry is a value.
             from prefplan.search.values import Values
 
             self._values = Values(self._layout, lambda label: self.memory.labels.key[label])
@@ -196,7 +196,7 @@ class LabelSearch:
             self.memory = enlarged(self.memory, end, free)
 
     def _accept(self, label: int) -> None:
-        """Keep a goal, unless its objectives, which may have been rounded, exceed a bound."""
+        """Keep a goal, unless its exact objectives exceed a bound: the search may have compared rounded ones."""
         objectives = self._layout.objectives(self.memory.labels.key[label].tolist())
         values = dict(zip(self.problem.objective_names, objectives, strict=True))
         if any(values[name] > bound for name, bound in self.bounds.items()):
@@ -225,7 +225,7 @@ class LabelSearch:
         return bool(self._found) and self._rank(next(reversed(self._found))) >= self._lowest and not self._hasty
 
     def _points(self, goals: list[Goal]) -> list[Goal]:
-        """Return the points of the front among goals: one may dominate others of its first cost, or any if rounded."""
+        """Return the goals that no other one dominates: only one of equal first cost can, unless values are rounded."""
         whole, points, begin = all(o.is_whole for o in self.problem.objectives), list[Goal](), 0
         for goal in sorted(goals, key=attrgetter("objectives")):
             if whole and points and points[-1].objectives[0] < goal.objectives[0]:
@@ -235,7 +235,7 @@ class LabelSearch:
         return points
 
     def _goals(self, labels: Sequence[int]) -> list[Goal]:
-        """Return the goals of some labels, whose plans are made from what the labels say of their paths."""
+        """Return the goals of some labels, with copies of what their plans need of the labels on their paths."""
         last = np.array(labels, dtype=np.int64)
         generations = [last]
         while len(generations[-1]):

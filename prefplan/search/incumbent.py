@@ -1,7 +1,7 @@
-"""The search that suits a problem, with weighted A* beside it for some plan when it may be stopped.
+"""The search that suits a problem, with weighted A* beside it, which finds some plan in case a limit ends the search.
 
-The exact search and weighted A* take turns until the exact search has a plan; each turn may expand twice as many labels
-as the one before. A search that finds its first goal early, as most do, never looks for another plan.
+The exact search and weighted A* take turns until the exact search has a plan; when neither finds one, both may expand
+twice as many labels. If the exact search finds its first goal early, as it mostly does, weighted A* never runs.
 """
 
 from collections.abc import Mapping
@@ -26,9 +26,9 @@ finds better plans, since tasks share paths."""
 
 
 def run_search(product: Product, options: Options, bounds: Mapping[str, Fraction], objective: str | None) -> Result:
-    """Search a product, within inclusive bounds and the present limits; for the front without an `objective`.
+    """Search a product within inclusive bounds and the present limits; for the front if `objective` is None.
 
-    It is searched in compiled code, or in Python's integers where a number might not fit 64 bits.
+    The search is compiled, or `ReferenceSearch` where a number might not fit 64 bits.
 
     Raises:
         LimitError: a limit was reached before the search began.
@@ -37,7 +37,7 @@ def run_search(product: Product, options: Options, bounds: Mapping[str, Fraction
     cost = problem.cost_names[0]
     # The front of one cost and one preference is found sooner than the least value of a preference.
     first = None if problem.is_bi_objective and objective != cost else objective
-    # Some plan is looked for where any will do until there is a better one.
+    # Weighted A* is used where any plan is better than none: no objective but the cost is bounded.
     is_free = problem.is_bi_objective and problem.measure.bi_objective and not bounds.keys() - {cost}
     try:
         prepared = Prepared(product, options, single=is_free and first == cost)

@@ -38,7 +38,7 @@ def infeasible(problem: Problem) -> Reason | None:
 def _irreducible(parts: tuple[T, ...], is_satisfiable: Callable[[tuple[T, ...]], bool]) -> tuple[T, ...]:
     """Return some of the parts that cannot be satisfied together, though any fewer of them can.
 
-    If one or two such parts exist, they are found; else each part that may go without making the rest satisfiable goes
+    A single such part or a pair is found if there is one; else each part is removed if the rest remains unsatisfiable
     (deletion filter: J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint sets in linear
     programs", ORSA Journal on Computing 1991).
     """

@@ -1,4 +1,4 @@
-"""Which entries a label key has, and what they say about the objectives.
+"""The entries of a label key, and how the objectives follow from them.
 
 | entries              | how they grow                                                                         |
 | -------------------- | ------------------------------------------------------------------------------------- |
@@ -10,9 +10,9 @@
 | costs of tasks       | with the cost, until the task is satisfied                                            |
 | violation costs      | where they are paid                                                                   |
 
-The first, up to the mu of every preference, are the objectives. If one label of a product state is no worse than
-another in every entry that is *compared*, then so is each of its continuations in every objective. Under a general
-contract, costs are compared in both directions: they must be equal.
+The first entries, every cost and every mu, are the objectives. If one label of a product state is no worse than another
+in every *compared* entry, then each of its continuations is no worse in every objective than the same continuation of
+the other. Under a general contract, costs are compared in both directions: they must be equal.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class KeyEntry:
     """An entry of a key.
 
     Attributes:
-        how: it grows, as in `labels`.
-        cost: the cost that it grows with.
-        number: of the task or rule, or of the maximum among those of its preference.
+        how: how the entry grows, one of COST .. VALUE of `labels`.
+        cost: number of the cost that it grows with.
+        number: number of the task or rule, or of the maximum among the maxima of its preference.
         objective: the preference that it belongs to, if it belongs to one only.
         formulas: for a value, the formulas whose values are added.
         parts: for a value, the entries that are added.
@@ -66,10 +66,10 @@ class KeyMap:
     """The layout of label keys.
 
     Attributes:
-        problem: the problem whose objectives they are for.
+        problem: the problem.
         shift: number of low bits of the first cost, which count actions.
-        entries: of a key.
-        compared: the entries by which labels are compared, ~e for less of entry e.
+        entries: entries of a key.
+        compared: the entries by which labels are compared; ~e to compare entry e in the opposite direction.
     """
 
     problem: Problem
@@ -79,10 +79,10 @@ class KeyMap:
 
     @classmethod
     def of(cls, product: Product) -> KeyMap:
-        """Return the entries that the objectives of a product's problem need."""
+        """Return the layout with the entries that the objectives of a product's problem need."""
         problem, costs = product.problem, len(product.problem.cost_names)
         entries = [KeyEntry(COST, d) for d in range(costs)]
-        # Those of preferences come next, and are replaced where other entries are needed.
+        # The mu of every preference comes next; it is replaced where it is computed from others.
         entries += [_entries(o)[0] if o.bi_objective else KeyEntry(VALUE) for o in problem.objectives]
         compared = list(range(costs))
         for place, o in enumerate(problem.objectives, costs):
@@ -171,10 +171,10 @@ class KeyMap:
         compared: Sequence[int],
         lexicographic: bool,
     ) -> Keys:
-        """Return the layout as arrays for the kernel, without what evaluates entries; arguments as in `Keys`.
+        """Return the layout as arrays for the kernel, without `evaluate`; arguments as in `Keys`.
 
-        The `columns` are each of the costs, in units, of edges or actions; none where successors come with their only
-        cost.
+        `columns` has, for every cost, the costs in units of all edges or prices; it is empty where successors come with
+        their only cost.
         """
         rates, late, largest = list[np.ndarray](), list[tuple[int, int, int, int]](), 1
         entries = np.zeros((len(self.entries), 3), np.int64)
@@ -215,18 +215,18 @@ class KeyMap:
 
 
 def _entries(o: Measure) -> list[KeyEntry]:
-    """Return the sum and the maxima of a preference, a sum of nothing if it has neither and no formulas."""
+    """Return the sum and the maxima of a preference; an empty sum if the preference has no terms at all."""
     maxima = [KeyEntry(MAXIMUM, o.cost, k, o) for k in range(len(o.maxima))]
     empty = o.bi_objective and not maxima
     return [*([KeyEntry(SUM, o.cost, 0, o)] if o.one_entry or empty else []), *maxima]
 
 
 def _mentioned(problem: Problem, contracts: Sequence[str]) -> tuple[set[tuple[int, int]], set[int], set[int]]:
-    """Return what formulas with some contracts are about.
+    """Return which task costs and violation costs matter to formulas with some contracts.
 
     Returns:
-        each cost and task of which the cost of the task matters; the costs of preferences with a general contract; the
-        tasks and rules whose violation costs matter.
+        pairs (cost, task) of the task costs that matter; the costs of preferences with a general contract; the tasks
+        and rules whose violation costs matter.
     """
     costs, same, violations = set[tuple[int, int]](), set[int](), set[int]()
     for o in problem.objectives:

@@ -2,19 +2,19 @@
 
 C. Hernandez Ulloa et al., "A Simple and Fast Bi-Objective Search Algorithm", ICAPS 2020; for more than two objectives
 as NAMOA* (L. Mandow and J. L. Perez de la Cruz, "Multiobjective A* search with consistent heuristics", Journal of the
-ACM 2010). With one objective wanted, bounds on the others make it Algorithm 1, and without any it is A*.
+ACM 2010). If only one objective is wanted, this is Algorithm 1 with bounds on the others, and A* without.
 
 A new label is compared with all undominated labels of its product state, expanded or not: it is dropped if one of them
 is no worse in every compared entry of the label key (`keys`). It is dropped, too, if the lower bounds of its objectives
 exceed a limit, or are no better than a goal. Labels are expanded in order of the bound of the first objective.
 
-For more than two objectives labels are compared with the expanded ones alone, and again when they are popped (LTMOA*:
-C. Hernandez et al., "Multi-objective Search via Lazy and Efficient Dominance Checks", IJCAI 2023). These have no more
-of the first objective, so that only the other entries are compared, and few labels need be kept (NAMOA*dr: F. J.
+For more than two objectives a new label is compared with expanded labels only, and again when it is popped (LTMOA*:
+C. Hernandez et al., "Multi-objective Search via Lazy and Efficient Dominance Checks", IJCAI 2023). Expanded labels have
+no more of the first objective: only the other entries are compared, and few labels need be kept (NAMOA*dr: F. J.
 Pulido, L. Mandow and J. L. Perez-de-la-Cruz, "Dimensionality reduction in multiobjective shortest path search", 2015).
 
-Heuristic tables are looked up only until the bound puts the label behind those expanded now, and the others when the
-label is popped: most states are never expanded.
+Tables of `pattern_database` are looked up when a product state is first met; the bounds by landmarks and Lagrangian
+relaxation only when a label is popped: most states are never expanded.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ from prefplan.search.labels import (
 
 @bare_kernel
 def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer) -> Integer:
-    """Expand labels until enough goals are found, memory runs out or so many were popped; return which (`END`)."""
+    """Expand labels until enough goals are found, memory is used up or `pops` are popped; return the reason (`END`)."""
     labels, queue, counters, limits = memory.labels, memory.queue, memory.counters, memory.limits
     ranks = labels.key[:, : keys.objectives * keys.lexicographic]
     while True:
@@ -78,7 +78,7 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
             memory.found[counters[AT.FOUND]] = label
             counters[AT.FOUND] += 1
             if keys.objectives == 2:
-                # Goals are found in order of the first objective: better ones have less of the other.
+                # Goals are found in order of the first objective: the next one must have less of the other.
                 limits[1 - keys.first] = labels.key[label, 1 - keys.first] - 1
             else:
                 _add_goal(keys, memory, label)
@@ -94,9 +94,9 @@ def run(space: Space, keys: Keys, bounds: Bounds, memory: Memory, pops: Integer)
 
 @inner_kernel
 def _estimate(automata: Automata, keys: Keys, bounds: Bounds, memory: Memory, label: Integer) -> Integer:
-    """Return a lower bound of a popped label's first objective at the end, UNBOUNDED if it is pruned.
+    """Return a lower bound of the first objective of a popped label's plans, UNBOUNDED if the label is pruned.
 
-    The bound of its product state is raised until it exceeds the estimate of the label, or nothing is left to raise it.
+    If the first objective is the first cost, the bounds by landmarks and by Lagrangian relaxation are looked up here.
     """
     labels, limits, states = memory.labels, memory.limits, memory.buffer.automata
     row, first = memory.states.table[labels.row[label]], keys.first
@@ -209,7 +209,7 @@ def _is_beaten(keys: Keys, memory: Memory, row: np.ndarray, label: Integer) -> b
 
 @inner_kernel
 def _add_goal(keys: Keys, memory: Memory, label: Integer) -> None:
-    """Add a goal, in place of those that prune no more than it does.
+    """Add a goal, and remove goals that prune no more than the new one.
 
     Goals are found in order of the first objective, so that only the others need be compared.
     """

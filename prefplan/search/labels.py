@@ -1,7 +1,7 @@
-"""Labels: how their keys grow along a step and are compared, and the memory for them, product states and the open list.
+"""Labels: how their keys grow along a step and are compared; memory for labels, product states and the open list.
 
-`keys` says which entries a key has. Memory grows by doubling between two runs of a kernel, so that it can be
-limited, and a search interrupted.
+`keys` says which entries a key has. Memory is doubled between two runs of a kernel, so that memory can be limited, and
+a search interrupted.
 """
 
 from collections import namedtuple
@@ -19,7 +19,7 @@ PRODUCT_LIMIT = 2**61
 
 COST, SUM, MAXIMUM, TASK, VIOLATION, VALUE = range(6)
 """How an entry grows: with a cost; at a rate; to a maximum; with a cost until a task is satisfied; only where violation
-costs are paid; as `Keys.evaluate` says."""
+costs are paid; as computed by `Keys.evaluate`."""
 
 
 class Keys(NamedTuple):
@@ -27,22 +27,23 @@ class Keys(NamedTuple):
 
     Attributes:
         entries: (K, 3) int64, how each entry grows, the cost that it grows with, and the row of its rates or its task.
-        rates: (R, 2^N) int64, by satisfied set: what a sum grows by for each unit of its cost, or at least how many
-            times the cost a maximum is.
-        late: (L, 4) int64, entry, task, slope and offset: a sum grows with max(0, slope * cost - offset).
-        violation: (K, P) int64, what each entry grows by for each unit of violation cost.
+        rates: (R, 2^N) int64, by set of satisfied tasks: the growth of a sum per unit of its cost, or the weight w of
+            a maximum, which is at least w times its cost.
+        late: (L, 4) int64, entry, task, slope and offset: until the task is satisfied, a sum grows with
+            max(0, slope * cost - offset).
+        violation: (K, P) int64, growth of each entry per unit of violation cost.
         edge_costs: (D, E) int64, costs of each edge, or of each price where states are generated;
             (1, 0) where successors come with their only cost.
-        compared: (W,) int64, the entries by which labels of a product state are compared; ~e for less of entry e.
+        compared: (W,) int64, entries by which labels of a product state are compared; ~e for e in opposite direction.
         shift: number of low bits of the first cost, which count actions.
-        objectives: O: the first entries are the objectives.
+        objectives: O, the number of objectives, which are the first entries.
         first: the objective in whose order goals are found.
-        lexicographic: whether a label is also no worse than another if its objectives are lexicographically no more;
-            with equal bounds of the first objective, it is then expanded first.
+        lexicographic: whether a label is no worse than another only if its objectives are lexicographically no larger,
+            too. Of labels with equal bounds of the first objective, the lexicographically smallest is expanded first.
         lazy: whether labels are compared with expanded ones only; `compared` then lacks the first objective.
-        cost_limit: from this cost on a product with it might not fit 64 bits.
+        cost_limit: from this cost on, cost times weight might not fit 64 bits.
         computed: whether some entries are values.
-        evaluate: (label) -> whether the values in a label's key could be computed, as in `END`; None in Python.
+        evaluate: (label) -> ENTERED once the values are in its key, or TOO_LARGE (`END`); None in Python.
     """
 
     entries: np.ndarray
@@ -106,17 +107,20 @@ def _before(keys: Keys, key: np.ndarray, d: Integer, step: Integer) -> Integer:
     return before >> keys.shift if d == 0 else before
 
 
-NONE, DOMINATED = -1, -2
-"""Stand for a row or label that does not exist, and for the sibling of a label that another one dominates."""
+NONE = -1
+"""Stands for a row or label that does not exist."""
 
-# Indices of a search's counters. The successors from NEXT to COUNT in the buffer are those of label PARENT (of no label
-# at the start) and still to be entered, so that a run of a kernel continues where the last one ended.
+DOMINATED = -2
+"""Sibling of a label that another label dominates."""
+
+# Indices of a search's counters. The buffer has COUNT successors of label PARENT (of no label at the start), of which
+# NEXT are entered: a run of a kernel continues where the last one ended.
 Counters = namedtuple("Counters", "ROWS LABELS OPEN LOWEST EXPANDED FOUND PARENT NEXT COUNT GOALS")
 AT = Counters(*range(10))
 
 # Columns of a product state's row: satisfied tasks as bits (with GOAL_BIT if no task is left, which makes them
-# negative), the last of its labels, its code, whether the bound by landmarks was looked up, and from BOUND on a lower
-# bound of what each objective grows by.
+# negative), the last of its labels, its code, whether the bound by landmarks was looked up, and from BOUND on lower
+# bounds of the growth of each objective to a goal.
 SATISFIED, HEAD, CODE, LOOKED, BOUND = range(5)
 
 GOAL_BIT = -(2**31)
@@ -142,8 +146,9 @@ class Labels(NamedTuple):
     """Paths to product states.
 
     Attributes:
-        row: (L,) int32, of the product state. parent: (L,) int32, or NONE.
-        step: (L,) int32, the last edge, or the index of its costs; of a label without parent, its start.
+        row: (L,) int32, row of the product state.
+        parent: (L,) int32, label of the path without its last step, or NONE.
+        step: (L,) int32, number of the last edge or its price, NONE if contracted; without a parent, of the start.
         sibling: (L,) int32, the next of the product state's undominated labels, NONE or DOMINATED.
         key: (L, K) int64, entries as in `Keys`.
     """
@@ -163,16 +168,16 @@ class Queue(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What a kernel works on, and continues from where its last run ended.
+    """The state of a search, from which the next run of a kernel continues.
 
     Attributes:
-        states: product states met.
-        labels: of the search.
+        states: product states met so far.
+        labels: labels made so far.
         queue: the open list.
-        found: (F,) int32, labels of the goals found since a run of a kernel ended.
+        found: (F,) int32, labels of the goals that the last run of a kernel found.
         goals: (L,) int32, labels of the goals that prune most, if there are more than two objectives.
         counters: int64, by index `AT`.
-        limits: (O,) int64, inclusive, of the objectives.
+        limits: (O,) int64, inclusive limits of the objectives.
         begin: (S, K) int64, the keys of the starts' labels.
         buffer: successors, and scratch.
     """
@@ -190,7 +195,7 @@ class Memory(NamedTuple):
 
 @inner_kernel
 def slot_of(states: States, code: Integer) -> Integer:
-    """Return the slot of a product state in the hash table: that of its row, or the empty one for it."""
+    """Return the slot of a product state in the hash table; the slot is empty if the state has no row yet."""
     mask = states.slots.shape[0] - 1
     slot = _first_slot(code, mask)
     while states.slots[slot] >= 0 and states.table[states.slots[slot], CODE] != code:
@@ -216,7 +221,7 @@ def rehash(states: States, rows: Integer) -> None:
 
 
 def enlarged(memory: Memory, end: int, free: float) -> Memory:
-    """Return memory of twice the size for what a run of the kernel used up, given why it ended.
+    """Return memory with arrays of twice the size for those that a run of the kernel used up; `end` is why it ended.
 
     Raises:
         LimitError: that would take more than the `free` bytes.

@@ -62,9 +62,9 @@ def plan_of(product: Product, start: Start, edges: Sequence[list[int]], automata
 def _purchases(
     product: Product, start: Start, automata: np.ndarray, labels: Sequence[frozenset[str]]
 ) -> list[Purchase]:
-    """Return the relaxations used along (K + 1,) states of the automata and the rules broken, in order.
+    """Return the relaxations used along (K + 1,) states of the automata, and the rules broken, in order of steps.
 
-    The last labels are those that the automata read; those of the past come first.
+    `labels` begin with those of the past; the automata read the last K + 1 of them.
     """
     problem = product.problem
     first, price, purchases = len(labels) - len(automata), problem.measure.price_unit, list[Purchase]()
@@ -116,8 +116,8 @@ class Result:
     """What a search has found so far.
 
     Attributes:
-        goals: points of the front, in order of the objectives; if none is known, some goal, if one is.
-        ended: what stopped it: `time`, `memory` or `interrupt`; None if nothing did.
+        goals: points of the front, in order of the objectives; if none is known, one goal that is known, or none.
+        ended: what stopped the search: `time`, `memory` or `interrupt`; None if nothing did.
         complete_below: all points of lower cost, units, are among the goals; infinite once the search ran to its end.
         work: of the search.
     """

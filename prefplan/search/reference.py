@@ -11,7 +11,7 @@ each plan, mu_max falls below that plan's mu. Three things differ from the paper
   that no plan found so far dominates, and O is ordered by f, entry by entry.
 - Relaxation (Remarks 1 to 6). A label may be read in several ways, for a price, and there are several x_0.
 
-The compiled searches do the same faster, and are tested against this one; what 64 bits cannot hold is left to it.
+The compiled search does the same faster, and is tested against this one, which also takes numbers beyond 64 bits.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ BYTES_A_LABEL = 1500
 """Measured memory of a label with its key, and its share of the tables."""
 
 SLACK = Fraction(TOLERANCE)
-"""Relative tolerance for Python functions, exact, as some values are too large for floats."""
+"""Relative tolerance of Python functions; a fraction, as some values are too large for floats."""
 
 Vector = tuple[Any, ...]
 Counts = tuple[int, ...]
@@ -60,8 +60,8 @@ class Label:
         pcs: (N,) its preference cost set (Definition 4): the costs (D,) of each task.
         violations: (P,) violation costs, in units.
         f: lower bounds of the costs, in units, and preferences of all plans that begin with the path.
-        actions: how many.
-        parent: parent(x), or how the path begins.
+        actions: number of actions.
+        parent: parent(x), or the start of the path.
         edge: its last edge; -1 at the start.
     """
 
@@ -83,7 +83,7 @@ class ReferenceSearch:
 
         Args:
             product: what is searched.
-            bounds: inclusive, of objectives by name, in the user's units.
+            bounds: inclusive bounds of objectives by name, in the user's units.
             single: whether only the first point is wanted.
 
         Raises:
@@ -245,7 +245,7 @@ class ReferenceSearch:
                 yield edge, (target, *(reading.state for reading in readings)), prices
 
     def _read(self, k: int, q: int, label: int) -> list[Reading]:
-        """Return the ways in which one automaton may read a class of labels; none if that breaks a rule for good."""
+        """Return the ways in which automaton k may read a label class; none if that breaks an unbreakable rule."""
         return self.product.followers[k].readings(q, self.product.class_sets[label])
 
     def _key(self, x: Label) -> Vector:
@@ -270,7 +270,7 @@ class ReferenceSearch:
         )
 
     def _place(self, x: Label) -> Vector:
-        """Return what is equal in labels that are compared: the product state, and all costs if mu may be anything."""
+        """Return what labels must share to be compared: the product state; for a general contract all costs, too."""
         general = sorted({o.cost for o in self._problem.objectives if o.contract == "general"})
         return (x.state, *((x.g[d], *(c[d] for c in x.pcs)) for d in general))
 

@@ -1,8 +1,8 @@
 """Values of expressions and Python functions in label keys: the kernel calls `Values` once for each label.
 
-Expressions are turned into Python functions of a label's key, and computed exactly. Where they are not whole, entries
-are integers in the order of the nearest floats (`ordered_number`): rounded one by one, differences would be noise where
-they should be zero. Python functions compute in floats.
+Expressions are turned into Python functions of a label's key, and computed exactly. If their values are not whole,
+entries are integers in the order of the nearest floats (`ordered_number`). Rounding comes last: differences of rounded
+terms would be noise where they should be zero. Python functions compute in floats.
 """
 
 import ctypes
@@ -32,11 +32,11 @@ class Values(types.WrapperAddressProtocol):
     """The values in label keys, behind a C pointer.
 
     Attributes:
-        error: the exception that a call ended with, if any did; it cannot pass through compiled code.
+        error: the exception that ended a call, if one did: exceptions cannot pass through compiled code.
     """
 
     def __init__(self, layout: KeyMap, key_of: Callable[[int], np.ndarray]) -> None:
-        """Take the layout, and what returns the key of a label."""
+        """Take the layout, and a function that returns the key of a label."""
         self._layout, self._key_of = layout, key_of
         self.error: BaseException | None = None
         self._each = [
@@ -57,7 +57,7 @@ class Values(types.WrapperAddressProtocol):
     def __call__(self, label: int) -> int:
         """Enter the values into the key of a label; return ENTERED, or TOO_LARGE if there is an `error`.
 
-        Before, they are those of the parent; one that falls by rounding remains so.
+        The key has the values of the parent before; a value that falls by rounding only is left as it was.
         """
         try:
             self._enter(self._key_of(label))
@@ -94,7 +94,7 @@ class Values(types.WrapperAddressProtocol):
                 key[e] = exact[e] = entry
 
     def _value(self, entry: KeyEntry, o: Measure) -> ValueOf:
-        """Return what computes an entry: in units of mu, or in the user's units if values are not whole."""
+        """Return a function that computes an entry, in units of mu, or in the user's units if values are not whole."""
         unit, names = Fraction(1) if o.is_whole else o.unit, dict[str, Any]({"Fraction": Fraction})
         terms = [f"k[{part}] * {_text_of(unit)}" for part in entry.parts]
         terms += [self._text(o, formula, names) for formula in entry.formulas]

@@ -1,8 +1,8 @@
-"""Answers to what the arm can do, each found once and kept on disk: one for plans, checks, runs and replanning.
+"""Answers to what the arm can do, cached on disk and shared by plans, checks, runs and replanning.
 
     problem = Problem(model, tasks, preference, feasible=Capability(model))
 
-An answer is kept under all that it depends on: robot, places, objects, fixtures, and the sources that decide.
+The key is a digest of all that an answer depends on: robot, places, objects, fixtures, and the sources that decide.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LIBRARIES = ("daqp", "mink", "mujoco", "numpy", "ompl", "scipy", "trimesh")
 class Capability:
     """What a robot can do in the scene of a model; implements `prefplan.models.feasibility.Feasible`.
 
-    The scene is built, and what that takes is imported, when the first answer is needed that is not known.
+    The scene is built, and the modules for it are imported, only when an answer is needed that is not cached.
     """
 
     def __init__(self, model: ManipulationModel, *, robot: str | None = None, scene: Scene | None = None) -> None:
@@ -50,7 +50,7 @@ class Capability:
             self.__dict__["scene"] = scene
 
     def __getstate__(self) -> dict[str, object]:
-        """Return what is pickled: all but what can be found again."""
+        """Return what is pickled: not the scene and the answers, which can be found again."""
         return {"_model": self._model, "_robot": self._robot}
 
     def check_start(self) -> str | None:
@@ -62,7 +62,7 @@ class Capability:
         return self._kept("start", lambda: PlaceCheck("", self._model.start, self._feasibility.check_start())).reason
 
     def check(self, obj: str, location: str) -> PlaceCheck:
-        """Return what the arm can do with an object at a location; all, where the model does not allow it anyway.
+        """Return what the arm can do with an object at a location; everything if the model does not allow it there.
 
         Raises:
             SimulationError: the scene cannot be built.
@@ -98,11 +98,11 @@ class Capability:
             return None
         if found.take_unless or found.put_unless or found.crowded_by:
             return found
-        # It fails whatever else stands around: so may every transfer there.
+        # It fails whatever else stands around: perhaps every transfer there fails.
         grasped = found.location != transfer.source
         if (always := self.check(transfer.obj, found.location).among(transfer.others, grasped=grasped)) is not None:
             return always
-        # It can be grasped, but not for this.
+        # It can be grasped, but not for this target.
         directly = PlaceCheck(transfer.obj, transfer.target, found.reason, not_from=transfer.source)
         return found if grasped or not transfer.target else directly
 
@@ -111,7 +111,7 @@ class Capability:
         return obj in self._model.initial_state.place and any(place.name == location for place in self._model.locations)
 
     def _kept(self, name: str, answer: Callable[[], PlaceCheck]) -> PlaceCheck:
-        """Return the answer of a name; it is found if it is not known yet, and kept."""
+        """Return the answer of a name; if it is not known yet, find it and cache it."""
         if name not in self._answers:
             self._answers[name] = answer()
             add_line(self._path, json.dumps([name, asdict(self._answers[name])]))
@@ -166,6 +166,6 @@ class Capability:
 
 
 def _decoded(each: dict[str, Any]) -> PlaceCheck:
-    """Return an answer as JSON has it."""
+    """Return the answer decoded from JSON."""
     unless = {key: tuple(map(tuple, each[key])) for key in ("take_unless", "put_unless", "crowded_by")}
     return PlaceCheck(**each | unless)

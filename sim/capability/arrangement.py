@@ -26,10 +26,10 @@ def allowed_places(model: ManipulationModel) -> Iterator[tuple[str, str]]:
 
 
 def arranged(model: ManipulationModel, obj: str, location: str) -> Places | None:
-    """Return where objects are when nothing lies on one at a location; the others are at their starts if possible.
+    """Return places with one object at a location and nothing on it; the others are at their starts if possible.
 
-    Objects that would lie on it or take its place are left out. If the location rests on others, objects are put there
-    where none starts. None if fixed objects make this impossible.
+    Objects that would lie on it or take its place are left out. If the location rests on empty locations, movable
+    objects are put there. None if fixed objects, or too few movable ones, make this impossible.
     """
     start = model.initial_state.place
     places = {other: place for other, place in start.items() if other != obj}

@@ -1,4 +1,4 @@
-"""Attempts: rehearsals with and without the objects that may be in the way, and which of these are."""
+"""Attempts: rehearsals with and without other movable objects, which show which of these are in the way."""
 
 import itertools
 from collections.abc import Mapping
@@ -20,12 +20,12 @@ from sim.world.scene import Scene, initial_state
 from sim.world.shapes import about_z
 
 PLACED_M = 0.001
-"""Usual error of an object's position at a location, m: what is too close by less may fit."""
+"""Usual error of an object's position at a location, m: an object that is too close by less than this may fit."""
 
 MORE_ORIGINS = 2
-"""Number of near locations from which an object is brought, or the hand comes, before that is said to be impossible.
+"""Number of near locations tried as origins, of an object or of the hand, before an action counts as impossible.
 
-An object that can be put back where it is grasped is brought from all others: some grasps do.
+An object that can be grasped at the location and put back there is brought from all others: some grasps fit.
 """
 
 
@@ -34,11 +34,11 @@ class Attempt:
     """How a rehearsal went.
 
     Attributes:
-        rehearsal: what was tried; if it fails for good, without the objects that could be in the way.
+        rehearsal: what was tried; without other movable objects if this second trial showed that it fails for good.
         done: how many of its actions succeeded.
-        error: of the next one; None if all succeeded.
+        error: error of the next action; None if all succeeded.
         for_good: whether it fails whatever other objects are moved away.
-        succeeds_alone: whether all of it succeeds without these.
+        succeeds_alone: whether all its actions succeed with these objects moved away.
     """
 
     rehearsal: Rehearsal
@@ -53,8 +53,8 @@ class Attempts:
 
     Attributes:
         scene: the scene.
-        cell: in which they are made.
-        skills: by kind of action.
+        cell: the workcell in which they are made.
+        skills: skills by kind of action.
     """
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill]) -> None:
@@ -68,10 +68,10 @@ class Attempts:
         return rehearsal.run(self.cell, self.scene, self.skills)
 
     def attempt(self, rehearsal: Rehearsal) -> Attempt:
-        """Run a rehearsal; if it fails, then also without the movable objects that do not carry its own.
+        """Run a rehearsal; if it fails, run it again without the movable objects that do not carry its own.
 
-        If it fails there, too, and not because of what carries it, it fails for good; so it does without a trial if
-        only what is fixed leaves no room for the fingers at the object. (Where it is put down, another grasp may do.)
+        If this fails, too, and not because of the carriers, it fails for good. The second run is left out if only fixed
+        bodies leave no room for the fingers where the object is grasped. (Where it is put down, another grasp may fit.)
         """
         done, error = self.run(rehearsal)
         if error is None:
@@ -95,8 +95,8 @@ class Attempts:
     def hindering(self, attempt: Attempt) -> Neighbours:
         """Return the movable objects because of which an attempt fails, each with its location.
 
-        They leave no room for the fingers, or a rehearsal without any one of them does not fail. None where a location
-        has several slots: then it is not known which of them the objects are in.
+        They leave no room for the fingers, or the rehearsal succeeds without any one of them (`culprits`). Empty where
+        a location has several slots: then it is not known in which of them the objects are.
         """
         error, places, obj = attempt.error, attempt.rehearsal.places, attempt.rehearsal.obj
         if attempt.for_good or error is None:
@@ -111,7 +111,7 @@ class Attempts:
         return tuple((other, places[other]) for other in found if other != obj) if alone else ()
 
     def unsteady(self, attempt: Attempt) -> Neighbours:
-        """Return the objects, each with its location, on which together what an attempt puts down would not rest."""
+        """Return the supports, each with its location, on which together the object of an attempt would not rest."""
         rehearsal, on = attempt.rehearsal, self.scene.model.location(attempt.rehearsal.location).on
         if attempt.done < TAKEN or not isinstance(attempt.error, SkillError):
             return ()
@@ -120,7 +120,7 @@ class Attempts:
     def crowding(self, obj: str, location: str) -> Neighbours:
         """Return other objects, each with a location, beside which there is no room for an object at a location.
 
-        Only locations of one slot that rest on no objects are compared: where else objects are is not known.
+        Only locations of one slot that rest on no objects are compared: elsewhere, the objects' poses are not known.
         """
         places = [place.name for place in self.scene.model.locations if place.capacity == 1 and not place.on]
         if location not in places:
@@ -144,11 +144,11 @@ class Attempts:
 
 
 def while_there(reason: str, unless: Neighbours) -> str:
-    """Return a reason with the objects that have to stand where they do, as far as it does not name them."""
+    """Return a reason followed by the objects with their locations that it depends on and does not name itself."""
     others = [f"{obj} is at {place}" for obj, place in unless if obj not in reason.replace(",", " ").split()]
     return f"{reason} while {' and '.join(others)}" if others else reason
 
 
 def is_at_goal(error: SimulationError | None) -> bool:
-    """Return whether an error is about the fingers at their goal, wherever the hand comes from and goes next."""
+    """Return whether bodies block the fingers at their goal: the hand's way there and its next goal do not matter."""
     return isinstance(error, BlockedError) and error.at_goal

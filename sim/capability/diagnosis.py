@@ -1,4 +1,4 @@
-"""Why the arm cannot grasp an object at a location: how much that is too far away, or the obstacle above too low."""
+"""Why the arm cannot grasp an object: by how much its location is too far away, or the obstacle above it too low."""
 
 import copy
 from collections.abc import Callable, Mapping
@@ -23,10 +23,10 @@ from sim.world.places import under
 from sim.world.scene import Scene, initial_state
 
 MOST_CM = 32
-"""Greatest distance by which a location, or the obstacle above it, is shifted to see whether that would help."""
+"""Greatest trial shift of a location, or of the obstacle above it, cm."""
 
 MOST_APART_MM = 100
-"""Greatest distance by which a location is moved away from an object to see whether that would help."""
+"""Greatest trial shift of a location away from an object, mm."""
 
 ROOF_START_M = 0.002
 """Height above an object from which an obstacle above it is searched for, m."""
@@ -39,7 +39,7 @@ class FailureDiagnosis:
     """Finds the least change of a scene after which a rehearsal would succeed with no object dragged or turned."""
 
     def __init__(self, scene: Scene, cell: KinematicCell, skills: Mapping[str, Skill]) -> None:
-        """Search for changes of a scene, in a cell in which to try them out with skills by kind of action."""
+        """Take a scene, a cell in which changes of it are tried out, and skills by kind of action."""
         self._scene, self._cell = scene, cell
         grasp = skills["grasp"]
         # Dragging and turning take long to search for, and a greater change lets the hand grasp without them.
@@ -89,9 +89,9 @@ class FailureDiagnosis:
         return None if millimetres is None else f"{error}, {millimetres / 10:.1f} cm too close"
 
     def _moved(self, refused: Rehearsal, direction: np.ndarray, unit: float, count: int) -> bool:
-        """Return whether the rehearsal would succeed with the location and its supports moved, level, by some units, m.
+        """Return whether the rehearsal would succeed with the location and its supports shifted by `count` units, m.
 
-        `direction` is a (3,) vector.
+        The shift is the horizontal part of `direction`, a (3,) vector.
         """
         level = direction * [1.0, 1.0, 0.0]
         shift = count * unit * level / max(float(np.linalg.norm(level)), 1e-9)
@@ -111,7 +111,7 @@ class FailureDiagnosis:
         return geom if geom >= 0 else None
 
     def _raised(self, refused: Rehearsal, roof: int, centimetres: int) -> bool:
-        """Return whether the rehearsal would succeed with the geom above, and what lies on it, this much higher."""
+        """Return whether the rehearsal would succeed with the geom above, and what lies on it, raised by some cm."""
         shift = np.array([0.0, 0.0, centimetres / 100])
         model = copy.copy(self._scene.mujoco)
         body = int(model.geom_bodyid[roof])

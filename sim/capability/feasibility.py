@@ -30,7 +30,7 @@ class Feasibility:
 
     def __init__(self, scene: Scene, skills: Mapping[str, Skill] = SKILLS) -> None:
         """Check the arm in a scene, with skills by kind of action."""
-        # How bringing an object went that cannot be grasped at its start; None if it can, if only to be put back there.
+        # By object, the failed attempt to take it from its start; None if it can be grasped there, e.g. to be put back.
         self._immovable: dict[str, Attempt | None] = {}
         self._scene, self._attempts = scene, Attempts(scene, skills)
         self._diagnosis = FailureDiagnosis(scene, self._attempts.cell, skills)
@@ -51,14 +51,14 @@ class Feasibility:
     def check(self, obj: str, location: str) -> PlaceCheck:
         """Return whether an object can be brought to a location, put down and grasped again; the model must allow it.
 
-        Other objects are at their starts, those on it or in its place left out; wherever they are, `crowded_by` tells
-        beside which of them there is no room.
+        Other objects are at their starts, without those on it or in its place. `crowded_by` has all objects and
+        locations, not only their starts, beside which there is no room.
         """
         found = self._check(obj, location)
         return replace(found, crowded_by=self._attempts.crowding(obj, location)) if found.put else found
 
     def _check(self, obj: str, location: str) -> PlaceCheck:
-        """Return what `check` does, without what other objects crowd."""
+        """Return the answer of `check`, without `crowded_by`."""
         places = arranged(self._scene.model, obj, location)
         assert places is not None
         start = self._scene.model.initial_state.place[obj]
@@ -109,9 +109,9 @@ class Feasibility:
         return None
 
     def _is_placeable(self, staying: Rehearsal) -> bool:
-        """Return whether the hand fits in some grasp where an object is put down, without those that do not carry it.
+        """Return whether the hand fits in some grasp where an object is put down, among carriers and fixed objects.
 
-        A rehearsal takes far longer to find that out, and only for the grasps that are possible where it begins.
+        A rehearsal takes far longer, and tries only the grasps that are possible where it begins.
         """
         try:
             staying.alone(self._scene.model).arrange(self._attempts.cell, self._scene)
@@ -120,9 +120,9 @@ class Feasibility:
         return is_placeable(self._attempts.cell, staying.obj, staying.location)
 
     def _stayed(self, staying: Rehearsal) -> Attempt:
-        """Attempt to grasp an object where it is and to put it back; if the way there is blocked, from elsewhere, too.
+        """Attempt to grasp an object and to put it back; if the hand's way is blocked, come from other locations, too.
 
-        A grasp in which it cannot be put back counts as well.
+        A grasp after which the object cannot be put back counts as well: then `done` is `TAKEN`.
         """
         stayed = self._attempts.attempt(staying)
         if not stayed.for_good:
@@ -144,8 +144,8 @@ class Feasibility:
     ) -> tuple[bool, Neighbours]:
         """Return whether an object may be brought to a location, and the objects that have to be moved away first.
 
-        It may also be put down at one of several locations in between, without the objects there: where it starts,
-        walls may leave only grasps that do not fit at the location. `first` is how it went from its start, if tried.
+        It may also be put down in between at one of several `origins`, without the objects there: where it starts,
+        walls may leave only grasps that do not fit at the location. `first` is the attempt from its start, if made.
         """
         start = self._scene.model.initial_state.place[obj]
         if first is not None and first.done < TAKEN:

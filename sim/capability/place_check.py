@@ -21,8 +21,8 @@ class PlaceCheck:
         take: whether it can be grasped there, perhaps after other objects were moved away.
         put: whether it can be put down there, likewise.
         take_unless: other objects with their locations: while all of them stand there, it cannot be grasped.
-        put_unless: the same, while they stand there it cannot be put down.
-        crowded_by: the same: while any of them stands there, there is no room to put it down.
+        put_unless: the same for putting it down.
+        crowded_by: other objects with their locations: while any of them stands there, it cannot be put down beside it.
         not_from: a location from which it cannot be brought there directly, or not while all of `put_unless` stand
             there; empty if none is known.
     """
@@ -39,11 +39,11 @@ class PlaceCheck:
 
     @property
     def words(self) -> str:
-        """Why something cannot be done there; beside which objects there is no room, if that is all."""
+        """The reason; if there is none, beside which objects there is no room."""
         return self.reason or f"no room beside {' or '.join(f'{obj} at {place}' for obj, place in self.crowded_by)}"
 
     def among(self, others: Neighbours, *, grasped: bool) -> PlaceCheck | None:
-        """Return what of it keeps the arm from putting the object down among others, or from grasping it if it has not.
+        """Return what prevents putting the object down among others, or, if it is not `grasped` yet, grasping it.
 
         None if nothing does.
         """

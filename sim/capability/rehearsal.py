@@ -16,8 +16,11 @@ from sim.skills.skill import Skill
 from sim.world.places import under
 from sim.world.scene import Scene
 
-TAKEN, BROUGHT = 2, 4
-"""Number of actions after which an object has been grasped where it is, and after which it has been put elsewhere."""
+TAKEN = 2
+"""Number of actions after which an object has been grasped where it is."""
+
+BROUGHT = 4
+"""Number of actions after which an object has been put down elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Rehearsal:
         return replace(self, actions=self.actions[:count])
 
     def alone(self, model: ManipulationModel) -> Rehearsal:
-        """Return the rehearsal without the movable objects that carry neither its own nor what is put down."""
+        """Return the rehearsal without the movable objects that carry its own neither at first nor at the end."""
         others = dispensable(self, model)
         return replace(self, places={name: place for name, place in self.places.items() if name not in others})
 
@@ -95,7 +98,7 @@ def dispensable(rehearsal: Rehearsal, model: ManipulationModel) -> list[str]:
 def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapping[str, Skill]) -> list[str] | None:
     """Return movable objects because of which a rehearsal fails, while without any one of them it would succeed.
 
-    There are none if it fails without all of them. None if it succeeds.
+    The list is empty if it fails even without all of them; None if it succeeds.
 
     They are found by a deletion filter (J. W. Chinneck and E. W. Dravnieks, "Locating minimal infeasible constraint
     sets in linear programs", 1991).
@@ -105,7 +108,7 @@ def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapp
         return None
 
     def fails(left_out: Collection[str]) -> bool | None:
-        """Return whether it fails without some objects, and leave them out for good if it does; None if it cannot."""
+        """Return whether it fails without some objects, and leave them out if it does; None if others rest on them."""
         nonlocal failing
         places = {name: place for name, place in failing.places.items() if name not in left_out}
         fewer = replace(failing, places=places)
@@ -117,7 +120,7 @@ def culprits(failing: Rehearsal, cell: KinematicCell, scene: Scene, skills: Mapp
 
     others = dispensable(failing, scene.model)
     suspects = [other for other in others if isinstance(error, BlockedError) and other in error.by]
-    # Most often, all others are none of them.
+    # Most often, no other object is a culprit.
     if suspects and fails({*others} - {*suspects}):
         others = suspects
     return [other for other in others if fails([other]) is False]

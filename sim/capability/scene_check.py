@@ -40,7 +40,7 @@ def check_scene(
 
     Args:
         capability: the arm in its scene, which is built if it was not.
-        limits: of time and memory; Ctrl-C ends them, too.
+        limits: of time and memory; Ctrl-C ends the check, too.
         quick: whether to leave out what the arm can do with each object at each location.
         tell: called with the progress.
 

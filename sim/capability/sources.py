@@ -1,4 +1,4 @@
-"""The sources that decide what the arm can do and how it moves: what was found with others is outdated."""
+"""The sources that decide what the arm can do and how it moves: answers found with other sources are outdated."""
 
 import hashlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Transfers: what the arm brings from where to where, rehearsed among the objects that stand around then."""
+"""Transfers of objects between locations, rehearsed among the objects that stand around at that moment."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -17,7 +17,7 @@ class Transfers:
     """Finds which transfers the arm can carry out."""
 
     def __init__(self, attempts: Attempts) -> None:
-        """Take what attempts are made with."""
+        """Take the attempts, which run the rehearsals."""
         self._attempts, self._scene = attempts, attempts.scene
         # Transfers that succeeded, by object, locations, and what is below these.
         self._witnesses: dict[tuple[str, str, str, Neighbours], list[Witness]] = {}
@@ -25,8 +25,8 @@ class Transfers:
     def rehearse(self, transfer: Transfer) -> PlaceCheck | None:
         """Return what the arm cannot do of a transfer; None if it can.
 
-        Where it is not known which objects hinder it, or in which slots of a location they are, it is excluded while
-        all others stand where they do.
+        If it is not known which objects hinder it, or in which slots of a location they are, it is excluded only while
+        all other objects stand where they do.
         """
         obj, source, target, others = transfer
         witnesses = self._witnesses.setdefault((obj, source, target, self._carriers(transfer)), [])
@@ -35,7 +35,7 @@ class Transfers:
         rehearsal = bringing(obj, source, target or source, dict(others)).beginning(BROUGHT if target else TAKEN)
         try:
             attempt = self._attempts.attempt(rehearsal)
-        except ModelError:  # operators of one's own may allow such places
+        except ModelError:  # a user's own operators may allow such places
             return None
         if attempt.error is None:
             cell = self._attempts.cell
@@ -43,7 +43,7 @@ class Transfers:
             return None
         if attempt.done < TAKEN and target:
             taken = self._attempts.attempt(replace(rehearsal.beginning(TAKEN), location=source))
-            # A tilted hand comes in a pose that suits the target: with another one it may get there.
+            # A tilted hand comes in a pose that suits the target: in another pose, it may reach the object.
             same = taken.error is not None and (taken.done or taken.for_good)
             attempt = taken if same else replace(attempt, done=TAKEN)
         return self._refused(transfer, attempt)

@@ -1,4 +1,4 @@
-"""Transfers that succeeded in a rehearsal: among what is clear of their motions, they need not be rehearsed again."""
+"""Transfers that succeeded: among other objects that are clear of their motions, they are not rehearsed again."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from sim.simulation.kinematic_cell import Followed
 from sim.world.scene import Scene
 
 STEP_M = 0.04
-"""Bound on how far a point of the arm moves between two configurations that are looked at, m."""
+"""Bound on how far a point of the arm moves between two configurations that are checked, m."""
 
 CELL_M = 0.05
 """Greatest side of the cells into which parts of the arm are divided, m."""
 
 CLEAR_M = 0.05
-"""Distance of an object from spheres around the parts of the arm and the load at which it hinders nothing, m: half a
-step, and more than any clearance that skills keep."""
+"""An object farther than this from the spheres around the parts of the arm and the load hinders nothing, m: half of
+`STEP_M`, and more than any clearance that skills keep."""
 
 
 class Witness:
@@ -34,11 +34,11 @@ class Witness:
         self._clear: dict[tuple[str, str], bool] = {}
 
     def allows(self, others: Places) -> bool:
-        """Return whether the transfer succeeds among other objects, too: those that stand elsewhere are clear of it."""
+        """Return whether the transfer succeeds among these objects, too: any that stand elsewhere are clear of it."""
         return all(self._is_clear(*one) for one in others.items() if one not in self._others.items())
 
     def _is_clear(self, obj: str, place: str) -> bool:
-        """Return whether an object at a location is clear of all motions; unknown, and so False, on other objects."""
+        """Return whether an object at a location is clear of all motions; False on other objects (pose unknown)."""
         if (obj, place) not in self._clear:
             stands = not self._scene.model.location(place).on
             self._clear[obj, place] = stands and all(
@@ -75,7 +75,7 @@ class Witness:
 
 
 def _cells(model: mujoco.MjModel, geoms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return spheres that fill some geoms: (P,) geom, (P, 3) centre in the geom's frame, m, and (P,) radius, m."""
+    """Return spheres that cover some geoms: (P,) geom, (P, 3) centre in the geom's frame, m, and (P,) radius, m."""
     owners, centres, radii = list[int](), list[np.ndarray](), list[float]()
     for geom in geoms.tolist():
         middle, half = model.geom_aabb[geom].reshape(2, 3)

@@ -1,4 +1,4 @@
-"""Checks of the actions in a log: where each brought the hand, what it cost and did, and what is told of it."""
+"""Checks of the actions in a log: where each brought the hand, its cost and effect, and the events logged for it."""
 
 import math
 from collections.abc import Sequence
@@ -36,8 +36,11 @@ ELSEWHERE = ""
 ARRIVAL_S = 0.35
 """A movement may still settle for this long after its action has ended."""
 
-SURPRISED, ANSWERS = "mismatch", ("retry", "replan", "unaffected", "ended")
-"""Kind of the event of an action without its predicted effect, and the kinds of which one must follow."""
+SURPRISED = "mismatch"
+"""Kind of event after an action without its predicted effect."""
+
+ANSWERS = ("retry", "replan", "unaffected", "ended")
+"""Kinds of events, one of which must follow a mismatch."""
 
 
 def check_actions(log: Log, world: RecordedWorld) -> tuple[list[Label], list[Check]]:
@@ -83,7 +86,7 @@ def _objection_to_label(label: Label, said: Label) -> str | None:
 
 
 def _objection_to_events(log: Log, action: LoggedAction, *, failed: bool) -> str | None:
-    """Return what the events of an action lack if it failed, or None."""
+    """Return which event of an action is missing if it failed, or None."""
     kinds = _kinds_during(log, action)
     if SURPRISED not in kinds:
         return "it failed, and no event says so" if failed else None
@@ -110,10 +113,11 @@ class _Hand:
         self._state: ManipulationState | None = self._space.start
 
     def objection(self, action: LoggedAction, symbolic: Action, label: Label) -> str | None:
-        """Take an action, before which the frames show a label; return what is wrong with its times, moves or cost.
+        """Follow the next action; return what is wrong with its times, moves or cost, or None.
 
         Every transit and transport that succeeds must end with the hand over its location. Grasps and releases must be
-        at the location to which the hand was last moved; after a mismatch, also where the frames show the hand.
+        at the location to which the hand was last moved; after a mismatch, also where the frames show the hand. `label`
+        is that of the frames before the action.
         """
         now, before = action.start + ROUNDING_S, self._ended
         if any(self._begun < time <= now for time in self._answers):
@@ -129,7 +133,10 @@ class _Hand:
         return self._objection_to_cost(action, symbolic) or objection
 
     def _objection_to_times(self, action: LoggedAction, before: float) -> str | None:
-        """Check that actions follow each other within the frames; that none is missing, the simulation shows."""
+        """Return why an action does not follow the one before it, or is beyond the frames; or None.
+
+        A missing action shows in the simulation.
+        """
         if not before - ROUNDING_S <= action.start <= action.end:
             return "it begins before the one before it ends"
         end = float(self._log.times[-1])
@@ -138,7 +145,7 @@ class _Hand:
         return None
 
     def _objection_to_place(self, action: Action, label: Label) -> str | None:
-        """Return which move a grasp or a release lacks, before which the frames show a label, in words, or None."""
+        """Return in words which move is missing before a grasp or a release, or None; `label` is the one before it."""
         obj, places, over = action.obj, self._world.scene.slots.keys(), self._over
         needed = action.location or next((place for place in places if at(obj, place) in label), None)
         if needed is None:  # the object is off every location, or not in the scenario
@@ -162,7 +169,7 @@ class _Hand:
         return f"the hand is {distances}"
 
     def _distances(self, frames: Sequence[int]) -> dict[str, np.ndarray]:
-        """Return, by location, the (frames,) distances from what the hand points at to its middle or a slot, m."""
+        """Return, by location, the (frames,) distances of its middle or nearest slot from where the hand points, m."""
         points = np.array([self._world.pointed_at(frame, POINTED_M) for frame in frames])[:, :, None, :2]
         rows = {place: np.array([slot.position[:2] for slot in row]) for place, row in self._world.scene.slots.items()}
         return {
@@ -171,10 +178,10 @@ class _Hand:
         }
 
     def _objection_to_cost(self, action: LoggedAction, symbolic: Action) -> str | None:
-        """Move on to where the hand is after an action; return that it does not cost what the scenario says, or None.
+        """Update where the hand is after an action; return how its cost differs from the scenario's, or None.
 
-        Measured costs depend on the slots between which the hand moves. Until the first mismatch, these follow from the
-        actions; then the cost between any slots is accepted, and elsewhere between any poses.
+        Measured costs depend on the slots between which the hand moves. Until the first mismatch, the actions determine
+        these. Then the cost between any slots is accepted; if the hand may be at no location, that of any two poses.
         """
         operator, before = self._model.operator(symbolic.kind), self._poses()
         if operator.travels:

@@ -28,7 +28,7 @@ from sim.evidence.scenario_checks import check_scenario
 from sim.evidence.touch_checks import Touches, check_contacts
 
 VERDICTS = ("refuted", "consistent", "proved")
-"""What a certificate says of the claims, from the weakest."""
+"""What a certificate says about the claims, from the weakest to the strongest."""
 
 EXPLAINED_BY = ("mismatch", "ended", "contact")
 """Kinds of events that say why a run is not completed although every task is satisfied."""
@@ -93,7 +93,7 @@ class Certificate:
 
 @contextmanager
 def _checking() -> Iterator[None]:
-    """Refuse unreadable formulas, and keep MuJoCo from writing warnings to a file: forged states may be impossible."""
+    """Raise `LogError` for unreadable formulas; keep MuJoCo's warnings about impossible, forged states out of files."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
@@ -116,7 +116,7 @@ def certify(log: Log, *, scenario: Scenario | None = None) -> Certificate:
         LogError: the scenario in the log cannot be used, so that nothing can be checked.
     """
     given = [check_scenario(log, scenario)] if scenario else []
-    # What a log of another scenario shows is told in its own.
+    # A log of another scenario is checked in its own scenario.
     world = RecordedWorld(log, scenario if all(check.holds for check in given) else None)
     about, own = log.about, world.scenario
     motions, equal = _physics(log, world)
@@ -132,7 +132,7 @@ def certify(log: Log, *, scenario: Scenario | None = None) -> Certificate:
 
 
 def _physics(log: Log, world: RecordedWorld) -> tuple[tuple[Check, ...], bool]:
-    """Simulate the commands again; return checks of what that shows, and whether every digit is equal."""
+    """Simulate the commands again; return the checks of that simulation, and whether every digit is equal."""
     touches = Touches(log, world)
     again = resimulate(log, world, touches)
     forces = again.arrays["pad_forces"]

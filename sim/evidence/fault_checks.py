@@ -13,22 +13,22 @@ from sim.evidence.resimulation import Change
 from sim.simulation.run import Event
 
 FAULT_KINDS = {"slip", "move", "knock", "miss", "foreign", "blind"}
-"""Kinds of faults; on purpose, nothing here is shared with the code that injects them. A kind of one's own, of which no
-state shows an effect, is added."""
+"""Kinds of faults; on purpose, nothing here is shared with the code that injects them. Users may add kinds of their own
+whose effect no state shows."""
 
 FAULT_TIME_S = 1e-6
-"""Greatest difference between the time of a fault and that of the state it leaves."""
+"""Greatest difference between the time of a fault and the time of the state that it sets, s."""
 
 UNMOVED_M = 0.02
-"""Greatest distance by which a knock moves an object at once, m: it changes the velocity alone."""
+"""Greatest distance by which a knock moves an object at once, m: a knock changes only the velocity."""
 
 SLIP_OPENING_M = 0.01
-"""In a slip, the gripper is commanded wider by at least this, m."""
+"""Least increase of the gripper's commanded width in a slip, m."""
 
 
 @dataclass(frozen=True)
 class _Fault:
-    """A fault as its event tells it: `obj` is what it moves from outside, or "", and `begun` the actions before it."""
+    """A logged fault, due with action `due`, after `begun` have begun; `obj` is what it moves from outside, or ""."""
 
     text: str
     time: float
@@ -38,7 +38,7 @@ class _Fault:
     begun: int
 
     def shows_in(self, change: Change) -> bool:
-        """Return whether a change is of what it moves, at its time."""
+        """Return whether a change moves the fault's object at the fault's time."""
         return self.obj == change.joint and abs(self.time - change.time) < FAULT_TIME_S
 
 
@@ -46,7 +46,7 @@ def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> t
     """Check that faults were requested, that changes from outside show them, and that there is no other change.
 
     Returns:
-        The check, and of each fault that the states show, the time, s, and the object that it moved or let slip.
+        The check; and for each fault that the states show, its time, s, and the object that it moved or let slip.
     """
     told = [_read(event, log) for event in log.about.events if event.kind == "fault"]
     wanted, found = Counter(map(str, log.about.setting.get("faults") or ())), Counter(fault.text for fault in told)
@@ -71,7 +71,7 @@ def check_faults(log: Log, world: RecordedWorld, changes: Sequence[Change]) -> t
 
 
 def _read(event: Event, log: Log) -> _Fault:
-    """Return a fault as its event tells it; the kind of one that cannot be read is empty."""
+    """Return the fault in an event; its kind is empty if the event cannot be read."""
     text = str(event.detail.get("fault"))
     parts = re.fullmatch(r"([^:@]+):?(.*)@(\d+)", text)
     kind, argument, due = parts.groups() if parts else ("", "", "0")
@@ -81,7 +81,7 @@ def _read(event: Event, log: Log) -> _Fault:
 
 
 def _objection(fault: _Fault, log: Log, world: RecordedWorld, changes: Sequence[Change]) -> str | None:
-    """Return why a fault did not happen, or None; no state shows a `blind` camera."""
+    """Return why a fault did not happen as logged, or None; no state shows a `blind` camera."""
     if fault.kind not in FAULT_KINDS:
         return "there is no such fault"
     if fault.begun < fault.due:
@@ -90,7 +90,7 @@ def _objection(fault: _Fault, log: Log, world: RecordedWorld, changes: Sequence[
         frame = world.frame_at(fault.time)
         if world.pad_forces[max(0, frame - PRESS_MEMORY_FRAMES) : frame + 1].min(axis=1).max() <= HOLD_FORCE_N:
             return "nothing was in the hand"
-        # The hand is told to open at once, and opens later by the latency.
+        # The hand is commanded to open at once; the command reaches it after the latency.
         last = world.frame_at(fault.time + world.scene.latency) + 1
         first, *widths = (world.robot.gripper.width(float(command)) for command in world.grips[frame : last + 1])
         return None if max(widths, default=0.0) > first + SLIP_OPENING_M else "the hand was not commanded open"

@@ -34,20 +34,20 @@ FORMAT = 4
 """Version of the file format; raised when older files can no longer be read."""
 
 EVENTS = {"fault", "contact", "mismatch", "retry", "replan", "unaffected", "ended"}
-"""Kinds of events in a log: what went wrong, and what was done about it. All else, its frames show."""
+"""Kinds of events in a log: what went wrong, and what was done about it. The frames show everything else."""
 
 ORDER = 2
 """Order of the differences between neighbouring rows: motion at constant velocity becomes zeros."""
 
 ARRAYS = {"times": 1, "qpos": 2, "qvel": 2, "glow": 1}
-"""Names of the arrays with a row for each frame, and their numbers of dimensions. The arm's loads are not among them:
-the commands lead to them, too."""
+"""Names of the arrays with a row for each frame, and their numbers of dimensions. The arm's loads are left out: they
+follow from the commands."""
 
 MORE_ARRAYS = {"controls": 2, "interventions": 2}
 """Names of the arrays with other rows, and their numbers of dimensions."""
 
 DECIMALS = 7
-"""Decimals of states that are kept: a tenth of a micrometre. Further ones are noise, and a third of the file."""
+"""Decimals of states that are kept: a tenth of a micrometre. Further ones are noise that fills a third of the file."""
 
 MAX_BYTES = 2**29
 """Greatest size of all arrays of a log: more than an hour of the simulated arm."""
@@ -67,7 +67,7 @@ class LoggedAction:
         action: e.g. `transport blue san`.
         start: simulated time at which it began, s.
         end: simulated time at which it ended, s.
-        cost: in the scenario.
+        cost: of the action in the scenario.
         label: the propositions that were observed afterwards, sorted.
     """
 
@@ -92,7 +92,7 @@ class About:
         joints: index of each joint in `qpos`, by name.
         actions: in order, failed attempts included.
         events: of the kinds in `EVENTS`, in order of time.
-        claims: of what was achieved.
+        claims: about what was achieved.
         files: contents of the other files that the scenario names, in base64, by path.
     """
 
@@ -211,7 +211,7 @@ def read_log(path: str | Path) -> Log:
 def _arrays(path: str | Path) -> tuple[dict[str, np.ndarray], str]:
     """Return the arrays in a log's file, by name, and its SHA-256; raise `LogError` if it has other or larger parts.
 
-    Nothing is unpacked beyond the size that the archive's directory gives, whatever an array's header says.
+    Nothing is unpacked beyond the size in the archive's directory, even if an array's header claims more.
     """
     try:
         with open(path, "rb") as file:

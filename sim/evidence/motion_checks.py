@@ -1,4 +1,4 @@
-"""Checks of the motions in a log: that they end at rest, keep joint limits, and have the events that are told."""
+"""Checks of the motions in a log, which must end at rest and keep the joint limits, and of its events."""
 
 from collections.abc import Mapping
 
@@ -11,10 +11,10 @@ from sim.robots.robot import Robot
 from sim.simulation.run import FRAME_RATE_HZ
 
 REST_SPEED_M_S = 0.01
-"""Greatest mean speed of an object at the end of a run that is claimed to be completed."""
+"""Greatest mean speed of an object at the end of a run that is claimed to be completed, m/s."""
 
 REST_PERIOD_FRAMES = round(0.2 * FRAME_RATE_HZ)
-"""Number of frames over which that mean is taken."""
+"""Number of frames over which the mean speed at the end is taken."""
 
 LAST_EVENT_S = 1.0
 """An event is recorded at most this long after the last frame."""
@@ -35,7 +35,7 @@ def check_rest(log: Log, world: RecordedWorld) -> Check:
 
 
 def check_events(log: Log) -> Check:
-    """Check that events are of kinds that a log tells, in order, and within the run."""
+    """Check that events are of the kinds in `EVENTS`, in order of time, and within the run."""
     before = 0.0
     for event in log.about.events:
         if not before <= event.time <= log.times[-1] + LAST_EVENT_S:
@@ -47,7 +47,7 @@ def check_events(log: Log) -> Check:
 
 
 def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]) -> list[Check]:
-    """Check the arm's joint positions, and its loads when it was simulated again, against their limits.
+    """Check the arm's recorded joint positions, and its loads when simulated again, against their limits.
 
     Speeds, accelerations, torques and torque rates are those of the simulated joints, contacts included; accelerations
     and torque rates are differences between two steps of the simulation, except where MuJoCo misses a contact
@@ -63,7 +63,7 @@ def check_limits(log: Log, world: RecordedWorld, loads: Mapping[str, np.ndarray]
 
 
 def _within(name: str, shares: np.ndarray, log: Log, robot: Robot) -> Check:
-    """Return whether shares of a limit, (T, n), stay below 1."""
+    """Check that (T, n) shares of a limit do not exceed 1."""
     frame, joint = np.unravel_index(int(shares.argmax()), shares.shape)
     most = f"{shares[frame, joint]:.1%} of the limit, {robot.joints[joint]} at {log.times[frame]:.2f} s"
     if shares.max() <= 1:

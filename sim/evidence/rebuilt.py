@@ -1,4 +1,4 @@
-"""The scene of a logged run, built again from a scenario, the log's own or a given one, and the log's setting."""
+"""The scene of a logged run, built again from the log's setting and a scenario: the log's own or a given one."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,14 +22,13 @@ from sim.world.scene import Scene, build_scene
 MAX_UNKNOWN_OBJECTS = 20
 """Greatest number of objects that are not in the scenario."""
 
-
 SETTING = {"seed": int, "perturbation": str, "faults": list, "interrupted": bool}
-"""What the setting of a run says, and of which type each is."""
+"""Keys of the setting of a run, and the type of each value."""
 
 
 @contextmanager
 def refusing(words: str) -> Iterator[None]:
-    """Turn errors in what a log says into a `LogError` that begins with some words."""
+    """Turn errors in the contents of a log into a `LogError` that begins with some words."""
     try:
         yield
     except LogError:

@@ -29,18 +29,18 @@ UPRIGHT_TILT_RAD = np.radians(20)
 """Greatest tilt of an object that stands."""
 
 AT_HEIGHT_M = 0.008
-"""Greatest difference of the height of an object at a location from that at which it stands there: one that leans on
+"""Greatest vertical distance from a location's surface to the underside of an object there, m: an object that leans on
 something may touch the surface and yet be higher."""
 
 NOISE_FACTOR = 2
-"""Greatest error of a measured position in multiples of `RecordedWorld.noise`: a measurement averages ten observations,
-so that these are six standard deviations, and four of the distance between two objects."""
+"""Greatest error of a measured position, in multiples of `RecordedWorld.noise`: as a measurement averages ten
+observations, this is six of its standard deviations, and four of those of the distance between two objects."""
 
 HOLD_FORCE_N = 0.5
 """Least contact force of each pad on a held object: about the weight of a default cube."""
 
 TIPS_M = 0.008
-"""Distance between the middle of the pads and an object from which on only their tips hold it."""
+"""Distance of an object from the middle of the pads, m, beyond which only the tips of the pads hold it."""
 
 PRESS_MEMORY_FRAMES = round(0.2 * FRAME_RATE_HZ)
 """Number of frames that a contact force counts for: simulated contacts flicker."""
@@ -50,25 +50,25 @@ class RecordedWorld:
     """The world of a log, at one frame at a time.
 
     Attributes:
-        scenario: read from the log, unless one is given.
-        model: its manipulation model.
-        actions: of the run, as the model has them.
+        scenario: the given one, or else read from the log.
+        model: the scenario's manipulation model.
+        actions: the run's actions, parsed by the model.
         mujoco: the scene's MuJoCo model.
-        robot: whose arm moved.
-        scene: perturbed as the log's setting says.
-        start: (nq,) positions at which the run begins, by its seed.
+        robot: the scene's robot.
+        scene: the scene, perturbed as the log's setting says.
+        start: (nq,) positions at which the run begins, drawn with its seed.
         noise: standard deviation of an observed coordinate, m.
-        bias: (3,) constant error of every observed position, by the seed, m.
-        objects: of the scenario, and those that faults added.
+        bias: (3,) constant error of every observed position, drawn with the seed, m.
+        objects: names of the scenario's objects, and of those that faults added.
         grips: (T,) commands of the gripper.
-        pad_forces: (T, pads) contact force on each of the gripper's pads, N, as far as it was simulated again.
+        pad_forces: (T, pads) contact force on each of the gripper's pads, N; 0 where it was not simulated again.
 
     Raises:
         LogError: (on construction) the scenario in the log cannot be read or built, or its frames do not fit into it.
     """
 
     def __init__(self, log: Log, scenario: Scenario | None = None) -> None:
-        """Build the scene of a scenario, or if it is None, that which the log describes."""
+        """Build the scene of a scenario; None for the one that the log describes."""
         about = log.about
         self._log = log
         self.scenario = scenario or described(about)
@@ -115,19 +115,19 @@ class RecordedWorld:
     def label(self, said: Label | None = None) -> Label:
         """Return the propositions, marks aside, that hold in the frame that is shown.
 
-        What an observation with noise may have shown or not is taken as it was `said`, if it was.
+        What a noisy observation leaves open is taken from `said`, the label in the log, if it is given.
         """
         held = self.held()
-        # What hangs at the tips of the pads is held by them, but not so that an observation shows it in the hand.
+        # An observation need not show an object in the hand that hangs at the tips of the pads.
         if held and said is not None and holding(held) not in said and self._is_at_tips(held):
             held = None
         resting = {at(obj, place) for obj, place in self.resting(held, said).items()}
         return frozenset(resting | ({holding(held)} if held else set()))
 
     def held(self) -> str | None:
-        """Return the object in contact with all pads that they pressed within `PRESS_MEMORY_FRAMES`, or None.
+        """Return the object in contact with all pads, if they pressed within the last `PRESS_MEMORY_FRAMES`, or None.
 
-        Only frames count in which the gripper was commanded to hold.
+        Only frames in which the gripper was commanded to hold count.
         """
         recent = slice(max(0, self._frame - PRESS_MEMORY_FRAMES), self._frame + 1)
         pressed = self.pad_forces[recent].min(axis=1) > HOLD_FORCE_N
@@ -148,9 +148,9 @@ class RecordedWorld:
     def resting(self, held: str | None, said: Label | None = None) -> dict[str, str]:
         """Return the location of every object that rests at one, as the camera shows it, except the held one.
 
-        An object rests where it stands near a slot, level with its surface; at a location on others, near the middle of
-        the objects there, level with the top of one. Of more objects than a location has slots, only the nearest count.
-        What noise leaves open is as `said`.
+        An object rests at a location if it stands near a slot, level with the surface. At a location on others, it
+        stands near the middle of the objects below, level with the top of one of them. If a location has more objects
+        than slots, only the nearest count. What noise leaves open is taken from `said`, as in `label`.
         """
         elsewhere = {held, *self.fallen()}
         objects = [obj for obj in self.objects if obj not in elsewhere and self._stands(obj)]
@@ -170,7 +170,7 @@ class RecordedWorld:
         return kept
 
     def _rests(self, obj: str, place: Location, carriers: Mapping[str, str], *, slack: float) -> bool:
-        """Return whether a standing object is at a location, given the objects at those below it."""
+        """Return whether a standing object is at a location, given the objects at the locations below that."""
         position, slots = self._observed(obj), self._slots(place)
         middles, floors = slots, [slots[0][2]]
         if place.on:

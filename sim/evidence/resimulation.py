@@ -24,30 +24,36 @@ from sim.simulation.run import FRAME_RATE_HZ
 EXACT = {"times": 1e-6, "qpos": 0.6 * 10**-DECIMALS, "qvel": 0.6 * 10**-DECIMALS}
 """Arrays that are compared, and the greatest difference due to rounding."""
 
-FRAME_TOLERANCE, FRAME_TURN = 0.001, 0.005
-"""Greatest difference of a recorded position from the one simulated from the frame before it, m or rad, and of an entry
-of a quaternion: pies and jars that stand on their rims tremble."""
+FRAME_TOLERANCE = 0.001
+"""Greatest difference of a recorded position from the one simulated from the frame before it, m or rad."""
+
+FRAME_TURN = 0.005
+"""Greatest such difference of an entry of a quaternion: pies and jars that stand on their rims tremble."""
 
 MAX_DRIFT = 5
-"""Greatest sum of these differences over any part of a run from its start, in multiples of the greatest one: 5 mm and 3
-degrees. Those of honest runs reach 0.007."""
+"""Greatest sum of these differences from the start of a run to any frame, in multiples of the greatest single one: 5 mm
+and 3 degrees. The sums of honest runs reach 0.007."""
 
-IMPACT_M_S, LEVER_M = 0.5, 0.1
-"""An object whose velocity changes by more than this in a frame was hit: its weight does not do that. What is beyond it
-turns the object, at this lever."""
+IMPACT_M_S = 0.5
+"""An object whose velocity changes by more than this in a frame, m/s, was hit: its weight does not do that."""
 
-IMPACT_SHARE, SPIN_SHARE = 0.1, 0.5
-"""Shares of these changes by which it may move and turn otherwise: how an object bounces off depends on digits that are
-not recorded."""
+LEVER_M = 0.1
+"""Lever at which the change of velocity beyond `IMPACT_M_S` turns a hit object, m."""
+
+IMPACT_SHARE = 0.1
+"""Share of a hit object's change of velocity by which its motion may differ: a bounce depends on unrecorded digits."""
+
+SPIN_SHARE = 0.5
+"""Share of a free object's change of angular velocity in a frame by which its rotation may differ."""
 
 SPEED_TOLERANCE = 0.05
-"""Greatest change of a velocity that counts as none where a frame is not reproduced exactly, m/s or rad/s."""
+"""Greatest change of a velocity from outside that is ignored where frames are not reproduced exactly, m/s or rad/s."""
 
 ENVIRONMENT = ("mujoco", "machine")
 """Two simulations with the same versions of these are equal bit by bit."""
 
 FREELY_SET = int(mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL | mujoco.mjtState.mjSTATE_WARMSTART)
-"""What a fault may set; what else a step depends on, such as forces from outside, follows from the steps before."""
+"""The part of the state that a fault may set; the rest, e.g. forces from outside, follows from the steps before."""
 
 
 class Change(NamedTuple):
@@ -70,9 +76,9 @@ class Resimulation:
 
     Attributes:
         check: whether they agree.
-        equal: whether every digit does, in an equal environment.
-        changes: from outside, in order of time.
-        arrays: what the recorder has of the simulation, by the names in `sim.simulation.run.Run`.
+        equal: whether every digit agrees, in an equal environment.
+        changes: the changes from outside, in order of time.
+        arrays: the recorder's arrays of the simulation, by their names in `sim.simulation.run.Run`.
     """
 
     check: Check
@@ -82,9 +88,9 @@ class Resimulation:
 
 
 def resimulate(log: Log, world: RecordedWorld, touches: Touches) -> Resimulation:
-    """Compare a log with a simulation of its commands, see above.
+    """Compare a log with a simulation of its commands, as this module's docstring explains.
 
-    Contacts are looked for in every frame, and at the end of every control period.
+    Contacts are checked in every frame, and at the end of every control period.
     """
     here, there = versions(), log.about.versions
     other = [
@@ -109,7 +115,7 @@ def _simulated(
     """Simulate the commands of a log; with `frame_by_frame`, every frame begins from the recorded one.
 
     Returns:
-        What the recorder has of the frames, the changes from outside, and an objection to one that no fault makes.
+        The recorder's arrays of the frames, the changes from outside, and an objection if no fault makes one of them.
     """
     data, recorder = mujoco.MjData(world.mujoco), Recorder(world.scene)
     changes, forced = list[Change](), None
@@ -144,7 +150,7 @@ def _simulated(
 def _intervene(
     data: mujoco.MjData, state: np.ndarray, qpos_slack: float | np.ndarray, qvel_slack: float
 ) -> list[Change] | None:
-    """Set a state, and return what that moves by more than some slack; None if it sets what no fault does."""
+    """Set a state, and return the changes that exceed some slack; None if it sets what no fault may set."""
     model = data.model
     qpos, qvel, rest = data.qpos.copy(), data.qvel.copy(), _rest(data)
     mujoco.mj_setState(model, data, state, STATE)
@@ -159,7 +165,7 @@ def _intervene(
 
 
 def _rest(data: mujoco.MjData) -> np.ndarray:
-    """Return what no fault may set of the state."""
+    """Return the part of the state that no fault may set."""
     rest = np.empty(mujoco.mj_stateSize(data.model, STATE & ~FREELY_SET))
     mujoco.mj_getState(data.model, data, rest, STATE & ~FREELY_SET)
     return rest
@@ -189,7 +195,7 @@ def _difference(
     """Return where (T, ...) differences first exceed a tolerance, in words, or None."""
     firsts = list[tuple[int, str]]()
     for name, tolerance in tolerances.items():
-        # What is not finite differs, too.
+        # Values that are not finite count as different.
         frames = np.flatnonzero(~(np.abs(off[name]) <= tolerance).all(axis=1))
         firsts += [(int(frame), name) for frame in frames[:1]]
     if not firsts:

@@ -15,18 +15,18 @@ from sim.evidence.log import Log
 from sim.evidence.replay import HOLD_FORCE_N, PRESS_MEMORY_FRAMES, RecordedWorld, touching
 
 REST_TIMEOUT_S = 2.0
-"""For this long after a fault has moved an object, it may touch anything."""
+"""Time after a fault has moved an object during which the object may touch anything, s."""
 
 LASTING_S = 0.5
-"""A touch that is interrupted for no longer than this lasts."""
+"""Longest interruption of a contact that still counts as the same contact, s."""
 
 
 class Touches:
-    """The contacts in a simulation of one of the robot, or of the object of the current action, with another body.
+    """The contacts of the robot, or of the current action's object, with other bodies in a simulation.
 
     Attributes:
-        world: in which it is simulated.
-        checked: number of states.
+        world: the recorded world.
+        checked: number of states checked.
     """
 
     def __init__(self, log: Log, world: RecordedWorld) -> None:
@@ -38,9 +38,9 @@ class Touches:
         self._is_finger = world.robot.fingers(model)
         # The simulation ignores collisions between the robot's own links.
         world.robot.let_links_collide(model)
-        # Of each geom, the name of its body or of the nearest one above that has one.
+        # The name of each geom's body, or of the nearest ancestor with a name.
         self._names = np.array([_name_of(model, int(body)) for body in model.geom_bodyid])
-        # Before the first action and in each one, which geoms are its object's.
+        # Which geoms belong to the action's object: before the first action, when there is none, and in each action.
         self._is_load = [self._names == obj for obj in ("", *(action.obj for action in world.actions))]
         self._starts = [action.start for action in log.about.actions]
         self._of_robot = list[tuple[float, str, str]]()
@@ -48,9 +48,9 @@ class Touches:
         self._of_load = list[tuple[tuple[float, str, str], int, int]]()
 
     def look(self, data: mujoco.MjData, frame: int, *, recorded: bool) -> None:
-        """Add the contacts in a simulated state, at or after a frame, by its number.
+        """Add the contacts in a simulated state, at or after the frame with a number.
 
-        In a state that is `recorded`, as that frame, contacts between the robot's own links count, too.
+        If the state is `recorded` as that frame, contacts between the robot's own links count, too.
         """
         self.checked += 1
         time = float(data.time)
@@ -73,9 +73,9 @@ class Touches:
     def unwanted(self) -> list[tuple[float, str, str]]:
         """Return time, s, and the names of the bodies of each unwanted contact, the one that moves first.
 
-        The fingers may touch the object of the current action. While both pads press it, the object may touch what it
-        touches when they begin or cease to press it in the action, which may set it down and grasp it again: its
-        supports and neighbours. While it is carried, it may touch nothing.
+        The fingers may touch the object of the current action. While all pads press the object, it may touch only its
+        supports and neighbours: what it touches when the pads begin or cease to press it in the action, which may set
+        it down and grasp it again. While it is carried, it may touch nothing.
         """
         pressed = self.world.pad_forces.min(axis=1) > HOLD_FORCE_N
         knocks = [(knock, action) for knock, action, frame in self._of_load if pressed[frame : frame + 2].all()]
@@ -83,7 +83,7 @@ class Touches:
         return sorted(self._of_robot + [knock for knock, action in knocks if knock[2] not in allowed[action]])
 
     def _neighbours_in(self, action: int, pressed: np.ndarray) -> set[str]:
-        """Return what the object of an action may touch there; `pressed` says in which frames all pads press."""
+        """Return what the object of an action may touch during it; `pressed` tells in which frames all pads press."""
         symbolic, log = self.world.actions[action], self._log
         found = set[str]()
         if self.world.model.operator(symbolic.kind).travels:
@@ -102,10 +102,10 @@ class Touches:
 
 
 def check_contacts(log: Log, touches: Touches, moved: Sequence[tuple[float, str]]) -> Check:
-    """Check that nothing unwanted was touched, neither in the log's own words nor when it was simulated again.
+    """Check that there was no unwanted contact, neither by the log's own events nor when it was simulated again.
 
-    An object may touch anything for a while after a fault that the states show has moved it, and what it touches then
-    for as long as that lasts; `moved` has these faults' times, s, and objects.
+    For a while after a fault has moved an object, the object may touch anything; a contact of that time is excused as
+    long as it lasts. `moved` has the times, s, and objects of the faults that the states show.
     """
     events = (event for event in log.about.events if event.kind == "contact")
     told = [(event.time, str(event.detail.get("moving")), str(event.detail.get("other"))) for event in events]

@@ -29,9 +29,9 @@ class _GivenUp(Exception):
 
 
 class ClosedLoop:
-    """The `execution` of a `plan` that is planned again after mismatches.
+    """The `execution` of a `plan`, with new plans after mismatches.
 
-    If the run was completed, the plan's actions are those that were carried out.
+    After a completed run, the actions of `plan` are those that were carried out.
     """
 
     def __init__(
@@ -43,14 +43,14 @@ class ClosedLoop:
         go_on: GoOn,
         on_progress: Callable[[int, int, str], None] = lambda done, total, action: None,
     ) -> None:
-        """Prepare the execution, which is at its start, of a problem's plan; `run` carries it out.
+        """Prepare to carry out a problem's plan by `run`; the execution is at its start.
 
         `go_on` returns the plan to follow after a mismatch, e.g. `prefplan.replanning.continue_cheaply`; `on_progress`
-        is called before each action with the number of actions done, that of all actions, and its name.
+        is called before each action with the number of actions done, the number of all actions, and the action's name.
         """
         self.execution, self.plan = execution, plan
         self._problem, self._go_on, self._on_progress = problem, go_on, on_progress
-        # The problem without the tasks that were given up, and why they were.
+        # The problem without the tasks that were given up, and the reasons.
         self._goal = problem
         self._shortfalls: list[str] = []
         self._states: list[ManipulationState] = [cast(ManipulationState, problem.system.decode(problem.system.start))]
@@ -69,8 +69,8 @@ class ClosedLoop:
     def run(self) -> None:
         """Carry the plan out until it is completed or given up; if it is given up, `execution.reason` says why.
 
-        If some tasks can no longer be done, the others are, except those that would make one of the former impossible
-        for good.
+        If some tasks can no longer be satisfied, the others still are, except those that would make one of the former
+        impossible for good.
         """
         try:
             if not self.execution.check_state():
@@ -152,12 +152,12 @@ class ClosedLoop:
         self.execution.cell.log_event("replan", **detail)
 
     def _system(self) -> System:
-        """Return the model from the current state on, without the actions that are barred after failures."""
+        """Return the model from the current state on, without the actions barred after failures."""
         system = self.execution.scene.model.transition_system().without(self._failures.excluded)
         return system.after(self._states)
 
     def _plan_on(self, surprise: str, system: System) -> tuple[str, System]:
-        """Plan from the current state in a model; return the reason for the new plan, and the model in which it is."""
+        """Plan from the current state in a model; return the reason for the new plan, and the model that it uses."""
         past, labels = self._past(), self._labels
         problem = replanning.keeping_satisfiable(self._goal, self._left_out(self._goal), labels)
         go_on = self._go_on if self._goal is self._problem else replanning.continue_cheaply
@@ -183,7 +183,7 @@ class ClosedLoop:
         return plan if self._goal is self._problem else replanning.valued(self._problem, past, plan, system)
 
     def _is_unaffected(self, system: System) -> bool:
-        """Return whether the rest of the plan has the same labels and costs in a new model as it was predicted to."""
+        """Return whether the rest of the plan has the predicted labels and costs in a new model, too."""
         run = self.execution
         rest = self.plan.actions[len(run.steps) :]
         try:
@@ -206,7 +206,7 @@ class ClosedLoop:
         )
 
     def _why_no_plan(self, surprise: str, error: NoPlanError) -> str:
-        """Return in a sentence why there is no longer a plan for all tasks."""
+        """Return in words why there is no longer a plan for all tasks."""
         why, spared = [surprise], {task.name for task in self._left_out(self._goal)}
         if broken := replanning.violated(self._goal, self._labels):
             why.append(f"{' and '.join(broken)} {'is' if len(broken) == 1 else 'are'} violated beyond repair")
@@ -221,7 +221,7 @@ class ClosedLoop:
         return "; ".join([*why, *(f"{obj} {reason}" for obj, reason in self.execution.lost.items())])
 
     def _leave_tasks_out(self, why: str, past: replanning.Past, system: System) -> None:
-        """Continue with those tasks alone that can be done without making one of the others impossible for good."""
+        """Continue with only those tasks that can be satisfied without making another one impossible for good."""
         goal = self._goal
         found = replanning.achievable(goal, past, system)
         if found is None:
@@ -241,7 +241,7 @@ class ClosedLoop:
         self._shortfalls.append("; ".join([why, *words]))
 
     def _what_could_be(self, problem: Problem, plan: Plan, spoils: Sequence[str]) -> list[str]:
-        """Return in words which more tasks a plan would satisfy or skip, and which others it would make impossible."""
+        """Return in words which further tasks a plan would satisfy or skip, and which it would make impossible."""
         done = ledger_of(self._problem, self.plan, self.execution.steps).satisfied
         skipped = {bought.task for bought in plan.relaxations if bought.assume is None}
         ahead = [name for name in problem.names if done[name] is None]

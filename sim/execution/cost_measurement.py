@@ -26,7 +26,7 @@ from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SAMPLES = 4
-"""Simulations of an action, spread over the states in which it is applicable; if it has more objects, one for each."""
+"""Number of simulations of a pair, spread over its states; at least one for each object that the action can have."""
 
 BATCH = 8
 """Number of actions that a process measures before it reports them: a few seconds of work."""
@@ -36,7 +36,7 @@ BATCH = 8
 class Trial:
     """An action to simulate, e.g. `transport blue san`, and the state of the model before it.
 
-    `put` is the object that the hand has just released and is above; None if the hand came from elsewhere.
+    `put` is the object that the hand has just released and is still above; None if the hand came from elsewhere.
     """
 
     state: ManipulationState
@@ -55,9 +55,9 @@ class Failure:
 def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
     """Return the simulations for every kind of action and pair of hand poses that occurs in the model.
 
-    Every object that the action can have is sampled, and states are sampled evenly from the start to the remotest. In a
-    large model, of states that differ only by exchanged objects only one is considered; there all movable objects are
-    sampled.
+    The samples cover every object that the action can have, and spread evenly over the states from the start to the
+    remotest. In a large model, states that differ only by exchanged objects count as one; there the samples cover all
+    movable objects.
     """
     hands = hand_poses({place.name: place.capacity for place in model.locations}, model.start)
     pairs = [
@@ -65,7 +65,7 @@ def trials(model: ManipulationModel) -> dict[Pair, tuple[Trial, ...]]:
         for operator, before, after in product(model.operators, hands, hands)
         if (location_of(before) != location_of(after)) == operator.travels
     ]
-    # Each pair's number is its cost, so that the cost of an edge says which pair it belongs to.
+    # The cost of an edge is the number of its pair.
     numbered = MeasuredCosts("time", {pair: number for number, pair in enumerate(pairs)})
     whole = replace(model, costs=numbered).transition_system()
     system, alike = whole.small, list[str]()
@@ -130,13 +130,13 @@ def measure_all(
 
 
 def simulate(scene: Scene, trial: Trial, skills: Mapping[str, Skill] = SKILLS) -> Effort:
-    """Return the effort of an action from rest to rest, without that of the actions before it which lead to its state.
+    """Return the effort of an action from rest to rest; the actions that lead to its state do not count.
 
     In a run, movements begin before the previous ones end, which saves 1 to 2 % of the energy. An object that the hand
-    holds or has just released is grasped at that location first, so that it lies in the hand as in an execution.
+    holds or has just released is first grasped at the hand's location, so that it lies in the hand as in an execution.
 
     Raises:
-        SimulationError: the action, or one that leads to its state, fails.
+        SimulationError: the action, or one of those that lead to its state, fails.
     """
     state, model = trial.state, scene.model
     resting, slots = state.place, dict(state.slots)
@@ -182,7 +182,7 @@ def _put(state: ManipulationState) -> str | None:
 
 
 def _check_effect(cell: Workcell, action: Action) -> None:
-    """Raise SkillError unless an action is observed to have had its effect; that of a transit is where the hand is."""
+    """Raise SkillError unless an action is observed to have its effect: of a transit, the hand at its location."""
     scene, poses, held = cell.scene, true_poses(cell.scene, cell.data), cell.held()
     effect = scene.model.effect(action) & {holding(action.obj), at(action.obj, action.location)}
     seen = observe(scene, cell.data, poses, hand=action.location, held=held)
@@ -191,7 +191,7 @@ def _check_effect(cell: Workcell, action: Action) -> None:
 
 
 def _sample(turns: Mapping[str, np.ndarray]) -> list[tuple[int, str]]:
-    """Return a sample of a pair's edges, given by object, from the first to the last, each with its object."""
+    """Return a pair's edges, sampled from the first to the last, each with its object; `turns` has them by object."""
     count = len(turns) * max(1, round(SAMPLES / len(turns)))
     chosen = []
     for turn, share in enumerate(np.linspace(0, 1, count)):

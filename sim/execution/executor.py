@@ -30,7 +30,7 @@ from sim.skills.skill import Skill, SkillError
 from sim.world.scene import Scene, initial_state
 
 SETTLE_AFTER_FAILURE_S = 1.0
-"""Wait after a failed skill: an object that was dropped comes to rest before it is observed."""
+"""Wait after a failed skill, s: an object that was dropped comes to rest before it is observed."""
 
 
 class Execution:
@@ -40,15 +40,15 @@ class Execution:
         scene: the simulated scene, with the model grounded in the last observation.
         system: the model's transition system.
         cell: the running simulation.
-        state: the last confirmed state, as `system` has it.
-        predicted: the state predicted after the last action.
+        state: the last confirmed state, a state of `system`.
+        predicted: the state of `system` predicted after the last action.
         steps: the actions carried out so far.
         reason: how the last observation differs from the prediction, or None.
         lost_sensor: whether an observation timed out, which ends the execution.
         blocked: names of the bodies that blocked the last action, which fails again unless an object moves; empty if
             its goal was out of reach; None if the action may succeed when it is tried again.
-        hindering: objects because of which the last action failed, though they did not block it; empty if unknown.
-        lost: objects that the arm cannot grasp, by name, with the reason.
+        hindering: objects that made the last action fail, found by a rehearsal; empty if unknown.
+        lost: the reason why the arm cannot grasp an object, by the object's name.
         injector: injects the faults.
     """
 
@@ -65,9 +65,9 @@ class Execution:
     ) -> None:
         """Begin at the model's start; if the hand starts over a location, it is moved there first.
 
-        The data are from `initial_state`. Without the model's transition system, it is built, which takes a tenth of
-        the time of a run; without a sensor, poses are exact. Skills are by kind of action. The seed, 0 for None, is
-        that of the faults' random numbers and of the motion planner.
+        `data` is from `initial_state`; `skills` are by kind of action. Without `system`, the model's transition system
+        is built, which takes a tenth of the time of a run; without `sensor`, observed poses are exact. `seed`, 0 for
+        None, determines the faults' random numbers and the motion planner's.
 
         Raises:
             SimulationError: a kind of action of the model has no skill, or the hand cannot reach its start.
@@ -154,9 +154,9 @@ class Execution:
         return True
 
     def reground(self) -> ManipulationState:
-        """Ground the current state in an observation, extend the model so that it has this state, and return it.
+        """Ground the current state in an observation, extend the model so that it has this state, and return the state.
 
-        Waits until objects are at rest. The last step is recorded as having led to this state.
+        Waits until objects are at rest. The state becomes the observed one of the last step.
 
         Raises:
             ObservationTimeoutError: an object is not observed for too long.
@@ -202,7 +202,7 @@ class Execution:
         return cast(ManipulationState, self.system.decode(state))
 
     def _attempt(self, action: Action, held: str | None, ahead: Sequence[Action]) -> str | None:
-        """Perform an action after which the hand should hold an object, or None; return why it failed, or None."""
+        """Perform an action, and check that the hand then holds an object, if given; return why it failed, or None."""
         self.blocked, self.hindering = None, ()
         try:
             self._skills[action.kind].perform(self.cell, action, ahead)
@@ -223,10 +223,10 @@ class Execution:
         return None
 
     def _hindering(self, action: Action, ahead: Sequence[Action]) -> tuple[str, ...]:
-        """Return the objects because of which an action fails, in a rehearsal without any one of which it would not.
+        """Return the objects that make an action fail, found by rehearsals; none if these add nothing to the error.
 
-        The first is the object that it moves or moves to, which alone is the cause where the hand cannot get to it
-        wherever it comes from. None are found where a rehearsal would tell no more than the error does.
+        The first is the object that the action moves or moves to. The others are those without any one of which the
+        action succeeds; there are none if it fails even without all of them (a transit: from home, too).
         """
         before, obj = self._states(self.state), action.obj
         via = before.hand if before.hand in self.scene.slots else ""
@@ -252,7 +252,7 @@ class Execution:
         return () if found is None else (obj, *found)
 
     def can_bring(self, state: ManipulationState, obj: str, source: str, location: str) -> bool:
-        """Return whether the arm brings an object from one location to another in a rehearsal without the others."""
+        """Return whether a rehearsal without other objects brings an object from one location to another."""
         try:
             scene = self._as_observed(state)
             alone = bringing(obj, source, location, state.place).beginning(BROUGHT).alone(scene.model)
@@ -261,7 +261,7 @@ class Execution:
             return True
 
     def _as_observed(self, state: ManipulationState) -> Scene:
-        """Return the scene with each location of one slot moved to where the object is observed that rests there."""
+        """Return the scene with each location of one slot moved to the observed pose of the object that rests there."""
         slots = dict(self.scene.slots)
         for obj, place in state.places:
             if len(slots[place]) == 1:
@@ -273,7 +273,7 @@ class Execution:
     def _observe(
         self, poses: Poses, before: ManipulationState, predicted: ManipulationState, *, done: bool
     ) -> ManipulationState:
-        """Ground the state in observed poses; a mark counts only if its object rests where it was released."""
+        """Ground the state in observed poses; a new mark counts only if its object rests where it was released."""
         cell = self.cell
         seen = observe(self.scene, cell.data, poses, hand=predicted.hand, held=cell.held(), marks=before.marks)
         earned = {mark for mark in predicted.marks if seen.place.get(mark[0]) == predicted.place.get(mark[0])}
@@ -302,7 +302,7 @@ def execute(
 
     Actions are such as `transit top`, `grasp pink`. With a seed, objects are off their nominal poses by up to 5 mm and
     5 degrees. System and skills are as for `Execution`. `on_progress` is called before each action with the number of
-    actions done, that of all actions, and its name.
+    actions done, the number of all actions, and the action's name.
 
     Raises:
         ModelError: an action is not applicable in its state; nothing is simulated then.

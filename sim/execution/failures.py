@@ -9,8 +9,8 @@ from sim.execution.executor import Execution
 from sim.skills.transit import raised_by
 
 MAX_ATTEMPTS = 3
-"""Number of times that an action may lead to the same unexpected state before it is given up, and number of detours of
-an object to a location that may fail."""
+"""Greatest number of attempts at an action that leads to the same unexpected state, and of detours by which an object
+is to be brought to a location."""
 
 
 class Failures:
@@ -27,11 +27,11 @@ class Failures:
         self.repeated = False
         self._attempts: Counter[tuple[str, ManipulationState]] = Counter()
         self._unreached: Counter[str] = Counter()
-        # Locations from which an object cannot be brought directly, by the object and the blocked location.
+        # By object and target, the locations from which the object cannot be brought directly to the target.
         self._detours: dict[tuple[str, str], set[str]] = {}
         self._blocked: Counter[tuple[str, str]] = Counter()
         self._rehearsed: set[tuple[str, str, str]] = set()
-        # What is barred instead if no plan has these detours, which are then given up.
+        # To be barred instead of the detours if there is no plan with them.
         self._instead: set[tuple[frozenset[str], str]] = set()
         self._detours_barred = False
 
@@ -40,13 +40,13 @@ class Failures:
         return bool(self.excluded)
 
     def record(self, run: Execution, before: Sequence[ManipulationState]) -> None:
-        """Record the last action as failed, after some states; it is barred if it was blocked or failed repeatedly."""
+        """Record that the last action failed, after some states; bar it if it was blocked or failed repeatedly."""
         action, state = run.steps[-1].action, run.steps[-1].observed
         self._attempts[action, state] += 1
         repeated = self._attempts[action, state] >= MAX_ATTEMPTS
         self.repeated |= repeated
         self._unreached[action] += run.blocked == ()
-        # A rehearsal has no physics: what hinders there is not believed after moving it in vain.
+        # A rehearsal has no physics: its result is ignored after `MAX_ATTEMPTS` failures.
         hindering = run.hindering if self._unreached[action] < MAX_ATTEMPTS else ()
         if repeated or run.blocked is not None:
             bars = self._instead if self._adds_detour(run, before) else self.barred
@@ -54,7 +54,7 @@ class Failures:
 
     @property
     def excluded(self) -> Barred:
-        """What plans must not contain: barred actions, and objects brought directly where they need a detour."""
+        """Barred actions, and the releases that would bring an object directly to where it needs a detour."""
         detours = (
             (frozenset({grasped_at(obj, source)}), f"release {obj} {target}")
             for (obj, target), places in self._detours.items()
@@ -63,9 +63,9 @@ class Failures:
         return {*self.barred, *detours}
 
     def rehearse(self, run: Execution, state: ManipulationState, actions: Sequence[str]) -> bool:
-        """Require detours where a new plan would bring an object in vain, from a state on; return whether it would.
+        """Require a detour where the actions of a new plan would bring an object in vain; return whether one is needed.
 
-        Only what has failed from elsewhere is rehearsed.
+        Only transports that failed from another location are rehearsed; the plan begins in `state`.
         """
         place, found = dict(state.place), False
         for action in map(run.scene.model.action, actions):
@@ -89,14 +89,14 @@ class Failures:
         return found
 
     def _adds_detour(self, run: Execution, before: Sequence[ManipulationState]) -> bool:
-        """Require a detour for a held object that a fixture keeps from a location; return whether one was added.
+        """Require a detour for a held object that no other object keeps from a location; return whether one was added.
 
-        In the present grasp the hand cannot reach the location; after the object was put down elsewhere, another grasp
-        may. So plans must not bring the object from where it was grasped directly to that location.
+        With the present grasp, the hand cannot bring the object there; with another grasp it may, after the object was
+        put down elsewhere. So plans must not bring the object from where it was grasped directly to that location.
         """
         symbolic = run.scene.model.action(run.steps[-1].action)
         obj, target = symbolic.obj, symbolic.location
-        # What was grasped but cannot be raised was not on the way to a location.
+        # An object that was grasped but cannot be raised has no target.
         if not target or run.steps[-1].observed.held != obj:
             return False
         if run.blocked is None or _blockers(run, obj, run.hindering):
@@ -112,18 +112,18 @@ class Failures:
 
 
 def _blockers(run: Execution, obj: str, hindering: Sequence[str]) -> set[str]:
-    """Return the objects that blocked the last action or made it fail, without its own, which may be in its own way."""
+    """Return the objects that blocked the last action or made it fail, except the action's own object."""
     return (set(hindering) or {name for name in run.blocked or () if name in run.scene.shapes}) - {obj}
 
 
 def _conditions(run: Execution, state: ManipulationState, hindering: Sequence[str]) -> frozenset[str]:
     """Return the propositions of a state under which the last action is expected to fail again.
 
-    An action that other objects block is barred until one of these or its own object moves, whatever else does. One
-    that a fixture blocks, or whose goal is out of reach, is barred until its own object moves. A transit has no object,
-    and its path depends on how high the objects are piled up: where it is not known which of them make it fail, it is
-    barred until any object moves; if its goal is out of reach, until one does that is there or raises the hand; if a
-    fixture keeps the hand from where an object lies off every location, until that one does.
+    An action that other objects block is barred until one of these or its own object moves. One that a fixture blocks,
+    or whose goal is out of reach, is barred until its own object moves; for a transit to a temporary location, this is
+    the object there. Other transits have no object, and their path depends on how high objects are piled up. If the
+    goal is out of reach, they are barred until an object moves that is there or raises the hand; else until any object
+    moves, unless it is known which objects make them fail.
     """
     symbolic = run.scene.model.action(run.steps[-1].action)
     obj = symbolic.obj

@@ -29,12 +29,11 @@ def await_grip(cell: Workcell) -> None:
 
 
 def settled_poses(cell: Workcell, *, at_rest: bool) -> tuple[dict[str, ObjectPose], list[str]]:
-    """Return the observed pose of every object once all are at rest, or else none but the held one is falling.
+    """Return the observed pose of every object, and the objects that are still moving after `REST_TIMEOUT_S`.
 
-    To be `at_rest`, a held object takes the arm to have ended its movement.
-    At least a period lies between two observations: a noisy sensor needs time to tell a small speed from 0. Returned,
-    too, are the objects that are still faster after `REST_TIMEOUT_S`; `ObservationTimeoutError` is raised if one is not
-    observed for too long.
+    With `at_rest`, an arm that holds an object ends its movement first, and the other objects come to rest. Else, it is
+    enough that none but the held object is falling. The time between two observations is such that a noisy sensor can
+    tell a small speed from 0. `ObservationTimeoutError` is raised if an object is not observed for too long.
     """
     speed, period = (REST_SPEED_M_S, REST_PERIOD_S) if at_rest else (FALL_SPEED_M_S, CONTROL_PERIOD_S)
     period = max(period, REST_ERRORS * cell.sensor.error / speed)

@@ -9,7 +9,7 @@ PULL_RATE_RAD_S = 15.0
 """Natural frequency of the critically damped spring by which a user pulls an object."""
 
 MAX_PULL_N = 8.0
-"""Greatest force of that spring: less than a third of the hand's gripping force."""
+"""Greatest force of this spring, N: less than a third of the hand's gripping force."""
 
 
 class Pull(Observer):

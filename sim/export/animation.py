@@ -42,7 +42,7 @@ def local_poses(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[np.ndarray, np
 
 
 def add_animation(tree: dict[str, Any], items: Items, name: str, world: RecordedWorld, log: Log) -> None:
-    """Add a run, of which a world was rebuilt, to the nodes and the binary part of a glTF document.
+    """Add a run, given by its log and the world rebuilt from it, to the nodes and the binary part of a glTF document.
 
     `tree["accessors"]` is still a dict, by name.
     """
@@ -75,7 +75,7 @@ def add_animation(tree: dict[str, Any], items: Items, name: str, world: Recorded
 
 
 def _unpack(node: dict[str, Any]) -> None:
-    """Replace the matrix of a node, which no animated one may have, by its position and rotation."""
+    """Replace the matrix of a node by its position and rotation: an animated node must not have a matrix."""
     if "matrix" in node:
         matrix = np.reshape(node.pop("matrix"), (4, 4)).T
         node["translation"] = matrix[:3, 3].tolist()

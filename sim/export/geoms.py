@@ -41,7 +41,7 @@ class Appearance:
         return replace(self, name=f"{self.name} on", colour=linear(colour), emission=linear(colour)[:3])
 
     def material(self) -> PBRMaterial:
-        """Return the material without its colours: `encode_glb` sets those, which trimesh would round."""
+        """Return the material without its colours: trimesh would round them, so `encode_glb` sets them."""
         return PBRMaterial(
             name=self.name,
             metallicFactor=0.0,
@@ -62,7 +62,7 @@ def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
     material, rgba = int(model.geom_matid[geom]), model.geom_rgba[geom]
     has_material = material >= 0
     name = str(model.mat(material).name) if has_material else "plain"
-    if has_material and np.allclose(rgba, [0.5, 0.5, 0.5, 1]):  # MuJoCo's default, in place of which it uses this
+    if has_material and np.allclose(rgba, [0.5, 0.5, 0.5, 1]):  # MuJoCo's default, for which the material's is used
         rgba = model.mat_rgba[material]
     else:
         name += " " + " ".join(f"{value:.3g}" for value in rgba)
@@ -71,7 +71,7 @@ def appearance_of(model: mujoco.MjModel, geom: int) -> Appearance:
         name,
         linear(rgba),
         tuple((glows * np.array(linear(rgba[:3]))).tolist()),
-        # Its highlight is as wide as that of the Blinn-Phong exponent, 128 times the shininess.
+        # The highlight is as wide as with the Blinn-Phong exponent, which is 128 times the shininess.
         roughness=float((2 / (2 + 128 * shines)) ** 0.25),
         texture=_texture(model, material) if has_material else None,
     )

@@ -65,7 +65,7 @@ def _plain(name: str) -> str:
 
 
 def _source(model: mujoco.MjModel, place: int) -> Path | None:
-    """Return the path, at a place in the names of the files that a model was made of; None for what has no file."""
+    """Return the path that begins at a place in the model's array of paths; None for a part without a file."""
     return None if place < 0 else Path(os.fsdecode(model.paths[place : model.paths.index(b"\0", place)]))
 
 

@@ -8,7 +8,7 @@ ROOT = "scene"
 """Name of the root node."""
 
 ON, OFF = " on", " off"
-"""Suffixes of the names of the two nodes of a lamp, of which the hidden one has the scale 0."""
+"""Suffixes of the names of a lamp's two nodes; the one that is hidden has the scale 0."""
 
 
 def body_node(model: mujoco.MjModel, body: int) -> str:
@@ -19,7 +19,7 @@ def body_node(model: mujoco.MjModel, body: int) -> str:
 
 
 def geom_node(model: mujoco.MjModel, geom: int) -> str:
-    """Return the name of a geom's node. Names of bodies have no comma."""
+    """Return the name of a geom's node, which differs from those of bodies: these have no comma."""
     return f"{body_node(model, int(model.geom_bodyid[geom]))}, geom {geom}"
 
 

@@ -16,7 +16,7 @@ from sim.geometry.mjcf import as_utf8
 def add_user_scene(spec: mujoco.MjSpec, scene: UserScene, objects: Mapping[str, tuple[str, bool]]) -> list[str]:
     """Add a user's scene to the whole one; its bodies that are objects get the objects' names.
 
-    Objects are given by name, with their body and whether its y axis is their x axis. Returns warnings for the user.
+    `objects` has, by name, the body of each, and whether the body's y axis is the object's x axis. Returns warnings.
     """
     world = mujoco.MjSpec.from_file(as_utf8(scene.path.absolute()))
     without_effect = [*_remove_mechanisms(world), *_set_as_in(spec, world)]

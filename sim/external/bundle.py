@@ -17,7 +17,7 @@ from sim.geometry.mjcf_limits import is_relative, mjcf_files, paths
 
 
 def packed(model: ManipulationModel) -> dict[str, str]:
-    """Return the files of a model in base64, by their normal paths relative to the scenario's folder.
+    """Return the files of a model in base64, by their normalised paths relative to the scenario's folder.
 
     Raises `SimulationError` if one of them is missing.
     """
@@ -25,7 +25,7 @@ def packed(model: ManipulationModel) -> dict[str, str]:
 
 
 def digests(model: ManipulationModel) -> dict[str, str]:
-    """Return the SHA-256 of each file of a model, by its normal path relative to the scenario's folder.
+    """Return the SHA-256 of each file of a model, by its normalised path relative to the scenario's folder.
 
     Raises `SimulationError` if one of them is missing.
     """
@@ -33,7 +33,7 @@ def digests(model: ManipulationModel) -> dict[str, str]:
 
 
 def _file_names(model: ManipulationModel) -> list[str]:
-    """Return the normal paths of all files of a model, sorted."""
+    """Return the normalised paths of all files of a model, sorted."""
     found = {os.path.normpath(obj.file) for obj in model.objects if obj.file is not None}
     for name in filter(None, (model.scene, model.robot_setup.mjcf)):
         beside, path = os.path.dirname(name), model.folder / name
@@ -71,7 +71,7 @@ def _unpacked(files: tuple[tuple[str, str], ...]) -> tuple[tempfile.TemporaryDir
     """Return the temporary directory, which is removed with its last reference, and the scenario's folder in it."""
     contents = {name: _decoded(name, text) for name, text in files}
     root = tempfile.TemporaryDirectory(prefix="prefplan-")
-    # No path leads out of a folder that is deeper than the paths have `..`.
+    # No path leads out of a folder that is nested deeper than the number of `..` in all paths.
     within = [
         Path(path).parts.count(os.pardir) for name, data in contents.items() for path in (name, *_paths(name, data))
     ]

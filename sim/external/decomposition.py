@@ -1,4 +1,4 @@
-"""Decomposes a mesh in a process of its own, which limits of time and Ctrl-C can end.
+"""Decomposes a mesh in a separate process, which limits of time and Ctrl-C can end.
 
 `meshes` runs this file: it reads the mesh as NumPy's archive and prints the vertices of its convex parts as another.
 """

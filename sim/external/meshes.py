@@ -30,7 +30,7 @@ CONVEX_SHARE = 0.97
 """Least share of its convex hull that a convex mesh fills."""
 
 MAX_FACES = 20_000
-"""A mesh of more faces is simplified to so many, drawn and in collisions: its convex hull would take half a minute."""
+"""A mesh with more faces is simplified to this number, drawn and in collisions: its hull would take half a minute."""
 
 COACD = {
     "threshold": 0.1,
@@ -50,7 +50,7 @@ MAX_SECONDS = 600
 """Most time that a decomposition takes, s."""
 
 DECOMPOSITION = Path(__file__).with_name("decomposition.py")
-"""What decomposes a mesh, in a process of its own."""
+"""Script that decomposes a mesh in a separate process."""
 
 
 @dataclass(frozen=True, eq=False)

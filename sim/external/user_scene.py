@@ -39,7 +39,7 @@ class UserScene:
         return body in ("", "world") or body.startswith(self.prefix)
 
     def words(self, body: str) -> str:
-        """Return how such a body is told to the user."""
+        """Return how messages name such a body."""
         name = body.removeprefix(self.prefix)
         return f"{'what stands' if name in ('', 'world') else repr(name)} in {self.path}"
 

@@ -16,10 +16,13 @@ DIRECTIONS = np.array(
 """(L, 3) closing directions that are tried."""
 
 FACING, MEAN_FACING = np.cos(np.radians([25, 8]))
-"""Least cosines of the angles of a patch's normals, and of their mean, to the closing direction: no pad slips off."""
+"""Least cosines of the angles to the closing direction, for a patch's normals and their mean: no pad slips off."""
 
-PATCH_RADIUS_M, MIN_PATCH_POINTS = 0.007, 18
-"""Radius of the patch that a pad presses, and least number of its points: half as many as on a full disc."""
+PATCH_RADIUS_M = 0.007
+"""Radius of the patch that a pad presses, m."""
+
+MIN_PATCH_POINTS = 18
+"""Least number of points of a patch: half as many as on a full disc."""
 
 PATCH_DEPTH_M = 0.003
 """Greatest depth of a patch along the closing direction: it is nearly flat."""

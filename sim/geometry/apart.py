@@ -1,4 +1,4 @@
-"""Scripts that run in a process of their own: what exhausts or crashes a library ends no other."""
+"""Scripts that run in a separate process: if one exhausts memory or crashes a library, no other process ends."""
 
 import subprocess
 import sys

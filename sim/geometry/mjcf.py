@@ -34,7 +34,7 @@ def solid_geoms(model: mujoco.MjModel, body: str) -> np.ndarray:
 
 
 def with_descendants(model: mujoco.MjModel, *bodies: int) -> np.ndarray:
-    """Return (nbody,) bool: which are some bodies and their descendants."""
+    """Return (nbody,) bool: which bodies are among some bodies and their descendants."""
     found = np.isin(np.arange(model.nbody), bodies)
     for body in range(1, model.nbody):
         found[body] |= found[model.body_parentid[body]]
@@ -124,7 +124,7 @@ def draw_solid(
 def as_utf8(path: Path) -> str:
     """Return a path as MuJoCo takes it, in UTF-8, or raise `SimulationError`.
 
-    In another locale than its own, Python has characters that are none.
+    In a locale other than UTF-8, Python's paths may contain surrogates instead of characters.
     """
     try:
         return os.fsencode(path).decode()

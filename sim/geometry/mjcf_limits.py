@@ -1,6 +1,6 @@
-"""What a user's MJCF asks for, tried out before MuJoCo builds it: a few characters may ask for gigabytes.
+"""Trial build of a user's MJCF, before MuJoCo builds it in this process: a few characters may ask for gigabytes.
 
-A log holds the files of its scene, so that anyone can check it: their paths are relative.
+Its files have relative paths, since a log holds the files of its scene, so that anyone can check it.
 """
 
 import json
@@ -16,7 +16,7 @@ from sim.geometry.apart import run_apart
 from sim.geometry.mjcf import as_utf8
 
 MAX_BYTES = 20_000_000
-"""Greatest size of a file of MJCF."""
+"""Greatest size of a file of MJCF, bytes."""
 
 MAX_SECONDS = 60
 """Most time in which MuJoCo builds a file, s."""
@@ -25,14 +25,14 @@ MAX_MEMORY = 2_000_000_000
 """Most memory with which MuJoCo builds a file, bytes."""
 
 TRIAL = Path(__file__).with_name("mjcf_trial.py")
-"""What is run in a process of its own."""
+"""Script that builds an MJCF in a separate process."""
 
 _built: dict[Path, dict[Path, int]] = {}
-"""When the files of an MJCF that could be built were last written, ns."""
+"""When each file of an MJCF that could be built was last written, ns, by the path of the MJCF."""
 
 
 def check_file(path: Path, key: str) -> None:
-    """Raise SimulationError if a file cannot be built, asks for more than a scene has, or for files elsewhere.
+    """Raise SimulationError if a file cannot be built within the limits, or names files by absolute paths.
 
     Messages start with the scenario's `key`.
 
@@ -44,7 +44,7 @@ def check_file(path: Path, key: str) -> None:
 
 
 def mjcf_files(path: Path) -> list[Path]:
-    """Return the files of an MJCF, such as meshes, and itself, as `check_file` has found them; errors are as there."""
+    """Return an MJCF and the files that it names, such as meshes; for errors, see `check_file`."""
     if not os.path.isfile(path):
         raise SimulationError(f"{path}: no such file")
     if path not in _built or _built[path] != _written(_built[path]):

@@ -1,4 +1,4 @@
-"""Builds an MJCF in a process of its own, so that what exhausts or crashes MuJoCo ends no other.
+"""Builds an MJCF in a separate process: a file that exhausts memory or crashes MuJoCo ends no other process.
 
 `mjcf_limits` runs this file; it prints in JSON the `files` that MuJoCo reads, and then the `refusal`, which is empty if
 the model was built.

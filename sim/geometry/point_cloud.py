@@ -14,9 +14,11 @@ POINT_DISTANCE_M = 0.002
 INSIDE_M = 0.0003
 """A point deeper than this inside another part is not on the surface of the whole."""
 
+APART_M = 0.012
+"""Least distance between the places of one face that a gripper may press, m."""
 
-APART_M, MOST_PLACES = 0.012, 8
-"""Least distance between the places of one face that a gripper may press, and greatest number of them."""
+MOST_PLACES = 8
+"""Greatest number of places of one face that a gripper may press."""
 
 
 def spread(places: np.ndarray, centre: np.ndarray) -> list[int]:

@@ -14,11 +14,20 @@ from sim.motion.reach import Reach
 from sim.motion.trajectory import ToolPose, wrap
 from sim.robots.robot import Robot
 
-POSITION_TOLERANCE_M, ANGLE_TOLERANCE_RAD = 0.001, 0.005
-"""Greatest errors of the tool at the end of a movement."""
+POSITION_TOLERANCE_M = 0.001
+"""Greatest position error of the tool at the end of a movement, m."""
 
-FRAME_COST, TURN_COST, POSTURE_COST = 10.0, 3.0, 2e-2
-"""Costs of position (per m), orientation and posture (per rad) errors: the posture only determines the elbow."""
+ANGLE_TOLERANCE_RAD = 0.005
+"""Greatest orientation error of the tool at the end of a movement, rad."""
+
+FRAME_COST = 10.0
+"""Cost of the tool's position error, per m."""
+
+TURN_COST = 3.0
+"""Cost of the tool's orientation error, per rad."""
+
+POSTURE_COST = 2e-2
+"""Cost of the posture error, per rad: the posture only determines the elbow."""
 
 FRAME_WEIGHTS = np.repeat([[FRAME_COST**2], [TURN_COST**2]], 3, axis=0)
 """(6, 1) weights of the squared errors of the tool along and about the axes."""
@@ -29,12 +38,17 @@ JOINT_MARGIN_RAD = 0.01
 MAX_GOAL_STEPS = 60
 """Greatest number of IK steps to a goal; usually about 7 are needed."""
 
-MAX_SEARCH_STEP_RAD, CONVERGED_RAD = 0.6, 1e-3
-"""Greatest turn of a joint in an IK step, and in the last one, after which the remaining error is a thousandth of
-that."""
+MAX_SEARCH_STEP_RAD = 0.6
+"""Greatest turn of a joint in an IK step, rad."""
 
-STALLED_STEPS, LEAST_PROGRESS = 12, 0.01
-"""A search has failed after so many steps of which none reduced the least error by this share."""
+CONVERGED_RAD = 1e-3
+"""Greatest turn of a joint in the last IK step, rad: the error that remains is a thousandth of this."""
+
+STALLED_STEPS = 12
+"""Number of successive IK steps without progress after which a search fails."""
+
+LEAST_PROGRESS = 0.01
+"""Share by which a step must reduce the least error so far to count as progress."""
 
 TILTED_MARGIN_RAD = 0.06
 """Distance of the goals of a tilted hand from the joints' position limits, rad: commands lead the joints."""
@@ -42,12 +56,17 @@ TILTED_MARGIN_RAD = 0.06
 MAX_KNOWN = 10_000
 """Greatest number of cached solutions of inverse kinematics."""
 
-MAX_FREE_STEPS, FREE_DAMPING, MAX_FREE_TURN_RAD = 200, 1e-3, 0.3
-"""Number of steps of the search without limits, their damping, and the greatest turn of a joint in one, rad."""
+MAX_FREE_STEPS = 200
+"""Greatest number of steps of the search that ignores the joints' ranges (`missing_turns`)."""
 
+FREE_DAMPING = 1e-3
+"""Damping of the steps of this search."""
+
+MAX_FREE_TURN_RAD = 0.3
+"""Greatest turn of a joint in a step of this search, rad."""
 
 ELBOW_SWINGS_RAD = (1.4, -1.4, 0.7, -0.7, 2.1, -2.1)
-"""Turns of the joint that turns most when the elbow swings aside and the tool stays, from home, in other IK seeds."""
+"""Swings of the elbow from home in other IK seeds: turns of the joint that turns most as the tool stays, rad."""
 
 MIN_VERTICAL_COMPONENT = 0.999
 """Least vertical component of the axis of a joint that turns the arm or the tool about the vertical."""
@@ -102,7 +121,7 @@ class InverseKinematics:
         raise _unreachable(goals)
 
     def within_reach(self, goals: Sequence[ToolPose]) -> Sequence[ToolPose]:
-        """Return those of several poses that are not too far away for any posture; SimulationError if all are."""
+        """Return the poses that `Reach` does not exclude; raise `SimulationError` if it excludes all of them."""
         near = [goal for goal in goals if not self._reach.excludes(goal)]
         if not near:
             raise _unreachable(goals)
@@ -118,16 +137,15 @@ class InverseKinematics:
     ) -> Iterator[tuple[np.ndarray, int]]:
         """Yield configurations that bring the tool to one of several poses, with its number, preferred ones first.
 
-        If the hand points down they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
-        starts from home turned towards the goal and stays in that vertical plane. Of several poses the one whose seed
-        has the last joint nearest to the middle of its range is tried first. Then the elbow swings aside, as it must
-        near the base.
+        If the hand points down, they depend on the goals alone, so the elbow cannot drift from goal to goal: the search
+        starts from home turned towards the goal and stays in this vertical plane. The pose whose seed has the last
+        joint nearest to the middle of its range is tried first. Then the elbow swings aside, as it must near the base.
 
         Args:
             goals: acceptable poses.
             near: (n,) first seed if the hand does not point down, rad.
             margin: least distance from the joints' position limits if the hand does not point down, rad.
-            without: numbers of poses that are left out, also of those that are added between two configurations.
+            without: numbers of poses to leave out; the caller may add some between two configurations.
         """
         down = all(goal.points_down for goal in goals)
         if near is not None and not down:
@@ -144,7 +162,7 @@ class InverseKinematics:
                 yield q, k
 
     def _seed(self, goal: ToolPose) -> np.ndarray:
-        """Return home with the first joint turned towards the flange at a pose, the last to the yaw, if vertical."""
+        """Return home with the first joint turned towards the flange and the last to the yaw of a pose, if vertical."""
         q = self.robot.home.copy()
         first, last = self._turns[[0, -1]]
         turn = self._bearing(goal) - self._home_bearing
@@ -194,8 +212,8 @@ class InverseKinematics:
     def _search_step(self) -> tuple[np.ndarray, float]:
         """Return a step (n,) of a search, rad, and the weighted error of the tool before it.
 
-        It is the least-squares step, of limited length, unless that leaves the joints' ranges: then the best one within
-        them, of at most what their velocity limits allow in a second.
+        It is the least-squares step, of limited length. If that leaves the joints' ranges, it is the best step within
+        the ranges in which each joint moves by at most what its velocity limit allows in a second.
         """
         normal, pull, error = self._normal_equations()
         _, step, _ = dposv(normal, pull)  # a tenth of the time of np.linalg.solve
@@ -253,8 +271,8 @@ class InverseKinematics:
     def _step(self) -> np.ndarray:
         """Return the (n,) step of the joints towards the targets, rad.
 
-        Their ranges are rarely in the way, so the least-squares problem without limits, at a third of the time, is
-        solved first; mink solves that with the ranges, and with what the velocity limits allow in a second.
+        The least-squares problem without limits is solved first, in a third of mink's time. If the step leaves the
+        joints' ranges, mink solves the problem with the ranges, and with what the velocity limits allow in a second.
         """
         normal, pull, _ = self._normal_equations()
         _, step, _ = dposv(normal, pull)

@@ -46,8 +46,8 @@ class JointTrajectory:
     def out_of(self, ending: JointTrajectory, rest: np.ndarray) -> JointTrajectory:
         """Return the sum of this trajectory and the end of the previous one, during which it begins.
 
-        Both are at (n,) rest, rad, where they meet, so that the sum is as smooth as they are and passes near that
-        point.
+        The previous one ends and this one begins at (n,) angles `rest`, rad, at rest: the sum is as smooth as both, and
+        passes near this point.
         """
         positions = summed(self.positions, ending.positions - rest)
         return JointTrajectory(positions, summed(self.velocities, ending.velocities))

@@ -30,13 +30,13 @@ MAX_SLOWDOWN = 2.5
 joints jump from one point of the path to the next, and the whole movement would be as slow as its greatest jump."""
 
 MAX_STRAY_M = 0.015
-"""How far the tool may leave a straight path on which the joints cannot follow it, m.
+"""Greatest distance of the tool from a straight path that the joints cannot follow, m.
 
-Near the base, where the elbow has swung aside, the joints then move on a curve to the goal: when the tool is lowered by
-12 cm, it strays by 3 mm, and by 12 if the elbow swings on the way. The path is checked for collisions."""
+Near the base, where the elbow has swung aside, the joints move on a curve to the goal instead: when the tool is lowered
+by 12 cm, it strays by 3 mm, and by 12 mm if the elbow swings on the way. The curve is checked for collisions."""
 
 MAX_TILTING_RAD = np.radians(10)
-"""Greatest angle of the tool's z axes at both ends of a path for the hand to count as not tilting."""
+"""Greatest angle between the tool's z axes at the ends of a path at which the hand counts as not tilting, rad."""
 
 
 class Arm(InverseKinematics):
@@ -84,26 +84,26 @@ class Arm(InverseKinematics):
     ) -> JointTrajectory:
         """Return the movement along a `transfer_path`, slowed until the joints' limits allow it.
 
-        If the hand tilts on the way, the joints move on a curve to the goal instead, with the tool midway between its
-        positions at the ends, or at the height: along a tool path they might have to reverse.
+        If the hand tilts on the way, the joints move on a curve to the goal instead (`_curve`): along a path of the
+        tool, they might have to reverse.
 
         Args:
             q: (n,) start.
             goal: (n,) configuration near the end, from `reach`: it determines how the elbow and the tool turn.
             pose: goal of the tool.
-            height: at which the tool passes, m; None for that of the higher end, or midway if the hand tilts.
+            height: height at which the tool passes, m; None for that of the higher end, or midway if the hand tilts.
             drawn_in: how much nearer to the base the tool passes midway, m.
             seconds: least duration, s.
-            ending: (M, n) rest of the previous movement, relative to q, rad; the sum of both keeps the limits.
-            load: at the tool, kg.
+            ending: (M, n) rest of the previous movement, relative to q, rad; the sum of the two keeps the limits.
+            load: load at the tool, kg.
 
         Returns:
             The movement, without `ending`.
 
         Raises:
-            SimulationError: the tool would miss the goal by `POSITION_TOLERANCE_M` or `ANGLE_TOLERANCE_RAD` or more,
-                or take longer than `MAX_SLOWDOWN` allows, and stray farther than `MAX_STRAY_M` as the joints move on
-                that curve.
+            SimulationError: along its path, the tool would miss the goal by `POSITION_TOLERANCE_M` or
+                `ANGLE_TOLERANCE_RAD` or more, or take longer than `MAX_SLOWDOWN` allows; and on the curve, it would
+                stray farther than `MAX_STRAY_M`.
         """
         limits, start = self.limits(q, goal, load=load), self.tool(q)
         if start.rotation[:, 2] @ pose.rotation[:, 2] < np.cos(MAX_TILTING_RAD):
@@ -126,7 +126,7 @@ class Arm(InverseKinematics):
         seconds: float,
         height: float | None,
     ) -> JointTrajectory:
-        """Return the movement along a path if the arm can follow it and no joint jumps, else on a curve (`move`)."""
+        """Return the movement along a path if the arm can follow it and no joint jumps, else on a curve (`_curve`)."""
         knots, points = self._follow(q, goal, path)
         fault = "the arm cannot keep to its path to {} within the limits of its joints"
         if self._arrived():
@@ -148,9 +148,9 @@ class Arm(InverseKinematics):
     def _curve(self, q: np.ndarray, goal: np.ndarray, height: float | None) -> tuple[np.ndarray, np.ndarray]:
         """Return (K,) times, s, and (K, n) configurations, rad, from q to goal at the tool's usual speed.
 
-        They lie on a parabola through one with the tool midway between its positions at the ends, or at a `height`,
-        m; or on a straight line, if the tool is higher there anyway, or the arm does not reach that. A joint that would
-        leave its range is nearer to the straight line.
+        They lie on a parabola. In its middle, the tool is midway between its positions at the ends or, if given, at a
+        `height`, m. If the tool is higher there anyway, or the arm does not reach this middle, they lie on a straight
+        line. A joint that would leave its range stays nearer to the straight line.
         """
         shares = np.linspace(0.0, 1.0, 17)
         middle = (q + goal) / 2

@@ -1,4 +1,4 @@
-"""How far an arm reaches whatever its posture: most poses out of reach are told without a search."""
+"""How far an arm reaches whatever its posture: a bound that excludes most poses out of reach without a search."""
 
 from __future__ import annotations
 
@@ -20,9 +20,12 @@ TOLERANCE_M = 0.003
 
 @dataclass(frozen=True)
 class Reach:
-    """A bound of the distance between two points of an arm, of which a pose of the tool determines the second.
+    """An upper bound of the distance from an arm's first joint to its flange, which a pose of the tool determines.
 
-    They are the (3,) anchor of the first joint, m, and the origin of the last link, the flange, in the tool's frame, m.
+    Attributes:
+        centre: (3,) anchor of the first joint, m.
+        flange: (3,) origin of the last link, the flange, in the tool's frame, m.
+        greatest: the bound, m.
     """
 
     centre: np.ndarray
@@ -33,8 +36,8 @@ class Reach:
     def of(cls, model: mujoco.MjModel, home: np.ndarray, tool: str) -> Reach:
         """Bound the distance in a model of an arm alone, from its (n,) home configuration and the site of its tool.
 
-        The anchors of the joints and the flange are as far apart as the shortest way from the first to the last of them
-        is long, each step of which is the greatest distance of two, if only one joint between them can change that.
+        The bound is the length of the shortest chain from the first joint's anchor to the flange via anchors of other
+        joints. Each link of the chain is the greatest distance of its ends, which at most one joint may change.
         """
         data = mujoco.MjData(model)
         data.qpos[:] = home
@@ -57,7 +60,7 @@ class Reach:
 def _greatest(model: mujoco.MjModel, data: mujoco.MjData, points: np.ndarray, start: int, end: int) -> float:
     """Return the greatest distance of two of the (n + 1, 3) points, m; infinite if several joints change it.
 
-    Joints turn the end about the start, or the start about the end, as long as their axes pass through it.
+    Joints next to the start, or to the end, whose axes pass through this point do not change the distance.
     """
     joints = [*dropwhile(lambda joint: _is_on_axis(model, data, joint, points[start]), range(start, end))]
     joints = [*dropwhile(lambda joint: _is_on_axis(model, data, joint, points[end]), reversed(joints))]
@@ -75,7 +78,7 @@ def _is_on_axis(model: mujoco.MjModel, data: mujoco.MjData, joint: int, point: n
 def _farthest(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, start: np.ndarray, end: np.ndarray
 ) -> Iterator[np.ndarray]:
-    """Yield where one joint moves the end within its range, (3,) m, of which one is the farthest from the start."""
+    """Yield (3,) positions, m, to which one joint can move the end; one of them is the farthest from the start."""
     axis, anchor = data.xaxis[joint], data.xanchor[joint]
     low, high = model.jnt_range[joint] - data.qpos[joint]
     if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:

@@ -14,15 +14,15 @@ HEADROOM = 0.8
 """Share of the joints' speed and acceleration limits that a reference may use; the rest is for the controller."""
 
 TORQUE_HEADROOM = 0.6
-"""Share of the torque that gravity leaves to a joint which a reference may use; the rest is for the controller. A
-torque at its limit follows no reference, and it jumps when the arm has caught up. At 0.8, torques still reach the limit
+"""Share of a joint's torque left over by gravity that a reference may use; the rest is for the controller. With a
+torque at its limit, the arm lags behind; when it has caught up, the torque jumps. At 0.8, torques still reach the limit
 with 3 kg at 0.8 m. Holding 3 kg took at most 94 % of the Panda's torques in random postures."""
 
 TORQUE_PERIODS = 6
 """Control periods between two samples of the torques of a movement: shorter than any peak."""
 
 LEAST_TORQUE = 0.01
-"""Share of a torque limit that counts as left for moving where gravity leaves less."""
+"""Least share of a torque limit that counts as left for moving, even if gravity leaves less."""
 
 JERK_HEADROOM = 0.1
 """Share of the joints' jerk limits that a reference may use: with more the torques would change too fast."""
@@ -32,19 +32,19 @@ TORQUE_RATE_HEADROOM = 0.42
 a control period; the rates of the simulated torques are 1.5 to 2.2 times as large."""
 
 JUMP_HEADROOM = 0.85
-"""The same at the ends of a movement, where joints stop within a step, with the motors' damping added to the inertia;
-for wrists, which have little inertia, it adds three times as much."""
+"""Share of the torque rate limits that a movement may use at its ends, where joints stop within a step. There, the
+motors' damping is added to the inertia: for wrists, which have little inertia, it is three times as much."""
 
 JUMP_RATE_PER_S = 280.0
 """Rate of a torque that jumps within a simulation step, divided by the jump, after the low-pass filter of commanded
 torques (`sim.simulation.recorder`)."""
 
 PLANNED_JERK_HEADROOM = 0.02
-"""The share of jerk limits for planned paths, on which joints that carry the stretched arm move together: 0.1 led to
-173 % of a torque rate limit."""
+"""Share of the jerk limits that a planned path may use: on it, joints that carry the stretched arm move together, and
+0.1 led to 173 % of a torque rate limit."""
 
 SLOWING_MARGIN = 1.02
-"""Factor by which a movement is slowed beyond what is needed, since whether it suffices is not checked again."""
+"""Factor by which a movement is slowed beyond what is needed, since the slowed movement is not checked again."""
 
 BRAKING_HEADROOM = 0.5
 """Share of the acceleration limits that braking uses; the path itself may use the rest."""
@@ -52,9 +52,12 @@ BRAKING_HEADROOM = 0.5
 MIN_BRAKING_TIME_S = 0.1
 """Shortest time in which the arm stops."""
 
-DELAYS_TRIED, PAUSE = 4, 3
-"""Number of start times that are tried for a movement, from now to the end of the previous one, and control periods
-after that end at which it starts at the latest: stopping and starting at once may exceed the limits."""
+DELAYS_TRIED = 4
+"""Number of start times tried for a movement, from now to the end of the previous movement."""
+
+PAUSE = 3
+"""Control periods from the end of the previous movement to the latest start: stopping and starting at once may exceed
+the limits."""
 
 
 class MotionLimits(NamedTuple):
@@ -121,7 +124,7 @@ def begun_late(
 ) -> JointTrajectory:
     """Return a movement from rest, delayed until its sum with the end of the previous movement is within the limits.
 
-    It begins at (n,) rest, rad; `ending` is (M, n), relative to that, rad, per control period.
+    It begins at (n,) `rest`, rad; `ending` has the (M, n) offsets of the previous one from it, rad, per control period.
     """
     if not len(ending):
         return movement
@@ -152,7 +155,7 @@ def _straight_duration(robot: Robot, line: np.ndarray) -> float:
 
 
 def _from_rest(start: np.ndarray, references: np.ndarray) -> np.ndarray:
-    """Return (3 + N, n) references, rad: (N, n) ones after three at rest at (n,)."""
+    """Return (3 + N, n) references, rad: three at rest at an (n,) start, then (N, n) given ones."""
     return np.vstack([np.repeat(start[None], 3, axis=0), references])
 
 
@@ -185,9 +188,9 @@ def _excess(limits: MotionLimits, references: np.ndarray, *, jerk: float = JERK_
 
 
 def _torque_share(limits: MotionLimits, *rows: np.ndarray) -> float:
-    """Return the greatest torque that (N, n) positions, velocities and accelerations add to gravity's.
+    """Return the greatest torque that a movement adds to gravity's, as a share of what a reference may add.
 
-    It is a share of what a reference may add.
+    The rows are its (N, n) positions, velocities and accelerations.
     """
     holding, moving = limits.dynamics.torques(*(row[::TORQUE_PERIODS] for row in rows), load=limits.load)
     most = limits.robot.torque_limits

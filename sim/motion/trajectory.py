@@ -18,11 +18,17 @@ STEPS = 5
 PATH_PERIODS = 3
 """Control periods between two points of a path at which inverse kinematics is solved; a spline joins them."""
 
-SPEED_M_S, ACCELERATION_M_S2 = 0.60, 2.5
-"""Greatest speed and acceleration of the tool: a held block is far from slipping (15 N hold 0.55 N)."""
+SPEED_M_S = 0.60
+"""Greatest speed of the tool, m/s."""
 
-TURN_SPEED_RAD_S, TURN_ACCELERATION_RAD_S2 = 1.6, 6.0
-"""Greatest angular speed and acceleration of the tool about the vertical, and of its tilt."""
+ACCELERATION_M_S2 = 2.5
+"""Greatest acceleration of the tool, m/s^2: a held block is far from slipping (15 N hold 0.55 N)."""
+
+TURN_SPEED_RAD_S = 1.6
+"""Greatest angular speed of the tool about the vertical, and of its tilt, rad/s."""
+
+TURN_ACCELERATION_RAD_S2 = 6.0
+"""Greatest angular acceleration of the tool about the vertical, and of its tilt, rad/s^2."""
 
 MIN_DOWN_COMPONENT = 0.999
 """Least downward component of the z axis of a hand that points down."""
@@ -64,7 +70,7 @@ class ToolPose:
         return ToolPose(self.position + offset, self.rotation)
 
     def leaning(self, angle: float, offset: np.ndarray) -> ToolPose:
-        """Return this hand tilted about its closing direction by an angle, rad, so that it is above a (3,) offset."""
+        """Return this pose with the hand tilted about its closing direction by an angle, rad, towards a (3,) offset."""
         closing = self.rotation[:, 1]
         towards = np.sign(np.cross(closing, -self.rotation[:, 2]) @ offset)
         return ToolPose(self.position, Rotation.from_rotvec(towards * angle * closing).as_matrix() @ self.rotation)
@@ -111,7 +117,7 @@ def smooth_rate(u: np.ndarray) -> np.ndarray:
 
 
 def duration(length: float, speed: float, acceleration: float) -> float:
-    """Return the duration of a smooth step of a length within a speed and an acceleration, s."""
+    """Return the least duration of a smooth step of a length within limits of speed and acceleration, s."""
     # Its peak speed is 1.875 length / duration, its peak acceleration 10 / sqrt(3) length / duration^2.
     return float(max(1.875 * length / speed, np.sqrt(10 / np.sqrt(3) * length / acceleration)))
 
@@ -132,12 +138,12 @@ def transfer_path(
     it descends. Paths that only rise or descend are straight.
 
     Args:
-        robot: whose tool it is.
+        robot: the robot that moves.
         start: current pose.
         goal: goal pose.
-        turn: of the tool about the vertical along the path, rad; the rest of the rotation to the goal is its tilt.
-        height: at which to pass, m, or higher for a higher goal; a tool that starts above it descends along the path,
-            since high up the arm's reach is smaller. None for that of the higher end.
+        turn: turn of the tool about the vertical along the path, rad; the rest of the rotation to the goal is its tilt.
+        height: height at which to pass, m, or higher for a higher goal; None for that of the higher end. A tool that
+            starts above it descends along the path, since high up the arm's reach is smaller.
         drawn_in: how much nearer to the base the tool passes midway, m; never nearer than the arm works.
         straight: whether to rise, move sideways and descend all at once.
     """
@@ -176,10 +182,10 @@ def transfer_path(
 
 
 def spaced(path: np.ndarray, levers: np.ndarray, *, step: float) -> np.ndarray:
-    """Return (M, n) configurations along (N, n) ones, from the first to the last, between which no point moves far.
+    """Return (M, n) configurations along (N, n) ones, from the first to the last, no more than a step, m, apart.
 
-    No point moves farther than by the sum of the joints' turns times their (n,) levers, m per rad or m, which is at
-    most a step, m.
+    The distance between two of them bounds how far a point of the robot moves: it is the sum of the joints' turns times
+    their (n,) levers, m per rad or m.
     """
     moved = np.append(0.0, np.cumsum(np.abs(np.diff(path, axis=0)) @ levers))
     aheads = np.linspace(0, moved[-1], int(np.ceil(moved[-1] / step)) + 1)

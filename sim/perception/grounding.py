@@ -14,20 +14,23 @@ from sim.world.places import AT_RADIUS_M, Slot, lowest_under
 from sim.world.scene import Scene
 
 AT_HEIGHT_M = 0.008
-"""Greatest vertical distance of an object's underside from what it rests on."""
+"""Greatest vertical distance of an object's underside from what it rests on, m."""
 
-POINTING_M, POINTING_SAMPLES = 0.12, 7
-"""How far ahead of the tool the hand points, m, and number of points that are checked on that line."""
+POINTING_M = 0.12
+"""Distance ahead of the tool up to which the hand points, m."""
+
+POINTING_SAMPLES = 7
+"""Number of points ahead of the tool that are checked."""
 
 NOWHERE = "no location"
-"""The hand's location when it is over none; no location can have this name."""
+"""The hand's location when the hand is over none; no location can have this name."""
 
 
 def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
     """Return the slot of every object that rests in one.
 
-    If there are more objects than a location's capacity, only those nearest to their slots count. The scenario's
-    locations come first: an object counts as at a temporary location only if it is at none of them.
+    If a location has more objects than its capacity, only those nearest to their slots count. The scenario's locations
+    come first: an object is at a temporary location only if it is at none of them.
     """
     found = {obj: slot for obj in poses if (slot := slot_of(scene, poses, obj)) is not None}
 
@@ -45,10 +48,10 @@ def resting(scene: Scene, poses: Poses) -> dict[str, Slot]:
 def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -> Slot | None:
     """Return the slot in which an object rests, whatever the location's capacity, or None.
 
-    It rests there if it is upright, near the slot's centre, and its underside is level with the surface there. At a
-    location on others, that surface is the top of an object at one of those, and the centre is the middle of all there.
-    Slots are those of the scenario's locations, or with `temporary` those of temporary ones, where an object need not
-    be upright.
+    It rests there if it is upright, near the slot's centre, and its underside is level with the surface. At a location
+    on top of others, the surface is the top of an object at one of these, and the centre is the middle of all objects
+    there. Only the scenario's locations are considered, or with `temporary` only the temporary ones, where an object
+    need not be upright.
     """
     pose = poses[name]
     if not pose.is_upright and not temporary:
@@ -73,13 +76,13 @@ def slot_of(scene: Scene, poses: Poses, name: str, *, temporary: bool = False) -
 
 
 def middle_of_supports(scene: Scene, poses: Poses, under: Mapping[str, str], supports: Sequence[str]) -> np.ndarray:
-    """Return the (2,) middle of the locations that carry another, m: of the objects there, or of empty slots."""
+    """Return the (2,) middle of locations that carry another, m: of the objects there, or of slots that are empty."""
     where = [poses[under[name]].position if name in under else scene.slots[name][0].position for name in supports]
     return np.asarray(np.mean(where, axis=0)[:2])
 
 
 def carriers(poses: Poses, name: str) -> list[str]:
-    """Return the objects that an object lies on or leans on: its underside is level with their top, or below it."""
+    """Return the objects that carry an object: its underside is level with their top, or below it if it leans."""
     pose = poses[name]
     bottom = pose.underside[2]
     found = []
@@ -95,7 +98,7 @@ def carriers(poses: Poses, name: str) -> list[str]:
 def hand_over(scene: Scene, data: mujoco.MjData, location: str) -> bool:
     """Return whether the hand is over a location: over its row of slots or between two of them.
 
-    A tilted hand is over what it points at within `POINTING_M`. How high a pile is does not matter.
+    A tilted hand is over what it points at within `POINTING_M`. The height of a pile there does not matter.
     """
     floor = scene.slots[lowest_under(scene.model, location)][0].position[2]
     tool, row = data.site(scene.robot.tool), scene.slots[location]
@@ -125,15 +128,15 @@ def observe(
 ) -> ManipulationState:
     """Return the observed symbolic state.
 
-    An object that neither rests in a slot nor is held has no place in it.
+    An object that neither rests in a slot nor is held has no place in this state.
 
     Args:
         scene: of the execution.
         data: simulated state, of which only the robot's own configuration is used.
         poses: of every observed object of the model.
-        hand: where the hand was last sent; another location is reported only if it is not there.
-        held: the object that the pads hold, from their latest contact forces.
-        marks: of the objects, which no sensor observes.
+        hand: location to which the hand was last sent; another one is returned only if the hand is not there.
+        held: the object that the pads hold, by their latest contact forces.
+        marks: of the objects; no sensor observes them.
     """
     if hand in scene.slots and not (held and _is_over(scene, poses[held], hand)):
         hand = hand_location(scene, data, (hand, *scene.slots))
@@ -143,7 +146,7 @@ def observe(
 
 
 def _is_over(scene: Scene, pose: ObjectPose, location: str) -> bool:
-    """Return whether an object is over a location; the hand need not be, if it holds the object off its middle."""
+    """Return whether a held object is over a location; the hand need not be, if it holds the object off its middle."""
     return any(np.hypot(*(pose.position - slot.position)[:2]) < AT_RADIUS_M for slot in scene.slots[location])
 
 
@@ -185,7 +188,7 @@ def _where(state: ManipulationState, obj: str) -> str | None:
 
 
 def _standing_on(scene: Scene, poses: Poses, objects: Iterable[str], locations: Sequence[str]) -> dict[str, str]:
-    """Return which of some objects stands at each of some locations."""
+    """Return, by location, which of some objects stands there."""
     found = {}
     for obj, temporary in itertools.product(objects, (False, True)):
         slot = slot_of(scene, poses, obj, temporary=temporary)

@@ -1,4 +1,4 @@
-"""Sensors: observed poses of objects, all that skills and grounding know of them."""
+"""Sensors: they observe the poses of objects; skills and grounding know these poses from sensors alone."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,17 +18,16 @@ OBSERVATION_TIMEOUT_S = 5.0
 """How long to wait for an observation of an object."""
 
 NOISY_SAMPLES = 10
-"""Number of observations that a measurement averages, one per control period: it has a third of the noise."""
+"""Number of observations averaged in a measurement, one per control period: their mean has a third of the noise."""
 
 NOISE_LEVER_M = 0.0225
-"""The noise of the yaw, rad, is that of the position, m, divided by this distance: half a cube's edge."""
-
+"""Yaw noise, rad, is position noise, m, divided by this distance, m: half a cube's edge."""
 
 UPRIGHT_TILT_RAD = np.radians(20)
-"""Greatest tilt of an object that stands."""
+"""Greatest tilt of an object that stands, rad."""
 
 LEANING_TILT_RAD = np.radians(45)
-"""Greatest tilt of an object that leans on something; if it is tilted by more, it lies on its side."""
+"""Greatest tilt of an object that leans on something, rad; an object tilted by more lies on its side."""
 
 DIAGONAL = np.sqrt(0.5)
 """Vertical component of an axis at 45 degrees."""
@@ -94,7 +93,7 @@ class ObjectPose:
 
     @property
     def underside(self) -> np.ndarray:
-        """(3,) point below its middle, as low as it reaches, m."""
+        """(3,) point below its middle, at the height of its lowest point, m."""
         return self.position - [0.0, 0.0, self.below]
 
     @property

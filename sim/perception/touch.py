@@ -18,8 +18,8 @@ class ContactMonitor:
 
     Attributes:
         handled: the object that the fingers may touch, or None.
-        pad_forces: (pads,) force of each pad on it at the last update, N.
-        pressed: time at which all pads last pressed it and the gripper was commanded to hold, s; -inf for never.
+        pad_forces: (pads,) force of each pad on the handled object at the last update, N.
+        pressed: time at which all pads last pressed it while the gripper was commanded to hold, s; -inf for never.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -40,7 +40,7 @@ class ContactMonitor:
         return ALOFT in self._roles
 
     def handle(self, obj: str | None, *, aloft: bool = False) -> None:
-        """Set the object that the fingers may touch, and whether it is aloft, so that it may touch nothing else."""
+        """Set the object that the fingers may touch; while it is aloft, it may touch nothing but the fingers."""
         self._roles = [role if role == ROBOT else WORLD for role in self._roles]
         if obj is not None:
             for geom in solid_geoms(self._model, obj).tolist():
@@ -51,7 +51,7 @@ class ContactMonitor:
     def update(self, data: mujoco.MjData) -> list[tuple[str, str]]:
         """Update the pad forces from the latest simulated state, and return the unwanted contacts.
 
-        Each has the names of two bodies: one of the robot or the object aloft, and what it touches.
+        Each has the names of two bodies: a link of the robot or the object aloft, and the body that this touches.
         """
         presses, touches = self._sorted_by_role(data.contact.geom)
         pressed = [0.0] * len(self._pads)

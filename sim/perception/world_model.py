@@ -19,7 +19,7 @@ from sim.world.places import Slot, extent, unused_names
 from sim.world.scene import Scene
 
 STRAY_GAP_M = 0.006
-"""Least gap between an object that is put down and one beside its slot."""
+"""Least gap between an object that is put down and an object beside its slot, m."""
 
 
 def reground(
@@ -32,12 +32,11 @@ def reground(
     marks: frozenset[tuple[str, str]],
     lost_because: Callable[[str], str | None],
 ) -> tuple[Scene, dict[str, str]]:
-    """Return a scene whose model starts in the observed state, and why the arm cannot grasp an object, by its name.
+    """Return a scene whose model starts in the observed state, and by object the reason why the arm cannot grasp it.
 
-    The model may have additional locations and objects, and lacks the objects that fell from the table.
-
-    The scene is as it was built from the scenario; `lost_because` returns why the hand cannot grasp an object, or None.
-    The other arguments are those of `observe`.
+    The model may have additional locations and objects, and lacks the objects that fell from the table. `scene` is the
+    one built from the scenario; `lost_because` returns why the hand cannot grasp an object, or None. The other
+    arguments are those of `observe`.
     """
     model = scene.model
     known = [obj.name for obj in model.objects]
@@ -79,7 +78,7 @@ def reground(
 
 
 def spots_in(actions: Sequence[str], scene: Scene, state: ManipulationState) -> dict[str, dict[str, object]]:
-    """Return the temporary locations that actions name, each with its `object` and where it is `at`: (x, y), m."""
+    """Return the temporary locations in some actions, each with its `object` and its position `at`: (x, y), m."""
     named = {scene.model.action(action).location for action in actions} & scene.temporary
     return {
         place: {"object": obj, "at": [round(float(x), 3) for x in scene.slots[place][0].position[:2]]}
@@ -96,7 +95,7 @@ def _obstructed(
     names: Mapping[str, str],
     lost: Mapping[str, str],
 ) -> Location:
-    """Return a location with those that must be empty before a release there; it is closed if one can never be."""
+    """Return a location with those to empty before a release there, `clear_of`; closed if one cannot be emptied."""
     own = [obj for obj, slot in rests.items() if slot.location == place.name]
     free = [slot for slot in scene.slots[place.name] if all(_is_free_beside(scene, slot, poses[obj]) for obj in own)]
     blocking = [
@@ -110,7 +109,7 @@ def _obstructed(
 
 
 def _is_free_beside(scene: Scene, slot: Slot, pose: ObjectPose) -> bool:
-    """Return whether open fingers can release an object in a slot beside one at a pose, in either closing direction."""
+    """Return whether an object can be released in a slot beside another at a pose, in one of two closing directions."""
     size, other = extent(scene.shapes.values()), pose.footprint
     if pose.underside[2] > slot.position[2] + size.high or pose.top < slot.position[2] + STRAY_GAP_M:
         return True

@@ -13,33 +13,36 @@ from sim.world.scene import Scene
 CAMERAS = ("fixed", "orbit", WRIST, "top")
 """In front of the table; swinging around the front, once left and right in a video; on the hand; straight above."""
 
-AZIMUTH_DEG, ELEVATION_DEG = 156.0, -28.0
-"""Heading and pitch of `fixed`: from the right in front of a robot that looks along x, down onto the table."""
+AZIMUTH_DEG = 156.0
+"""Heading of `fixed`, degrees: from the right in front of a robot that looks along x."""
+
+ELEVATION_DEG = -28.0
+"""Pitch of `fixed` and `orbit`, degrees: down onto the table."""
 
 HEADINGS_DEG = (0.0, 48.0, -46.0, 94.0, -86.0, 134.0, -112.0, 160.0, -138.0)
-"""Offsets of that heading to try, for the one from which fixtures hide least."""
+"""Offsets of the heading of `fixed` to try, degrees; the one with which fixtures hide least is used."""
 
 SEEN_CORNERS = 4
 """Least number of visible corners of the box round an object that counts as seen."""
 
 SWING_DEG = 70.0
-"""How far `orbit` swings to either side: beyond, the arm hides its own work."""
+"""Angle by which `orbit` swings to either side, degrees: beyond it, the arm hides its own work."""
 
 MARGIN = 0.03
 """Share of the picture's width and height that stays free on every side."""
 
 
 class Camera:
-    """A view of a scene; all objects, locations and the hand at work fit into that of `fixed`, `orbit` and `top`.
+    """A view of a scene; `fixed`, `orbit` and `top` show all objects, all locations and the hand at work.
 
-    One that is `mounted` is one of the model's own cameras, as `wrist` is.
+    A `mounted` camera is one of the MuJoCo model's own, such as `wrist`.
     """
 
     def __init__(self, scene: Scene, name: str, size: tuple[int, int], *, opening: float = 0.0) -> None:
         """Compute what has to fit into a picture of a size, (width, height) in pixels.
 
-        The name is one of `camera_names`, or a text for `read_view`, else `RenderingError` is raised. In the share
-        `opening` of the video, the camera moves in from a view that includes the hand at home.
+        The name is one of `camera_names`, or a text for `read_view`, else `RenderingError` is raised. In the first
+        share `opening` of the video, the camera moves in from a view that includes the hand at home.
         """
         self.name = name
         self.mounted = name == WRIST or name in camera_names(scene)[len(CAMERAS) :]
@@ -144,7 +147,7 @@ def label_offsets(scene: Scene, camera: Camera) -> dict[str, np.ndarray]:
 
 
 def axes_of(view: mujoco.MjvCamera) -> np.ndarray:
-    """Return the (3, 3) rows to the right, up and ahead, unit vectors."""
+    """Return the unit vectors to the right, up and ahead of a view, (3, 3), in rows."""
     heading, pitch = np.radians([view.azimuth, view.elevation])
     right = np.array([np.sin(heading), -np.cos(heading), 0.0])
     ahead = np.array([np.cos(pitch) * np.cos(heading), np.cos(pitch) * np.sin(heading), np.sin(pitch)])
@@ -160,8 +163,8 @@ def _nearest_eye(points: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """Return the (3,) nearest camera position from which (N, 3) points, m, are in the picture.
 
     Axes point to the right, up and ahead; slopes are the tangents of half the horizontal and vertical field of view.
-    Each of the four planes of the view frustum is moved until it touches a point. The two of the tighter direction meet
-    at the camera, the others behind it.
+    Each of the four side planes of the view frustum is moved until it touches a point. The two planes of the tighter
+    direction meet at the camera, the others behind it.
     """
     high = (points[:, :2] - slopes * points[:, 2:]).max(axis=0)
     low = (points[:, :2] + slopes * points[:, 2:]).min(axis=0)

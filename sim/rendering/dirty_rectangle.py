@@ -1,6 +1,6 @@
-"""The part of a picture that can differ from the one before, its dirty rectangle: only that is rendered again.
+"""The dirty rectangle: the part of a picture that can differ from the one before; only this is rendered again.
 
-What moves changes the picture within the box round it, before and after, and where its shadow falls.
+A geom that moves changes the picture within the boxes round it before and after, and where its shadow falls.
 """
 
 import mujoco
@@ -14,12 +14,14 @@ from sim.rendering.labels import PixelBox
 MOVED_M = 1e-5
 """Least distance by which a corner of the box round a geom moves that changes a picture: a fiftieth of a pixel."""
 
-SUNK_M, BESIDE_M = 0.01, 0.001
-"""What is lower than the top of the table by more than this does not rest on it, and what sticks out from under it by
-more than this is beside it."""
+SUNK_M = 0.01
+"""A point that is lower than the table's top by more than this does not rest on the table, m."""
+
+BESIDE_M = 0.001
+"""A low point that sticks out from under the table's top by more than this is beside the table, m."""
 
 ROUNDING_PX = 2
-"""Number of pixels by which a projected corner may be off."""
+"""Greatest error of a projected corner, pixels."""
 
 
 class DirtyRectangle:
@@ -45,8 +47,8 @@ class DirtyRectangle:
     def update(self, data: mujoco.MjData, share: float, look: object = None) -> PixelBox:
         """Return the box of pixels that can have changed since the last call: at first all, none if nothing moved.
 
-        The data are after `mj_kinematics`, at a share of the video. `look` is what else decides the whole picture, such
-        as the view and the lamps: all changes with it.
+        The data are after `mj_kinematics`, at a share of the video. `look` is everything else on which the picture
+        depends, such as the view and the lamps: if it differs, all pixels can have changed.
         """
         corners = box_corners(data, self._geoms)
         if self._shown is None or self._look != look or not self._is_local:
@@ -65,10 +67,10 @@ class DirtyRectangle:
         return left, top, right, bottom
 
     def _shadows(self, boxes: np.ndarray, corners: np.ndarray, ray: np.ndarray) -> np.ndarray:
-        """Return (N, 8, 3) where the shadows of boxes end: level with the table, or below all where they may pass it.
+        """Return the (N, 8, 3) ends of boxes' shadows: level with the table, or below all geoms if they may pass it.
 
-        If nothing low stands beside the table, only a shadow that comes from beside it falls below its top. The corners
-        of all geoms are (G, 8, 3), m; the ray is the light's (3,) direction per metre downwards.
+        If nothing low stands beside the table, only a shadow that comes from beside the table falls below its top. The
+        corners of all geoms are (G, 8, 3), m; the ray is the light's (3,) direction per metre downwards.
         """
         level, below = (boxes + (boxes[..., 2:] - height) * ray for height in (0.0, corners[..., 2].min()))
         if self._table is None:

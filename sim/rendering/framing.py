@@ -12,14 +12,17 @@ from sim.world.places import AT_RADIUS_M, Slot, extent
 from sim.world.scene import Scene
 from sim.world.shapes import about_z
 
-REST_S, REST_DISTANCE_M = 0.5, 0.001
-"""An object is at rest if it moves by less than this distance in this time."""
+REST_S = 0.5
+"""Time over which it is decided whether an object is at rest, s."""
+
+REST_DISTANCE_M = 0.001
+"""An object at rest moves by less than this in `REST_S`, m."""
 
 
 def work_points(scene: Scene) -> np.ndarray:
     """Return (N, 3) points that bound the objects, locations, fixtures, names and the hand at work, m.
 
-    With the hand at home, where it is for a second only, a cube of Case Study 3 would be 40 pixels wide instead of 66.
+    The hand is at home for a second only: with that in view, a cube of Case Study 3 would be 40 pixels wide, not 66.
     """
     parts = [object_corners(scene), hand_corners(scene), np.array([*label_anchors(scene).values()])]
     model, data = scene.mujoco, mujoco.MjData(scene.mujoco)
@@ -31,7 +34,7 @@ def work_points(scene: Scene) -> np.ndarray:
 
 
 def of_fixtures(scene: Scene) -> np.ndarray:
-    """Return (ngeom,) bool: which geoms are the fixtures'."""
+    """Return (ngeom,) bool: which geoms belong to fixtures."""
     bodies = [scene.mujoco.body(body_name(fixture.name)).id for fixture in scene.model.fixtures]
     return np.isin(scene.mujoco.geom_bodyid, bodies)
 
@@ -49,9 +52,9 @@ def object_corners(scene: Scene) -> np.ndarray:
 
 
 def label_targets(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the (3,) middle of each location that is not temporary, m; on other objects, of the object there.
+    """Return the (3,) middle of each location that is not temporary, m, by its displayed name.
 
-    Locations are given by what people are shown for them.
+    At a location on others, it is the middle of an object there.
     """
     show = scene.model.display.location
     named = [name for name in scene.slots if name not in scene.temporary]
@@ -63,7 +66,7 @@ def label_targets(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def label_anchors(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the preferred (3,) point of the name of each of these locations, m: beside it on the table."""
+    """Return the preferred (3,) point for the name of each location of `label_targets`, m: beside it on the table."""
     show = scene.model.display.location
     beside = {show(name): np.array([*place, 0.0]) for name, place in scene.name_places.items()}
     return label_targets(scene) | beside

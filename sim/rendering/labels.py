@@ -23,10 +23,13 @@ OVERSAMPLING = 3
 """Supersampling factor of plates, for smooth edges."""
 
 ROUNDING_PX = 1.0
-"""Names are drawn at whole pixels, so their offsets vary by up to this as the camera moves."""
+"""Greatest variation of a name's offset as the camera moves, since names are drawn at whole pixels."""
 
-STEPS, DIRECTIONS = 7, 16
-"""Number of distances, in steps of half its height, and of directions from its anchor at which a name is tried."""
+STEPS = 7
+"""Number of distances from its anchor at which a name is tried, in steps of half the name's height."""
+
+DIRECTIONS = 16
+"""Number of directions from its anchor in which a name is tried."""
 
 
 def place_labels(
@@ -76,8 +79,7 @@ def draw_labels(
 ) -> np.ndarray:
     """Return a frame with names, and a thin line from each name that is far from its anchor to its location.
 
-    The boxes are from `label_boxes`, as are the (2,) anchors; targets are the (2,) pixels in the middle of each
-    location.
+    The boxes are from `label_boxes`, the (2,) anchors as there; targets are the (2,) pixels in the middle of locations.
     """
     picture = Image.fromarray(frame)
     draw = ImageDraw.Draw(picture)

@@ -17,7 +17,7 @@ CURE = "install a software renderer: apt-get install libegl1 libegl-mesa0 libgl1
 def check_rendering() -> None:
     """Raise `RenderingError`, which says why and how to repair it, unless rendering works.
 
-    That is tried in a process of its own, which a faulty driver may crash without harm.
+    Rendering is tried in a separate process, which a faulty driver may crash without harm.
     """
     call = f"import sys; sys.path = {sys.path}; from sim.rendering.opengl import probe; probe()"
     done = subprocess.run([sys.executable, "-c", call], capture_output=True, text=True)

@@ -10,8 +10,8 @@ class Quality:
 
     Attributes:
         size: (width, height) in pixels, both even.
-        samples: number of renderings to average, with other subpixel offsets and points of the key light, for smooth
-            edges and soft shadows. With one, edges are smoothed afterwards.
+        samples: number of renderings to average, with different subpixel offsets and points of the key light, for
+            smooth edges and soft shadows. With only one, edges are smoothed afterwards.
         shadow_pixels: side of the shadow map.
         rate: constant rate factor of x264: lower is better, and 18 is considered visually lossless.
         preset: of x264.

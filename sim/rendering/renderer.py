@@ -68,7 +68,7 @@ class Painter:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._drawn = mujoco.MjvScene(self._model, maxgeom=self._model.ngeom + 100)
         self._shown, self._dirty = np.empty((size[1], size[0], 3), dtype=np.uint8), None
-        # A mounted camera sees all move; the shadows of several points of the lamp lie beside the one followed.
+        # A mounted camera sees everything move; shadows from other points of the lamp lie beside the one followed.
         if not self._camera.mounted and quality.samples == 1:
             self._dirty = DirtyRectangle(
                 self._model, self._camera, self._key, None if scene.model.scene else scene.table
@@ -177,7 +177,7 @@ class Painter:
 
 
 def _grown(box: PixelBox, size: tuple[int, int]) -> PixelBox:
-    """Return a box with what smoothing mixes into it, within a picture of a size."""
+    """Return a box and the pixels around it that smoothing mixes into it, within a picture of a size."""
     left, top, right, bottom = box
     return (
         max(0, left - MARGIN_PX),

@@ -24,10 +24,10 @@ from sim.simulation.run import FRAME_RATE_HZ, Run
 from sim.world.scene import Scene
 
 LAST_FRAME_S = 0.5
-"""How long the last state is held, s: long enough to read the caption, and no longer than the hand pauses before."""
+"""Time for which the last state is held, s: enough to read the caption, and no more than the hand pauses before."""
 
 OPENING_S = 2.0
-"""Time in which the camera moves in, s; the hand needs as long to come down from home."""
+"""Time in which the camera moves in, s; the hand needs the same time to come down from home."""
 
 PART_FRAMES = 100
 """Approximate number of frames of a part: six seconds of work, a fortieth of it to set up the renderer."""
@@ -76,7 +76,7 @@ def render_video(
     scene = with_strays(scene, run.qpos[:: round(REST_S * FRAME_RATE_HZ)])
     opening = OPENING_S * FRAME_RATE_HZ / len(frames)
     render = partial(_render_part, scene, captions, quality=quality, camera=camera, opening=opening)
-    # As many as `in_processes` starts at least.
+    # `in_processes` starts at least two.
     workers = max(2, min(cpu_count(), len(frames) // PART_FRAMES))
     count = workers * max(1, round(len(frames) / (workers * PART_FRAMES)))
     bounds = [len(frames) * i // count for i in range(count + 1)]

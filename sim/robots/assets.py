@@ -1,4 +1,4 @@
-"""Where the files of robots are that the package gymnasium-robotics brings; it is located, never imported."""
+"""Location of the robot files in the package gymnasium-robotics, which is located but never imported."""
 
 import importlib.util
 from pathlib import Path

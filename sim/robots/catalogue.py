@@ -48,7 +48,7 @@ def robot_named(name: str) -> Robot:
 
 
 def robot_for(setup: RobotSetup, robot: Robot | str | None = None) -> Robot:
-    """Return the robot that a scenario sets up, or another or the one of a name in its place.
+    """Return the robot that a scenario sets up, or `robot` (a robot or a name) in its place.
 
     Raises:
         RobotError: `robot` is unknown, or the robot cannot be loaded.

@@ -5,27 +5,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SUCTION_OPENING_M, SUCTION_SQUEEZE_M = 0.03, 0.015
-"""Commanded width at which the vacuum of a suction cup is off; and how far the command is below the width of the held
-object, which counts as 0, when it is on."""
+SUCTION_OPENING_M = 0.03
+"""Commanded width at which the vacuum of a suction cup is off, m."""
+
+SUCTION_SQUEEZE_M = 0.015
+"""How far the commanded width is below the width of the held object (0) when the vacuum is on, m."""
 
 GRAVITY_M_S2 = 9.81
 
 CARRYING_ACCELERATION_M_S2 = 4.0
-"""Sideways acceleration against which a suction cup must hold an object. With the Panda's cup, a box 10 cm high of
-1.2 kg, which stands 3.5 m/s2, was torn off, and a cube of 6 cm and 1.4 kg, which stands 4.4 m/s2, was carried."""
+"""Sideways acceleration at which a suction cup must hold an object, m/s2. With the Panda's cup, a box 10 cm high of
+1.2 kg (limit 3.5 m/s2) was torn off, and a cube of 6 cm and 1.4 kg (limit 4.4 m/s2) was carried."""
 
 USUAL_LOAD_KG = 1.5
-"""Heavier objects are pressed harder in proportion. With 15 N, a box of 3 kg slips between the Panda's pads."""
+"""Mass above which objects are pressed harder in proportion, kg: with 15 N, 3 kg slip between the Panda's pads."""
 
 PAD_CLEARANCE_M = 0.0075
 """Least distance from an object to either pad of the open hand where there is space, m."""
 
 MIN_HELD_WIDTH_M = 0.005
-"""Least commanded width of the hand that holds an object."""
+"""Least commanded width of the hand that holds an object, m."""
 
 MAX_LENGTH_M = 0.120
-"""Greatest length of an object across the closing direction: a longer one turns between the fingers."""
+"""Greatest length of an object across the closing direction, m: a longer one turns between the fingers."""
 
 MAX_LIFT_M = 0.022
 """Greatest distance of the pads' middle from an object's, m. At this distance, half of the pads hold a default cube,
@@ -34,7 +36,7 @@ MAX_LIFT_M = 0.022
 
 @dataclass(frozen=True, eq=False)
 class Linkage:
-    """Table of K rows for fingers that do not each slide by an equal share of the width.
+    """Table from widths to commands and joint positions, K rows: for fingers that do not slide by equal shares.
 
     Attributes:
         widths: (K,) between the pads, m, ascending.
@@ -52,17 +54,17 @@ class Gripper:
     """Two fingers that close along the y axis of the tool frame.
 
     Attributes:
-        actuator: drives the fingers; without a linkage its command is the width between the pads, m.
-        joints: of the fingers; without a linkage each slides by an equal share of the width.
+        actuator: drives the fingers; without a linkage, its command is the width between the pads, m.
+        joints: joints of the fingers; without a linkage, each slides by an equal share of the width.
         pads: geoms of the left and the right pad, which hold an object.
         opening_m: greatest width between the pads.
-        squeeze_m: how much narrower than a held object the command is, up to `USUAL_LOAD_KG`.
+        squeeze_m: how far the commanded width is below that of a held object of at most `USUAL_LOAD_KG`.
         firm_force_n: least contact force on each pad in a firm grip.
-        finger_depth_m: of a finger, from its pad outwards along y, clearance included.
-        finger_half_width_m: of a finger along x, clearance included.
-        fingertip_m: how far the finger tips reach below the tool frame, clearance included.
-        palm_height_m: of the palm over the tool frame, clearance subtracted.
-        palm_half_width_m: of the palm along x, clearance included.
+        finger_depth_m: depth of a finger, from its pad outwards along y, clearance included.
+        finger_half_width_m: half width of a finger along x, clearance included.
+        fingertip_m: how far the fingertips reach below the tool frame, clearance included.
+        palm_height_m: height of the palm above the tool frame, clearance subtracted.
+        palm_half_width_m: half width of the palm along x, clearance included.
         linkage: maps widths to commands and positions; None for fingers that slide.
     """
 
@@ -81,9 +83,9 @@ class Gripper:
 
     @property
     def held_lengths(self) -> dict[str, tuple[float, float]]:
-        """Least and greatest lengths of an object that it can grasp, m: how wide, high, and long across the fingers.
+        """Least and greatest lengths it can grasp, m: `wide` along the closing direction, `long` across it, and `high`.
 
-        From above, the fingertips would touch the surface below a lower object, and the palm a higher one.
+        In a grasp from above, the fingertips would touch the surface below a lower object, the palm a higher object.
         """
         return {
             "wide": (self.squeeze_m + MIN_HELD_WIDTH_M, self.opening_m - 2 * PAD_CLEARANCE_M),
@@ -92,7 +94,7 @@ class Gripper:
         }
 
     def held_mass(self, height: float) -> float:
-        """Return the greatest mass, kg, of an object of a height, m, that it can hold; fingers press as needed."""
+        """Return the greatest mass it can hold, kg, by the object's height, m; infinite: fingers press as needed."""
         return math.inf
 
     def command(self, width: float) -> float:
@@ -139,11 +141,11 @@ class SuctionGripper(Gripper):
     width is negative. The actuator is MuJoCo's adhesion; its command is 1 for vacuum, else 0.
 
     Attributes:
-        joints: of the spring that yields when the cup is pressed on an object.
-        pads: the geom of the lip.
+        joints: joint of the spring that yields when the cup is pressed on an object.
+        pads: geom of the lip.
         opening_m: commanded width without vacuum.
-        finger_depth_m: half the cup along y, clearance included.
-        finger_half_width_m: half the cup along x, clearance included.
+        finger_depth_m: half width of the cup along y, clearance included.
+        finger_half_width_m: half width of the cup along x, clearance included.
         press_m: how far the hand moves on after the lip has touched an object.
         force_n: suction force.
     """
@@ -157,7 +159,7 @@ class SuctionGripper(Gripper):
         return {"wide": (2 * self.finger_half_width_m, math.inf)} | dict.fromkeys(("high", "long"), (0.0, math.inf))
 
     def held_mass(self, height: float) -> float:
-        """See `Gripper.held_mass`: the suction left over from the weight keeps the object from tilting off the lip."""
+        """See `Gripper.held_mass`: the suction beyond the weight keeps the object from tilting off the lip."""
         lever = CARRYING_ACCELERATION_M_S2 / GRAVITY_M_S2 * height / 2 / self.finger_half_width_m
         return self.force_n / GRAVITY_M_S2 / (1 + lever)
 

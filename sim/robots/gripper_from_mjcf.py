@@ -15,34 +15,37 @@ COMMANDS = 25
 """Number of commands, from the least to the greatest, at which the fingers are measured."""
 
 SETTLE_S = 0.6
-"""How long the fingers may take to come to rest at each command."""
+"""Time for the fingers to come to rest at each command, s."""
 
 MIN_TRAVEL_M = 0.005
-"""Least difference between the widths at the least and the greatest command."""
+"""Least range of the widths between the pads over all commands, m."""
 
 WIDTH_TOLERANCE_M = 0.002
-"""Greatest shortfall of the range of widths from the specified one."""
+"""Greatest shortfall of the measured range of widths at either end of the specified range, m."""
 
 SHAPE_MARGIN_M = 0.002
-"""Clearance added to all shapes of the hand."""
+"""Clearance added to all shapes of the hand, m."""
 
 SQUEEZES_M = 0.006, 0.020
-"""Bounds on how much narrower than a held object the fingers are commanded."""
+"""Bounds on `Gripper.squeeze_m`, m."""
 
-FIRM_SHARE, FIRM_FORCE_N = 1 / 3, 5.0
-"""Least force of a firm grip: this share of the gripper's force, but no more than this force is required."""
+FIRM_SHARE = 1 / 3
+"""Least force of a firm grip, as a share of the gripper's force."""
+
+FIRM_FORCE_N = 5.0
+"""Force that is enough for a firm grip of any gripper, N."""
 
 CLOSING_COSINE = 0.98
 """Least cosine of the angle between the tool's y axis and the closing direction of the fingers."""
 
 MAX_PALM_M = 0.06
-"""Greatest half width of a palm; wider shapes are parts of the arm."""
+"""Greatest half width of a palm, m; wider shapes are parts of the arm."""
 
 USUAL_PALM_M = 0.05
-"""Height of the palm over the tool if the hand has no shapes there."""
+"""Height of the palm above the tool if the hand has no shapes there, m."""
 
 RIGID_PRESS_M = 0.0003
-"""How far a cup without a spring moves on after its lip has touched an object: a millimetre pushes the object away."""
+"""How far a cup without a spring moves on after touching an object, m: a millimetre would push the object away."""
 
 
 def _set_pad(pad: mujoco.MjsGeom) -> None:
@@ -57,15 +60,15 @@ def gripper_from_mjcf(
     """Return the gripper of an imported robot.
 
     Args:
-        spec: of the robot; the contacts of the pads and the force of the actuator are set.
+        spec: of the robot; the contacts of its pads and the force of its actuator are changed.
         arm: home position of each joint of the arm, rad or m.
         setup: kind, widths and force of the gripper.
-        tool: site between the pads or at the lip of the cup, z out of the hand; fingers close along y.
-        actuator: that of `setup` in `spec`.
+        tool: site between the pads or at the lip of the cup: z points out of the hand, the fingers close along y.
+        actuator: name in `spec` of the actuator of `setup`.
 
     Raises:
-        RobotError: the fingers do not close along the tool's y axis, or not over the widths of `setup`; or the actuator
-            is of another kind, or the cup has another number of colliding geoms than one.
+        RobotError: the fingers do not close along the tool's y axis, or not over the widths of `setup`; the actuator
+            is of the wrong kind; the cup does not have exactly one colliding geom.
     """
     if setup.kind == "suction":
         return _suction(spec, arm, tool, actuator, setup.force)
@@ -124,7 +127,7 @@ def _states(model: mujoco.MjModel, arm: dict[str, float], actuator: str) -> list
 
 
 def _pads(data: mujoco.MjData, joints: tuple[str, ...], tool: str) -> tuple[str, str]:
-    """Return the geoms of the left and the right finger that are nearest to the tool: these hold objects."""
+    """Return the geom of the left and of the right finger that is nearest to the tool: these are the pads."""
     model, site = data.model, data.site(tool)
     moving = with_descendants(model, *(model.joint(name).bodyid[0] for name in joints))
     shapes = np.flatnonzero(moving[model.geom_bodyid] & (model.geom_contype != 0)).tolist()
@@ -163,7 +166,7 @@ def _suction(spec: mujoco.MjSpec, arm: dict[str, float], tool: str, actuator: st
 
 
 def _firm(force_n: float) -> float:
-    """Return the least force of a firm grip of a gripper with a greatest force, N."""
+    """Return the least force of a firm grip, N, by the gripper's greatest force, N."""
     return min(FIRM_FORCE_N, FIRM_SHARE * force_n)
 
 
@@ -185,9 +188,9 @@ def _check_axis(data: mujoco.MjData, pads: tuple[str, str], tool: str) -> None:
 
 
 def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np.ndarray, force_n: float) -> float:
-    """Limit the actuator so that each pad presses with a force; return the `squeeze_m` for that, m.
+    """Limit the actuator so that each pad presses with a given force; return the `squeeze_m` for this force, m.
 
-    By virtual work, a pad's force is the actuator's times the derivative of its transmission length by the width.
+    By virtual work, a pad's force is the actuator's force times the derivative of the actuator's length by the width.
     """
     motor = spec.actuator(actuator)
     slope = float(np.abs(np.polyfit(linkage.widths, lengths, 1)[0]))
@@ -197,7 +200,7 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
     if stiffness <= 0:
         raise RobotError(f"the actuator {actuator!r} is no position servo")
     squeeze = force_n / stiffness
-    if squeeze > SQUEEZES_M[1]:  # a servo so soft would press with less than the force
+    if squeeze > SQUEEZES_M[1]:  # so soft a servo would press with less force
         stiffer = squeeze / SQUEEZES_M[1]
         motor.gainprm[0] *= stiffer
         motor.biasprm[:3] *= [stiffer, stiffer, np.sqrt(stiffer)]  # the same damping ratio
@@ -207,7 +210,7 @@ def _set_force(spec: mujoco.MjSpec, actuator: str, linkage: Linkage, lengths: np
 def _dimensions(
     states: list[mujoco.MjData], joints: tuple[str, ...], pads: tuple[str, ...], tool: str
 ) -> dict[str, Any]:
-    """Return the dimensions of the hand over several states, by their names in `Gripper`, from its bounding boxes."""
+    """Return the hand's dimensions, by their names in `Gripper`, from its bounding boxes in several states."""
     model = states[0].model
     fingers = {int(model.geom(name).bodyid[0]) for name in pads}
     moving = with_descendants(model, *(model.joint(name).bodyid[0] for name in joints))

@@ -1,4 +1,4 @@
-"""Robots of other sources, made for scenes: unique names, contacts, position actuators and gravity compensation."""
+"""Robots from other sources, adapted to scenes: unique names, contacts, position actuators, gravity compensation."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -20,23 +20,23 @@ STIFFNESS_PER_TORQUE = 60.0
 """Stiffness over torque limit of an actuator that the MJCF lacks, 1/rad: about the Panda's."""
 
 DAMPING_TIME_S = 0.1
-"""Damping over stiffness of an actuator, at least: the Panda's."""
+"""Least ratio of damping to stiffness of an actuator, s: the Panda's."""
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedArm(ArmConstants):
-    """A robot of another source: an MJCF, and constants with the names of that MJCF.
+    """A robot from another source: an MJCF, and constants with the names in this MJCF.
 
     Attributes:
         mjcf: returns the MJCF, with a site for the tool.
-        gripper: which actuator drives the gripper; the rest is derived.
+        gripper: actuator, force and widths of the gripper; its other constants are derived from the MJCF.
     """
 
     mjcf: Callable[[], mujoco.MjSpec]
     gripper: GripperSetup
 
     def robot(self) -> Robot:
-        """Return the robot, made for scenes when it is first asked for.
+        """Return the robot; its MJCF is adapted to scenes on the first call.
 
         Raises `RobotError` or `ValueError` if the MJCF is not available or readable, or does not fit the constants.
         """
@@ -49,10 +49,10 @@ class ImportedArm(ArmConstants):
 
 @cache
 def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
-    """Return the robot in the MJCF of an arm without the rest, and its gripper.
+    """Return the robot alone, cut out of the MJCF of an arm, and its gripper.
 
     The robot is the top-level body above the first joint, and its descendants. Names get a prefix. Joints that are
-    neither the arm's nor beyond its last one are fixed. Each joint of the arm gets a position actuator of its name.
+    neither the arm's nor beyond its last joint are fixed. Each joint of the arm gets a position actuator of its name.
     """
     spec = arm.mjcf()
     actuator = arm.gripper.actuator
@@ -88,7 +88,7 @@ def _imported(arm: ImportedArm) -> tuple[mujoco.MjSpec, Gripper]:
 
 
 def _copy(arm: ImportedArm) -> mujoco.MjSpec:
-    """Return the robot."""
+    """Return a copy of the robot's MJCF."""
     return _imported(arm)[0].copy()
 
 
@@ -161,9 +161,9 @@ def _name(spec: mujoco.MjSpec) -> None:
 
 
 def _set_motor(spec: mujoco.MjSpec, name: str, torque: float) -> None:
-    """Give a joint a position actuator of its name, with the stiffness of the MJCF's own if it has one.
+    """Give a joint a position actuator of its name, with the stiffness of the MJCF's position actuator if there is one.
 
-    The joint's damping becomes the actuator's, for which the controller compensates, as for friction and springs.
+    The joint's damping moves to the actuator: the controller compensates for it, as for friction and springs.
     """
     joint = spec.joint(name)
     if not np.any(joint.range):

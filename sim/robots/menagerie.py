@@ -52,7 +52,7 @@ def unavailable_because() -> str | None:
 
 
 def menagerie_mjcf(description: str) -> mujoco.MjSpec:
-    """Return the MJCF of a robot, such as `panda_mj_description`, its root body at the origin: cached, or downloaded.
+    """Return the cached or downloaded MJCF of a robot, such as `panda_mj_description`, with its root at the origin.
 
     Raises:
         RobotError: robot_descriptions or git is missing, or nothing is cached and the repository is unreachable.

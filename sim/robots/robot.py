@@ -41,10 +41,10 @@ class ArmConstants:
         torque_limits: (n,) N m, N for a sliding joint.
         home: (n,) rad or m: the tool points down in front of the base.
         tool: site between the pads: z points out of the hand, the fingers close along y.
-        acceleration_limits: (n,) rad/s^2, of planned motions; infinite if unknown, as are jerk and torque rate.
+        acceleration_limits: (n,) rad/s^2, of planned motions; infinite if unknown.
         peak_acceleration_limits: (n,) rad/s^2, which an impact may reach; None for `acceleration_limits`.
-        jerk_limits: (n,) rad/s^3.
-        torque_rate_limits: (n,) N m/s.
+        jerk_limits: (n,) rad/s^3; infinite if unknown.
+        torque_rate_limits: (n,) N m/s; infinite if unknown.
         nearest_m: least distance of the tool from the axis of the base.
         wrist_joints: number of its wrist's joints, the last ones.
         floor_front_m: how far the base of a robot on the floor extends ahead of its axis; None for one on the table.
@@ -80,9 +80,9 @@ class ArmConstants:
 class Robot(ArmConstants):
     """A robot arm with a gripper, ready for scenes, where the table top is at z = 0.
 
-    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. Its MJCF has its
-    defaults in a class of its own, since the main class applies to the whole scene. Position actuators bear the names
-    of the joints.
+    Its geoms have contype 2 and conaffinity 1: they collide with the world and not with each other. The defaults of its
+    MJCF are in a separate class, since the main class applies to the whole scene. Position actuators have the names of
+    the joints.
 
     Attributes:
         mjcf: module-level function that returns its MjSpec.
@@ -96,7 +96,7 @@ class Robot(ArmConstants):
 
     @property
     def load_limits(self) -> dict[str, np.ndarray | float]:
-        """The (n,) limits of every joint's loads, by the names of their arrays in `sim.simulation.run.Run`."""
+        """The (n,) limits of the joints' loads; keys are the names of the load arrays in `sim.simulation.run.Run`."""
         peak = self.peak_acceleration_limits
         return {
             "speeds": self.velocity_limits,
@@ -128,7 +128,7 @@ class Robot(ArmConstants):
             joint.actgravcomp = True
             joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
             joint.actfrcrange = [-limit, limit]
-            # A command leads its joint, by more the faster that moves: cut off at the joint's limit, it would jerk.
+            # A command leads its joint, more so at high speed; clipped to the joint's range, it would cause a jerk.
             spec.actuator(name).ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
         if self.yaw or self.position.any():
             spec.body(self.base).set_frame(spec.worldbody.add_frame(pos=self.position, quat=yaw_quat(self.yaw)))

@@ -15,7 +15,7 @@ from sim.robots.import_mjcf import PREFIX, ImportedArm
 from sim.robots.robot import Robot
 
 MAX_OPENING_M = 0.5
-"""Largest opening of a gripper; larger ones are probably in millimetres."""
+"""Largest opening of a gripper, m; larger ones are probably in millimetres."""
 
 MAX_FORCE_N = 500.0
 """Largest force of a gripper: with 2 kN, pads press so deep into objects that these do not lie still."""
@@ -28,7 +28,7 @@ DOWN_COSINE = 0.98
 
 
 def user_robot(setup: RobotSetup) -> Robot:
-    """Return the robot that a scenario describes, which `check_robot` has passed.
+    """Return the robot that a scenario describes; `check_robot` has checked the setup.
 
     Raises `SimulationError`, which begins with the key, if the MJCF cannot be read, or does not fit the table.
     """
@@ -40,7 +40,7 @@ def user_robot(setup: RobotSetup) -> Robot:
 
 @cache
 def _robot(setup: RobotSetup, changed: tuple[int, ...]) -> Robot:
-    """Return the robot; `changed`, when the files of its MJCF were last written, lets the cache notice a new one."""
+    """Return the robot; `changed`, the times at which its files were last written, makes the cache notice changes."""
     path = setup.folder / str(setup.mjcf)
     assert setup.gripper is not None and setup.tool is not None
     arm = ImportedArm(
@@ -87,7 +87,7 @@ def _check_home(robot: Robot) -> None:
 def _links_inside_each_other(robot: Robot, model: mujoco.MjModel) -> tuple[str, str] | None:
     """Return the names of two links that overlap at home, the hand open or closed; None if there are none.
 
-    Every log of such a robot would be refuted. Neighbours may overlap, and so may the fingers.
+    No log of such a robot would pass the checks. Neighbouring links may overlap, and so may the fingers.
     """
     robot.let_links_collide(model)
     is_robot, is_finger = robot.bodies(model)[model.geom_bodyid], robot.fingers(model)

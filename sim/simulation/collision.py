@@ -13,28 +13,32 @@ from sim.world.contacts import set_margins
 from sim.world.scene import Scene
 
 ADJACENT_M = 0.01
-"""Links nearer than this to each other, with the arm at home and the hand closed, never count as in collision."""
+"""Margin of each link, m. Links whose margins overlap at home, with the hand closed, never count as in collision."""
 
 CHECK_STEP_M = 0.008
-"""Bound on how far a point of the robot or its load moves between two checks along a path (or twice the clearance if
-that is more): a body farther away than half of this at both checks is not hit in between, however thin it is."""
+"""Greatest movement of any point of the robot or its load between two checks along a path, m; twice the clearance if
+that is more. A body farther away than half of this at both checks is not hit in between, however thin it is."""
 
-LINK_CLEARANCE_M, LINK_RESERVE_M = 0.003, 0.0005
-"""Least clearance of the arm's links, if any is asked for: braking, the stretched arm overshoots by 2 mm. What is added
-for a single configuration: the movement there, from a pose that is measured again, ends a little off."""
+LINK_CLEARANCE_M = 0.003
+"""Least clearance of the arm's links where a clearance is asked for, m: braking, a stretched arm overshoots by 2 mm."""
+
+LINK_RESERVE_M = 0.0005
+"""Clearance added where a single configuration is checked, m: the arm stops a little off the pose that was planned."""
 
 MAX_NEARING_M = 0.001
-"""By how much the arm may approach a body that is within the clearance at the start, and its load what carries it at
-the end, and how deep the load may be in what is beside it there, m: the arm comes to rest within that of its goal."""
+"""The arm stops within this distance of its goal, m. By so much, it may come nearer to a body within the clearance at
+the start, its load may come nearer to its support than at the end, and the load may end in bodies beside it."""
 
-LEAST_LIFT, MAX_SINK_M = 0.7, 0.008
-"""Least upward component of the normal of a contact that carries the load, and how deep the load may end in what
-carries it, m, as the height of that is observed, too: a board in the load's middle may seem to carry it. It may not
-end as deep in what is beside it, and never in what is above it."""
+LEAST_LIFT = 0.7
+"""Least upward component of the normal of a contact that carries the load."""
+
+MAX_SINK_M = 0.008
+"""Greatest depth to which the load may end in its support, m, whose height is observed, too; deeper, a board in the
+load's middle may seem to carry it. It may not end as deep in bodies beside it, and never in bodies above it."""
 
 HAND_DEPTH_M = 0.001
-"""Least penetration at which the hand alone counts as inside a body, m: then the hand is in collision for every
-solution within the tolerances of inverse kinematics."""
+"""Least depth at which the hand counts as inside a body (`hand_is_inside`), m: then every solution within the
+tolerances of inverse kinematics is in collision, too."""
 
 
 class CollisionChecker:
@@ -97,7 +101,7 @@ class CollisionChecker:
         """Set the state of the world for the next checks: joints of the robot, and last observed poses of the objects.
 
         The fingers may touch the handled object; if it is held, it moves with the hand as its load, which is checked
-        for collisions, too. Without a width between the pads, m, it is the current one.
+        for collisions, too. `width` is that between the pads, m; None for the current one.
         """
         model, data = self._model, self._data
         data.qpos[:] = now.qpos
@@ -120,8 +124,8 @@ class CollisionChecker:
     ) -> frozenset[tuple[str, str]]:
         """Return the collisions at a configuration: names of a body of the robot or the load, and of another body.
 
-        Bodies nearer than a clearance, m, count (`LINK_CLEARANCE_M`); a width between the pads, m, stays for the next
-        checks.
+        Bodies nearer than `clearance`, m, count as in collision (for links, see `LINK_CLEARANCE_M`). A `width` between
+        the pads, m, holds for the next checks, too.
         """
         if width is not None:
             self._data.qpos[self._widths] = self._robot.gripper.positions(width)
@@ -131,14 +135,14 @@ class CollisionChecker:
         return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._data.contact.geom))
 
     def distances(self, q: np.ndarray, *, within: float) -> dict[tuple[str, str], float]:
-        """Return the distances of bodies of the robot or its load from others, as far as they are within one, m."""
+        """Return the distances up to `within`, m, of bodies of the robot or its load from other bodies."""
         self._keep(within)
         self._place(q)
         contact, names, found = self._data.contact, self._names, dict[tuple[str, str], float]()
         counted = self._pairs(contact.geom)
         if not counted:
             return found
-        # Margins of two geoms that both move add up (`set_margins`).
+        # Margins of two geoms that both move add up (`set_margins`): a distance is scaled from its margin to `within`.
         rows = zip(contact.geom.tolist(), contact.dist.tolist(), contact.includemargin.tolist(), strict=True)
         for (one, other), distance, margin in rows:
             for pair in {(one, other), (other, one)} & counted:
@@ -147,14 +151,14 @@ class CollisionChecker:
         return found
 
     def touches_hand(self, collision: tuple[str, str]) -> bool:
-        """Return whether a collision of `touches` is one of the hand with what is not of the robot."""
+        """Return whether a collision found by `touches` is between the hand and a body that is not of the robot."""
         part, other = (self._names.index(name) for name in collision)
         return bool(self._hand[part] and not self._own[other])
 
     def hand_is_inside(self, tool: ToolPose, *, width: float) -> bool:
         """Return whether the hand, opened to a width, m, would be inside a body if its tool were at a pose.
 
-        The pads may be inside the handled object. The rest of the arm, and whether it reaches the pose, are ignored.
+        The handled object does not count. The rest of the arm, and whether it reaches the pose, are ignored.
         """
         model, data = self._model, self._data
         data.qpos[self._widths] = self._robot.gripper.positions(width)
@@ -252,9 +256,9 @@ class CollisionChecker:
         return self._known[question]
 
     def _carriers(self, clearance: float) -> dict[int, float]:
-        """Return what is within a clearance of the load now, m, and may carry it or be beside it.
+        """Return the geoms within a clearance, m, of the load in its present pose that may carry it or be beside it.
 
-        Geoms are given with the distance down to which the load may touch them, m. None if nothing carries it.
+        Each has the least distance from it, m, that the load may have on its path. Empty if none carries the load.
         """
         contact, is_load, found, carried = self._data.contact, self._is_load, dict[int, float](), False
         for (one, other), distance, frame in zip(contact.geom.tolist(), contact.dist, contact.frame, strict=True):
@@ -269,7 +273,7 @@ class CollisionChecker:
         return found if carried else {}
 
     def _met(self, carriers: Mapping[int, float]) -> frozenset[int]:
-        """Return the geoms within the clearance of those that move, without carriers that the load may touch."""
+        """Return the geoms within the clearance of the robot or its load, except carriers that the load may touch."""
         contact, is_load = self._data.contact, self._is_load
         geoms = contact.geom
         if carriers:

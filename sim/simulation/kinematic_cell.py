@@ -18,7 +18,7 @@ Followed = tuple[np.ndarray, float, tuple[str, np.ndarray] | None]
 position in the hand, m."""
 
 CONTACT_M = 0.002
-"""The hand holds an object when the width between its pads is less than the object's by more than this, m."""
+"""The hand counts as closed if its commanded width is less than the object's by more than this, m."""
 
 PRESSED_N = 12.5
 """Force on each pad while its tip presses on an object, N: the skill's target force (`sim.skills.drag`). With it, the
@@ -34,11 +34,11 @@ class KinematicCell(Workcell):
     `begin` sets its state, in which some objects of the scene may be missing.
 
     Attributes:
-        followed: the movements since then.
+        followed: the movements since `begin`.
     """
 
     def __init__(self, scene: Scene, data: mujoco.MjData, *, arm: Arm | None = None) -> None:
-        """See `Workcell`. Paths need not be short, so only the first of a run's searches is made."""
+        """See `Workcell`. Paths need not be short, so a path is searched for only once."""
         super().__init__(scene, data, arm=arm, searches=1)
         self._finger_qpos = [int(scene.mujoco.joint(name).qposadr[0]) for name in scene.robot.gripper.joints]
         self._in_hand: tuple[np.ndarray, np.ndarray] | None = None
@@ -47,7 +47,7 @@ class KinematicCell(Workcell):
         self.followed: list[Followed] = []
 
     def begin(self, scene: Scene, qpos: np.ndarray) -> None:
-        """Set (nq,) positions, with the arm at rest, in a scene of the same MuJoCo model with the objects present."""
+        """Start at rest at (nq,) positions, in a scene of the same MuJoCo model that has only the objects present."""
         self.scene, self._in_hand, self._foreseen, self.followed = scene, None, None, []
         self.touch(None)
         self.contacts.pressed = -np.inf
@@ -63,7 +63,7 @@ class KinematicCell(Workcell):
     def follow(
         self, movement: JointTrajectory, *, within: float = 0.0, watch: Callable[[], None] = lambda: None
     ) -> None:
-        """Put the arm at the end of a movement; an empty closed hand follows it by control periods, as it may drag."""
+        """Put the arm at the end of a movement; if the hand is closed but empty, step along it, as it may drag."""
         self.step()
         rows, obj = movement.references, self.contacts.handled
         load = None if obj is None or self._in_hand is None else (obj, self._in_hand[0])
@@ -86,7 +86,7 @@ class KinematicCell(Workcell):
     def touches(
         self, q: np.ndarray, *, touching: str | None = None, width: float | None = None, clearance: float = 0.0
     ) -> frozenset[tuple[str, str]]:
-        """See `Workcell.touches`; objects are observed again only after something has moved."""
+        """See `Workcell.touches`; with a given width, objects are observed again only after something has moved."""
         if width is None:
             self._foreseen = None
         self._foresee(touching)
@@ -103,7 +103,7 @@ class KinematicCell(Workcell):
         return self._answers.setdefault((obj, others), {})
 
     def _foresee(self, touching: str | None) -> None:
-        """Observe the objects, one of which the fingers may touch, if something has moved."""
+        """Observe the objects again if something has moved, or if the fingers may touch another object."""
         if self._foreseen != (touching,):
             self.collision_checker(touching=touching)
             self._foreseen = (touching,)
@@ -130,7 +130,7 @@ class KinematicCell(Workcell):
             self.contacts.pad_forces[:] = 2 * gripper.firm_force_n
             self.contacts.pressed, width = float(self.data.time), self._extent(obj)
         else:
-            # What is let go is not held for another moment, as it is for a sensor of real pads.
+            # A released object is not held from now on: there is no contact flicker to bridge (`CONTACT_FLICKER_S`).
             self._in_hand, self.contacts.pressed = None, -np.inf
             self.contacts.pad_forces[:] = PRESSED_N if self._presses() else 0.0
         self.data.qpos[self._finger_qpos] = gripper.positions(max(width, 0.0))

@@ -7,13 +7,13 @@ from sim.motion.trajectory import CONTROL_PERIOD_S, smooth_step
 from sim.world.scene import Scene
 
 SHIFT_DURATION_S = 0.4
-"""How long the compensated weight takes to change."""
+"""Time in which the compensated weight changes, s."""
 
 
 class Payload:
-    """A mass at the tool, and the offsets of the commands of n joints from their references that compensate for it.
+    """A mass at the tool, and the offsets of the n joint commands that compensate for its weight.
 
-    Without them, the Panda sags by 2 mm under 2 kg, and presses the object with as much force again on its support.
+    Without them, the Panda sags by 2 mm under 2 kg, and presses the object onto its support with as much force again.
     """
 
     def __init__(self, scene: Scene, stiffness: np.ndarray) -> None:

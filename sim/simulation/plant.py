@@ -1,4 +1,4 @@
-"""The plant: the simulated world, its actuators, and what is recorded of it. Time passes here alone."""
+"""The plant: the simulated world, its actuators and its recorder. Only its `step` advances the time."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ CONTACT_EPISODE_S = 0.5
 
 
 class Observer:
-    """Is called before and after each control period of a workcell in whose `observers` it is.
+    """Called before and after each control period of a plant that has it in its `observers`.
 
-    It may look, disturb the world, or raise an error, which stops the run.
+    It may read or disturb the world, or raise an error, which stops the run.
     """
 
     def before_period(self, cell: Plant) -> None:
@@ -50,7 +50,7 @@ class Plant:
         glowing: index of the location that marks an object now, or -1.
         width: commanded width between the pads at the end of their movement, m; less than that of a held object, so
             that they press it.
-        gripper: maps this width to the one that is sent to the hand; faults wrap it.
+        gripper: maps a commanded width to the one that is sent to the hand, m; faults wrap it.
         observers: called before and after every control period.
     """
 
@@ -103,7 +103,7 @@ class Plant:
             observer.after_period(self)
 
     def _log_contacts(self, touches: Iterable[tuple[str, str]]) -> None:
-        """Log unwanted contacts as events, those of one episode once."""
+        """Log unwanted contacts as events, one for each episode."""
         now = self.data.time
         for moving, other in touches:
             if now - self._touched.get((moving, other), -np.inf) > CONTACT_EPISODE_S:
@@ -167,7 +167,7 @@ class Plant:
 
     @property
     def load(self) -> float:
-        """Mass of the heavy object that the arm bears, kg; 0 for none."""
+        """Mass of the held object whose weight is compensated, kg; 0 for none."""
         return self._payload.mass
 
     def bear(self, obj: str) -> None:
@@ -175,7 +175,7 @@ class Plant:
         self._payload.shift(self.scene.shapes[obj].mass)
 
     def unload(self) -> None:
-        """End the compensation for a weight, if there is any, and wait until the support carries it."""
+        """End the weight compensation, if there is any, and wait until the support carries the object."""
         if self._payload.mass:
             self._payload.shift(0.0)
             self.wait(SHIFT_DURATION_S)

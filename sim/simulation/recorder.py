@@ -20,9 +20,11 @@ COMMANDS_PER_UNIT = 2**24
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_CTRL)
 """The state on which a step of MuJoCo depends besides the commands."""
 
-MISSED_STEPS, RECOVERY_STEPS = 2, 3
-"""Greatest number of steps for which MuJoCo misses a contact of a pad, mostly with a cylinder, and number of steps that
-the arm then needs to recover."""
+MISSED_STEPS = 2
+"""Greatest number of steps for which MuJoCo misses a contact of a pad, mostly with a cylinder."""
+
+RECOVERY_STEPS = 3
+"""Number of steps that the arm needs to recover from a missed contact."""
 
 TORQUE_CUTOFF_HZ = 100.0
 """Cutoff of the first-order low-pass filter of commanded torques, libfranka's default (`lowpass_filter.h`). Without it
@@ -86,7 +88,7 @@ class Recorder:
         return bool(data.time >= self._due)
 
     def _pads_touching(self, data: mujoco.MjData) -> int:
-        """Return how many pads touch something, looked up if the number of constraints has changed."""
+        """Return how many pads touch something; count them again only if the number of constraints has changed."""
         if data.nefc == self._constraints:
             return self._touching[-1]
         self._constraints = data.nefc
@@ -146,7 +148,7 @@ class Recorder:
         return np.array(rows).reshape(len(rows), self._model.nv)[:, self._dofs]
 
     def _references(self, commands: np.ndarray) -> np.ndarray:
-        """Return the (S, n) references of which the commands of the arm's joints were made, rad or m.
+        """Return the (S, n) references from which the commands of the arm's joints were computed, rad or m.
 
         A command is the reference r plus the actuator's lag times its rate; the trapezoidal rule gives r.
         """
@@ -183,7 +185,7 @@ class Recorder:
 
 
 def _recursive(now: float, before: float, driven: np.ndarray) -> np.ndarray:
-    """Return y with `now` y[k] + `before` y[k - 1] = driven[k], from 0 on.
+    """Return y with `now` y[k] + `before` y[k - 1] = driven[k] and y[-1] = 0.
 
     `scipy.signal` can do this, but takes half a second to import.
     """
@@ -195,8 +197,8 @@ def _recursive(now: float, before: float, driven: np.ndarray) -> np.ndarray:
 def missed_contacts(touching: np.ndarray, pads: int) -> np.ndarray:
     """Return (K,) bool, which steps are affected by contacts of a pad that MuJoCo misses.
 
-    Contacts come and go, but a contact that one of several pads loses and finds again within `MISSED_STEPS` was missed.
-    Given are the (K,) numbers of pads that touch something in each step, and how many there are.
+    A contact that one of several pads loses and finds again within `MISSED_STEPS` was missed. `touching` has the (K,)
+    numbers of pads that touch something in each step; `pads` is the number of pads.
     """
     missed = np.zeros(len(touching), dtype=bool)
     for steps in range(1, MISSED_STEPS + 1):
@@ -209,7 +211,7 @@ def missed_contacts(touching: np.ndarray, pads: int) -> np.ndarray:
 
 
 def bridged(rows: np.ndarray, missed: np.ndarray) -> np.ndarray:
-    """Return (K, n) loads; those of the (K,) steps that a missed contact affects lie between those before and after."""
+    """Return (K, n) loads, linearly interpolated over the steps that a missed contact affects; `missed` is (K,)."""
     if not missed.any():
         return rows
     steps, kept = np.arange(len(rows)), ~missed

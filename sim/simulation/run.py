@@ -16,7 +16,7 @@ from prefplan.problem import Problem
 from sim.robots.robot import Robot
 
 EXCUSED_S = 2.0
-"""For this long after a fault has moved an object, it may touch anything."""
+"""Time for which contacts of an object are excused after a fault has moved it, s."""
 
 FRAME_RATE_HZ = 30
 """Recorded (and rendered) states per simulated second."""
@@ -115,8 +115,8 @@ class Run(Frames):
             `accelerations`, `jerks` of the commanded trajectory, `torques`, and `torque_rates`, low-pass filtered as by
             the arm's controller.
         pad_forces: (T, pads) contact force on each of the gripper's pads, N.
-        reason: why not every action was carried out and observed as predicted, within the arm's limits and without
-            unwanted contact, in one sentence; None if it was.
+        reason: why the run failed, in one sentence: an action that was not carried out or not observed as predicted, an
+            exceeded limit of the arm, or an unwanted contact; None if it did not fail.
         steps: the actions that were carried out, in order.
         events: in order of time.
         sim_seconds: total simulated time.
@@ -143,7 +143,7 @@ class Run(Frames):
 
     @property
     def completed(self) -> bool:
-        """Whether there is no reason why not."""
+        """Whether the run did not fail (`reason`)."""
         return self.reason is None
 
     @property

@@ -33,12 +33,12 @@ BLEND_TIME_S = 0.3
 """Longest part of a movement that is blended with the next one."""
 
 HOLD_DISTANCE_M = 0.0085
-"""Greatest distance of a held object from the point between the pads. The Panda's pads reach 9.2 mm beyond it; a load
-of 3 kg, which creeps down by 1 mm/s, hangs between them until then. What their tips press into, by up to 0.3 mm, is
-farther away."""
+"""Greatest distance of a held object from the point between the pads, m. The Panda's pads end 9.2 mm beyond that point:
+up to this distance, a load of 3 kg, which creeps down by 1 mm/s, hangs between them. An object into which the pads'
+tips press, by up to 0.3 mm, is farther away."""
 
 OBSERVATION_ERRORS = 3
-"""Tolerance of that distance for sensor noise, in standard deviations of an observed position."""
+"""Tolerance of `HOLD_DISTANCE_M` for sensor noise, in standard deviations of an observed position."""
 
 
 class Workcell(Plant):
@@ -63,8 +63,8 @@ class Workcell(Plant):
     ) -> None:
         """Begin in a state in which the arm is at rest; the sensor is exact unless one is given.
 
-        The seed is that of the searches for a path, of which there are several. An arm of the same robot lets its cache
-        of solutions be used again.
+        `seed` is the random seed of the searches for a path, `searches` their number. An `arm` of the same robot shares
+        its cache of IK solutions.
         """
         super().__init__(scene, data)
         self.arm = arm or Arm(scene.robot)
@@ -116,7 +116,7 @@ class Workcell(Plant):
         return {obj: mean_pose(poses) for obj, poses in samples.items()}
 
     def touch(self, obj: str | None) -> None:
-        """Let the fingers touch an object from now on, which is no load of the arm; None for no object."""
+        """Let the fingers touch an object that is not a load of the arm, from now on; None for no object."""
         self.contacts.handle(obj)
 
     def attach(self, obj: str) -> None:
@@ -202,7 +202,7 @@ class Workcell(Plant):
         return self.collision_checker(touching=touching).touches(q, width=width, clearance=clearance)
 
     def touches_hand(self, collision: tuple[str, str]) -> bool:
-        """Return whether a collision is one of the hand with what is not of the robot: no elbow would avoid it."""
+        """See `CollisionChecker.touches_hand`: no other elbow position would avoid such a collision."""
         return self._checker.touches_hand(collision)
 
     def hand_is_inside(self, tool: ToolPose, *, touching: str, width: float) -> bool:
@@ -210,16 +210,16 @@ class Workcell(Plant):
         return self.collision_checker(touching=touching).hand_is_inside(tool, width=width)
 
     def answers(self, obj: str) -> dict[Hashable, bool]:
-        """Return the known answers to questions about an object that depend on nothing else but where the others are.
+        """Return a cache of answers about an object that depend only on where the other objects are.
 
-        `KinematicCell` keeps what is added; in a run, each needs other observations.
+        `KinematicCell` keeps what callers add to it; a run keeps nothing, since its observations change.
         """
         return {}
 
     def collision_checker(
         self, *, touching: str | None = None, held: str | None = None, width: float | None = None
     ) -> CollisionChecker:
-        """Observe all objects; return the checker of what would be in collision from now on.
+        """Observe all objects, and return the collision checker set to their poses.
 
         Args:
             touching: the object that the fingers may touch.

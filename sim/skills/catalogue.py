@@ -20,7 +20,7 @@ def perform(
 ) -> None:
     """Carry out one action, as a value or as text such as `transport blue san`; return when the arm is at rest.
 
-    `skills` are by kind of action; `ahead` are the actions planned after it. Errors as of `Skill.perform`.
+    `skills` are by kind of action; `ahead` are the actions planned after this one. Raises what `Skill.perform` raises.
     """
     first, *rest = (cell.scene.model.action(each) if isinstance(each, str) else each for each in (action, *ahead))
     skills[first.kind].perform(cell, first, rest)

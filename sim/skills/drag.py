@@ -22,7 +22,7 @@ from sim.world.grasps import GraspPose
 from sim.world.objects import OBJECT_SURFACE
 
 DISTANCES_M = (0.03, 0.045, 0.055)
-"""Distances to drag an object, to try in turn, m; at `SHARE_DRAGGED` of them, it is still at its location."""
+"""Distances to drag an object, to try in turn, m: after `SHARE_DRAGGED` of each, it still counts as at its location."""
 
 STEP_M = 0.01
 """Distance between the positions on the way at which the object is checked for collisions, m."""
@@ -46,26 +46,41 @@ RISE_DURATION_S = 1.0
 """Least duration of raising the hand from an object: one that has tipped springs back."""
 
 PRESS_FORCE_N = 2.0
-"""Force on either pad at which the way down ends."""
+"""Force on any pad at which the hand stops moving down, N."""
 
-STROKE_STEP_M, STROKE_STEP_S = 0.003, 0.15
-"""Length and least duration of the steps of a stroke; after each, the hand's height is corrected by the force."""
+STROKE_STEP_M = 0.003
+"""Length of the steps of a stroke, m; each also corrects the hand's height by the measured force."""
 
-HOLD_DOWN_N, COMPLIANCE_M_N, MAX_GIVE_M = 2 * PRESSED_N, 0.0001, 0.001
-"""Force control in a stroke: target force on both pads together, N; how far the hand rises per excess force, m/N, and
-how far at most in a step, m."""
+STROKE_STEP_S = 0.15
+"""Least duration of a step of a stroke, s."""
+
+HOLD_DOWN_N = 2 * PRESSED_N
+"""Target force on both pads together in a stroke, N."""
+
+COMPLIANCE_M_N = 0.0001
+"""Rise of the hand in a step for each newton above the target force, m/N."""
+
+MAX_GIVE_M = 0.001
+"""Greatest correction of the hand's height in a step, m."""
 
 SLIDING = OBJECT_SURFACE[0]
 """Friction coefficient of objects on what they lie on."""
 
-SLIP_RESERVE, TIPPING_SHARE = 1.1, 0.7
-"""By how much the greatest friction under the fingers must exceed what makes an object slide; and the share of the
-friction's lever that counts where it would tip: a little, it may rock forward. (Of random objects in corners that the
-arm was said to drag free, 6 of 43 were without these two tests, 4 of 8 with them.)"""
+SLIP_RESERVE = 1.1
+"""Least ratio of the greatest friction force under the fingers to the force that makes an object slide."""
 
-BEHIND_CREST_M, MAX_ROLL_M = 0.004, 0.005
-"""A round object rolls under the fingertips: how far behind its crest their middle starts, and how far beyond the crest
-a stroke ends, m. If the fingertips, 20 mm wide on the Panda, left the crest, the object would spring back."""
+TIPPING_SHARE = 0.7
+"""Share of the friction's lever that counts in the test for tipping: an object may rock forward a little.
+
+Of random objects in corners that passed `find_drag`, 4 of 8 were dragged free with the tests for slipping and tipping,
+and 6 of 43 without."""
+
+BEHIND_CREST_M = 0.004
+"""Distance behind the crest of a lying round object at which the fingertips' middle starts to roll it, m."""
+
+MAX_ROLL_M = 0.005
+"""Distance of the fingertips' middle beyond the crest at which a stroke ends, m: if the fingertips, 20 mm wide on the
+Panda, left the crest, the object would spring back."""
 
 OFF_CENTRE = 0.4, 0.75
 """Least and greatest distance from the middle of its top at which an object is pressed, as shares of half a side."""
@@ -84,13 +99,13 @@ CLOSED = GraspPose(np.zeros(3), np.eye(3), width=0.004, clearance=0.0)
 
 
 class _FeltError(SimulationError):
-    """A pad is pressed hard enough; it ends the way down."""
+    """A pad is pressed hard enough: the hand stops moving down."""
 
 
 def find_drag(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
     """Return a (3,) shift, m, by which to drag an object to where it can be grasped; None if none is found.
 
-    A hand with a suction cup does not drag objects, and none is dragged that would slip under the fingers.
+    A suction cup drags no objects, and fingers drag none that would slip under them.
     """
     gripper = cell.scene.robot.gripper
     friction = float(cell.scene.mujoco.geom(gripper.pads[0]).friction[0])
@@ -107,12 +122,12 @@ def find_drag(cell: Workcell, obj: str, pose: ObjectPose) -> np.ndarray | None:
 
 
 def drag_free(cell: Workcell, obj: str, shift: np.ndarray) -> None:
-    """Press an object from above with closed fingers and drag it by a (3,) shift, m, in strokes: it slips or rolls.
+    """Press an object from above with closed fingers and drag it by a (3,) shift, m, in strokes: it slides or rolls.
 
     Raises:
-        SkillError: it slips under the fingers.
+        SkillError: the object slips under the fingers.
         BlockedError: bodies are in the way.
-        SimulationError: the arm does not reach it.
+        SimulationError: the arm does not reach the object.
     """
     start, length, reached = cell.measure(obj).position, float(np.linalg.norm(shift)), -np.inf
     cell.grip(CLOSED.width, OPEN_DURATION_S)
@@ -167,10 +182,10 @@ def _feel(cell: Workcell) -> None:
 
 
 def _pressing(cell: Workcell, obj: str, pose: ObjectPose, shift: np.ndarray) -> tuple[ToolPose, ToolPose]:
-    """Return the tool's pose at which the closed fingertips are just above an object, preceded by its pre-grasp pose.
+    """Return a pre-grasp pose, and the tool's pose at which the closed fingertips are just above an object.
 
-    Collisions are checked `fingertip_m` lower, before and after the (3,) shift, m: the hand moves down until a pad is
-    pressed, at most that far. If there is none, the error tells why the last pose that was tried is none.
+    From there, the hand moves down until a pad is pressed, by at most `fingertip_m`. Collisions are checked at the
+    lowest pose, before and after the (3,) shift, m. If no pose is suitable, raise the last error.
     """
     refused = SimulationError(f"{obj} is out of reach")
     give = np.array([0.0, 0.0, cell.scene.robot.gripper.fingertip_m])
@@ -244,8 +259,8 @@ def _lies_round(pose: ObjectPose) -> bool:
 def _shifts(cell: Workcell, obj: str, pose: ObjectPose) -> Iterator[np.ndarray]:
     """Yield collision-free (3,) shifts of an object to try, m: short ones first, of each length the most central ones.
 
-    Central are headings near the mean of all that are free. A round object that lies is rolled, or dragged along its
-    axis.
+    The most central headings are nearest to the mean of all free ones. A round object that lies is rolled, or dragged
+    along its axis.
     """
     headings = SIDEWAYS
     if _lies_round(pose):

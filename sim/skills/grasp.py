@@ -39,9 +39,11 @@ CLOSING_DISTANCE_M = 0.015
 NEARLY_CLOSED_M = 0.008
 """By how much the open hand is wider than the object when the arm has stopped at the grasp, m."""
 
-CLOSE_DURATION_S, SQUEEZE_DURATION_S = 0.2, 0.45
-"""Durations of closing the hand to that width, and then on the object, which the first pad to touch it pushes
-gently."""
+CLOSE_DURATION_S = 0.2
+"""Duration of closing the hand until it is `NEARLY_CLOSED_M` wider than the object, s."""
+
+SQUEEZE_DURATION_S = 0.45
+"""Duration of then closing the hand on the object, s: the first pad that touches the object pushes it gently."""
 
 FIRM_DURATION_S = 0.1
 """How long a grip must stay firm."""
@@ -56,8 +58,8 @@ OFF_WALL_M = (0.015, 0.012)
 """How far the object is moved away from what is beside it, to the side and up, m."""
 
 RUBBING_LIFT_S = 1.5
-"""Least duration of moving an object off what stands beside it, such as the wall of a bin on which it leans, or of
-raising it along that: it sticks and slips. In 0.5 s, torque rates reached 124 % of their limit, now 50 %."""
+"""Least duration of moving an object away from a body beside it, such as a bin's wall on which it leans, or of raising
+it along this body, s: it sticks and slips. In 0.5 s, torque rates reach 124 % of their limit, in 1.5 s 50 %."""
 
 GRIP_TIMEOUT_S = 0.6
 """How long to wait for a firm grip once the hand should have closed."""
@@ -77,8 +79,8 @@ class GraspSkill(Grasp, Skill):
     """Lower the hand on the object below it, close it until both pads press the object firmly, and raise it.
 
     Attributes:
-        max_preparations: how often at most an object is dragged free or turned over before it is grasped.
-        briefly: whether errors need not say why there is no grasp, which takes as long to find as that there is none.
+        max_preparations: how often at most an object is dragged free or regrasped before it is grasped.
+        briefly: whether errors may leave out why there is no grasp; finding this takes as long as finding no grasp.
     """
 
     max_preparations: int = 2
@@ -109,7 +111,7 @@ class GraspSkill(Grasp, Skill):
     def _prepare(
         self, cell: Workcell, obj: str, pose: ObjectPose, destination: str | None, error: SimulationError
     ) -> bool:
-        """Drag free or turn over an object that cannot be grasped because of an error; return whether that was done."""
+        """Drag free or regrasp an object that cannot be grasped because of an error; return whether that was done."""
         if isinstance(error, SkillError):
             return False
         if isinstance(error, BlockedError):
@@ -128,7 +130,7 @@ class GraspSkill(Grasp, Skill):
         """Grasp an object with the first suitable grasp and raise it; return the pads' contact forces, (pads,) N."""
         here, tried = cell.arm.tool(cell.reference), list[ToolPose]()
         failure: BlockedError | None = None
-        # From where a tilted hand is, as after a release in a shelf, the way to another grasp may be blocked.
+        # If the hand is tilted, as after a release in a shelf, paths to grasps from other directions may be blocked.
         first = None
         if not here.points_down:
             suiting = partial(find_grasp, cell, obj, pose, yaw, destination=destination, certain=True)
@@ -144,7 +146,7 @@ class GraspSkill(Grasp, Skill):
             try:
                 return self._pick_up(cell, obj, pose, choice)
             except BlockedError as error:
-                # A way straight down may be blocked though the hand would be free at its end: tilted grasps are next.
+                # The path straight down may be blocked though the hand is free at its end: tilted grasps are next.
                 if not choice.tool.points_down:
                     failure = failure or error
                     tried.append(choice.tool)
@@ -157,8 +159,8 @@ class GraspSkill(Grasp, Skill):
     def _pick_up(self, cell: Workcell, obj: str, pose: ObjectPose, choice: ChosenGrasp) -> np.ndarray:
         """Open the hand, close it on an object and raise it; return the pads' contact forces, (pads,) N.
 
-        Raises `SkillError` without a firm grip, or if the object is lost; `BlockedError` where it was let go, since
-        bodies are in the way of raising it.
+        Raises `SkillError` without a firm grip, or if the object is lost; `BlockedError` if bodies are in the way. If
+        they are in the way of raising the object, it is let go first.
         """
         grasp, before, target = choice
         cell.set_width(grasp.opening, OPEN_DURATION_S)
@@ -189,8 +191,8 @@ class GraspSkill(Grasp, Skill):
 def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
     """Raise the hand with an object, a heavy one slowly at first, to the pre-grasp pose `before`.
 
-    An object that leans on another body is first moved off it. If the way is blocked, the hand moves straight to a
-    pre-grasp pose of where it is now: up, or back along its axis if it is tilted; or else half of the way.
+    An object that leans on another body is first moved away from it. If the path is blocked, the hand moves straight to
+    a pre-grasp pose of its current pose (up or, if it is tilted, back along its axis), or else halfway to `before`.
     """
     if cell.scene.shapes[obj].is_heavy:
         cell.bear(obj)
@@ -214,7 +216,7 @@ def _raise(cell: Workcell, obj: str, before: ToolPose) -> None:
 
 
 def _leans(cell: Workcell, obj: str, before: ToolPose) -> bool:
-    """Return whether the held object would still be near another body after it was raised a little towards a pose."""
+    """Return whether the held object would still be near another body if it were raised a little towards `before`."""
     here = cell.arm.tool(cell.reference)
     rise = before.position - here.position
     return _is_beside(cell, obj, here.shifted(OFF_GROUND_M / max(rise[2], OFF_GROUND_M) * rise), RUBBING_M)
@@ -228,7 +230,7 @@ def _shift_off(cell: Workcell, obj: str) -> np.ndarray | None:
 
 
 def _is_beside(cell: Workcell, obj: str, tool: ToolPose, clearance: float) -> bool:
-    """Return whether the held object would be within a clearance, m, of a body at a pose of the tool, if in reach."""
+    """Return whether the held object would be within a clearance, m, of a body at a tool pose; True if out of reach."""
     try:
         q, _ = cell.arm.reach([tool], near=cell.reference)
     except SimulationError:

@@ -51,7 +51,7 @@ def choose_grasp(
     unlike: Sequence[ToolPose] = (),
     briefly: bool = False,
 ) -> ChosenGrasp:
-    """Return what `find_grasp` finds for these arguments, or raise an error that says why it finds none, or `briefly`.
+    """Return the grasp that `find_grasp` finds, or raise an error that says why there is none, unless `briefly`.
 
     Raises:
         BlockedError: bodies are in the way of grasps that the arm reaches.
@@ -86,20 +86,20 @@ def find_grasp(
 ) -> ChosenGrasp | None:
     """Return the first suitable grasp, or None.
 
-    A grasp is suitable if it is possible both where the object is and where it is released next, provided that this is
-    known and has space now. For a standing object, one that is barely possible there will do, or one that is possible
-    where the object is, if there is no other.
+    A suitable grasp is possible where the object is and where it is released next, if this location is known and has
+    space now. For a standing object, there are two fallbacks: a grasp that is barely possible at the next location
+    (`_placing`), then any grasp that is possible where the object is.
 
     Args:
         cell: the running simulation.
         obj: the object.
-        pose: of the object, as measured.
+        pose: measured pose of the object.
         yaw: heading of the preferred closing direction, rad.
         destination: location at which the object is put down next; None if that is not known.
         tilted: leave out grasps for which the hand points straight down.
-        like: leave out grasps for which the hand does not point in the direction of this pose (`TILT_STEP_RAD`).
-        unlike: leave out grasps for which the hand points in the direction of one of these poses.
-        certain: whether the grasp must be possible there for a standing object, too.
+        like: leave out grasps for which the hand does not point nearly as in this pose (`TILT_STEP_RAD`).
+        unlike: leave out grasps for which the hand points nearly as in one of these poses.
+        certain: leave out both fallbacks.
     """
     slot, frame = _next_slot(cell, obj, destination), frame_of(pose, yaw)
     outside: Iterator[GraspPose] = (
@@ -123,7 +123,7 @@ def find_grasp(
 def _candidates(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, tilted: bool, like: ToolPose | None = None
 ) -> Iterator[GraspPose]:
-    """Yield grasps in the order of preference; the arguments are those of `find_grasp`, with the (3, 3) axes."""
+    """Yield grasps in the order of preference; for the arguments see `find_grasp`, `frame` is the (3, 3) axes."""
     for grasp in ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, frame):
         tool = grasp.at(pose.position, frame)
         if not (tilted and tool.points_down) and (like is None or _points_alike(tool, like)):
@@ -141,10 +141,10 @@ def _free_grasps(
     *,
     suits: Callable[[GraspPose], bool] = _in_any_case,
 ) -> Iterator[ChosenGrasp]:
-    """Yield those of some grasps that the arm reaches without a collision where the object is.
+    """Yield the candidates that suit and that the arm reaches without a collision where the object is.
 
-    Grasps are left out that do not suit; those that do not with the hand turned either way are not tried. The bodies
-    that keep the hand from each candidate of other grasps are added to `collisions`, if given; that takes longer.
+    A candidate that suits in neither of its symmetric poses is not checked for collisions. If `collisions` are given,
+    the bodies in the way of each pose of blocked candidates are added to them, which takes longer.
     """
     for grasp in candidates:
         poses = grasp.at(pose.position, frame).symmetric_poses()
@@ -170,9 +170,9 @@ def _points_alike(one: ToolPose, other: ToolPose) -> bool:
 def freely(
     cell: Workcell, obj: str, pose: ObjectPose, frame: np.ndarray, grasp: GraspPose, *, briefly: bool = False
 ) -> ChosenGrasp:
-    """Return a grasp with its poses by `free_pose`, which may raise.
+    """Return a grasp with the poses that `free_pose` finds; errors as of `free_pose`.
 
-    Of two symmetric poses of the hand one is chosen, and the grasp has its rotation.
+    One of two symmetric poses of the hand is chosen, and the grasp gets the rotation of this pose.
     """
     goals = grasp.at(pose.position, frame).symmetric_poses()
     before, tool = free_pose(cell, goals, grasp, obj, near=cell.reference, briefly=briefly)
@@ -190,9 +190,9 @@ def _placement(
     clearance: float = FINGER_CLEARANCE_M,
     foreseen: bool = False,
 ) -> ChosenGrasp:
-    """Return how to set an object, in a grasp, upright into a slot; for errors and limits of poses, see `free_pose`.
+    """Return how to set an object, held in a grasp, upright into a slot; for limits and errors, see `free_pose`.
 
-    If the object is `foreseen`, that is not held yet, errors need not name all that is in the way.
+    With `foreseen`, the object is not held yet, and errors may not name all bodies in the way.
     """
     collisions: list[Collection[str]] = []
     unreachable = SimulationError(f"the hand would have to reach from below to set {obj} upright")
@@ -218,16 +218,16 @@ def _placement(
 def is_placeable(cell: Workcell, obj: str, location: str) -> bool:
     """Return whether the hand fits, in some grasp, where an object that is not held yet is put down at a location."""
     slot, options = _next_slot(cell, obj, location), ranked(cell.scene.shapes[obj], cell.scene.robot.gripper, np.eye(3))
-    # What is in the way now may be moved.
+    # Objects that leave no slot free now may be moved away.
     return slot is None or any(map(_placing(cell, obj, slot, barely=True), options))
 
 
 def choose_placement_of_held(cell: Workcell, obj: str, slot: Slot) -> ChosenGrasp:
-    """Return how to set down the held object, upright or else as it leans now, and how wide the fingers open there.
+    """Return how to set the held object down, upright or else leaning as it is, and how wide the fingers open there.
 
     Raises:
         BlockedError: bodies are in the way.
-        SimulationError: the arm does not reach it.
+        SimulationError: the arm reaches no such pose.
     """
 
     def choose(grasp: GraspPose) -> ChosenGrasp:
@@ -272,7 +272,7 @@ def _placements(shape: ObjectShape, grasp: GraspPose, centre: np.ndarray, yaw: f
 
 
 def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
-    """Return a key that is equal for grasps with the same placements: without opening and a round object's turn."""
+    """Return a key that is equal for grasps with the same placements, whatever the opening or a round object's turn."""
     rotation, position = grasp.rotation, grasp.position
     if shape.is_round:
         closing = rotation[:, 1] if abs(rotation[2, 1]) < DIAGONAL else rotation[:, 2]
@@ -282,7 +282,10 @@ def _placed_alike(shape: ObjectShape, grasp: GraspPose) -> bytes:
 
 
 def _placing(cell: Workcell, obj: str, slot: Slot, *, barely: bool) -> Callable[[GraspPose], bool]:
-    """Return a test of grasps: whether an object that is not held yet can be put into a slot, if need be `barely`."""
+    """Return a test whether an object that is not held yet can be put into a slot in a grasp.
+
+    With `barely`, the smaller margin and clearance of a held object suffice.
+    """
     shape, known = cell.scene.shapes[obj], cell.answers(obj)
 
     def can_place(grasp: GraspPose) -> bool:
@@ -306,5 +309,5 @@ def _can_place(cell: Workcell, obj: str, slot: Slot, grasp: GraspPose, *, barely
 
 
 def _is_inside(cell: Workcell, obj: str, goals: Sequence[ToolPose], width: float) -> bool:
-    """Return whether the hand, opened to a width, m, would be inside a body at all of several poses at an object."""
+    """Return whether at every goal the hand, opened to a width, m, would be inside a body other than the object."""
     return all(cell.hand_is_inside(goal, touching=obj, width=width) for goal in goals)

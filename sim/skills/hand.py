@@ -17,35 +17,46 @@ from sim.world.grasps import GraspPose, grasps
 from sim.world.shapes import about_z
 
 HOVER_HEIGHT_M = 0.12
-"""Height of the tool above the pose in which it grasps or releases, before and after: a held block clears another."""
+"""Height of the tool above a grasp or a placement, before and after it, m: a held block clears another one."""
 
 TRANSFER_CLEARANCE_M = 0.03
 """Least vertical clearance between objects at rest and the hand, or its load, as it passes over them."""
 
 CLOSING_CHECKS = 4
-"""Number of gripper widths checked for collision while closing: a finger, 11 mm thick on the Panda, cannot pass a wall
-between two of them."""
+"""Number of gripper widths checked for collision while closing: a finger, 11 mm thick on the Panda, cannot pass through
+a wall between two checks."""
 
 FINGER_CLEARANCE_M = 0.0015
 """Least clearance of the fingers from other bodies: the tracking error of the arm at rest is below 1 mm."""
 
 FORESEEN_CLEARANCE_M = 0.003
-"""The same for a tilted hand at the placement of an object that is not held yet: its pose in the hand will differ."""
+"""Least clearance of a tilted hand that will place an object not held yet, m: its pose in the hand will differ."""
 
-DRAWN_BACK_M, MIN_LIFT_M = 0.08, 0.02
-"""Pre-grasp pose of a tilted hand that cannot approach from above: its (backward) distance along the axis of the hand,
-and the least height above the grasp, which a level hand's would not have, m."""
+DRAWN_BACK_M = 0.08
+"""Distance along the hand's axis from a tilted grasp back to the pre-grasp pose tried after the one above it, m."""
 
-APPROACH_STEPS, MAX_APPROACH_STEP_RAD = 4, 0.3
-"""Number of IK steps along a straight approach, and how far a joint may turn in each, rad."""
+MIN_LIFT_M = 0.02
+"""Least height of this pre-grasp pose above the grasp, m: that of a level hand would be 0."""
+
+APPROACH_STEPS = 4
+"""Number of IK steps along a straight approach."""
+
+MAX_APPROACH_STEP_RAD = 0.3
+"""Greatest turn of a joint in one IK step of an approach, rad; a greater one counts as a change of configuration."""
 
 FINE_STEPS = 16
-"""Number of such steps where a movement must begin as the arm is: near the base, joints turn fast, but do not jump."""
+"""Number of IK steps if `APPROACH_STEPS` are too few: near the base, joints turn fast, but do not jump."""
 
-FORESEEN_MARGIN_RAD, CHOSEN_MARGIN_RAD, PLACING_MARGIN_RAD = 0.15, 0.12, 0.09
-"""Distances of poses of a tilted hand from the joints' position limits, rad: for the placement of an object that is not
-held yet, for a grasp, and for the placement of a held object and the goals of `travel`. Each leaves a reserve for the
-next, as a pose that is measured again differs a little."""
+FORESEEN_MARGIN_RAD = 0.15
+"""Margin to the joints' position limits when a tilted hand will place an object that is not held yet, rad.
+
+Each of these three margins leaves a reserve for the next one: a pose that is measured again differs a little."""
+
+CHOSEN_MARGIN_RAD = 0.12
+"""Margin to the joints' position limits when a tilted hand grasps, rad."""
+
+PLACING_MARGIN_RAD = 0.09
+"""Margin to the joints' position limits when a tilted hand places a held object, and at goals of `travel`, rad."""
 
 PATH_CLEARANCE_M = 0.006
 """Least clearance of the arm and its load from obstacles along a path (the arm deviates from it by at most 2 mm)."""
@@ -56,12 +67,15 @@ PLANNING_CLEARANCE_M = 0.008
 OPEN_DURATION_S = 0.25
 """Duration of opening the hand."""
 
-LIFT_M, LIFT_DURATION_S = 0.005, 0.8
-"""How far a heavy object is lifted first, and lowered last, and the least duration: meanwhile the arm begins to
-compensate for its weight. On a suction cup, torque rates then reach 58 % of their limit, not 112 %."""
+LIFT_M = 0.005
+"""Height by which a heavy object is lifted slowly at first, and lowered slowly at the end, m."""
+
+LIFT_DURATION_S = 0.8
+"""Least duration of this slow movement, s: the arm begins to compensate for the weight meanwhile. On a suction cup,
+torque rates then reach 58 % of their limit instead of 112 %."""
 
 SIDEWAYS = np.array([[np.cos(yaw), np.sin(yaw), 0.0] for yaw in np.radians(np.arange(0, 360, 22.5))])
-"""(16, 3) horizontal directions in which an object is moved off what is beside it."""
+"""(16, 3) horizontal directions in which an object is moved away from bodies beside it."""
 
 RECONFIGURED = "the arm would have to change its configuration on the way"
 """Why the hand cannot move straight from one pose to another."""
@@ -114,7 +128,7 @@ def check_path(cell: Workcell, movement: JointTrajectory, *, clearance: float, t
 
 
 def straight_move(cell: Workcell, goal: ToolPose, *, seconds: float) -> JointTrajectory:
-    """Return the movement of `move_tool`.
+    """Return the straight movement to a pose nearby that `move_tool` follows.
 
     Raises:
         SimulationError: the arm does not reach the pose.
@@ -131,7 +145,7 @@ def straight_move(cell: Workcell, goal: ToolPose, *, seconds: float) -> JointTra
 
 
 def pregrasps(pose: ToolPose) -> tuple[ToolPose, ...]:
-    """Return pre-grasp poses, from which the hand moves straight to a pose: above it, or behind a tilted hand."""
+    """Return pre-grasp poses, from which the hand moves straight to a pose: above it and, if tilted, behind it."""
     above = pose.shifted([0.0, 0.0, HOVER_HEIGHT_M])
     if pose.points_down:
         return (above,)
@@ -160,11 +174,11 @@ def free_pose(
         obj: the object between the fingers, which they may touch and which is not checked for collisions.
         near: (n,) joint angles from which the arm comes, rad; None if they do not matter.
         margin: distance from the joints' position limits if the hand is tilted, rad.
-        clearance: from other bodies if the hand is tilted, m.
-        briefly: whether an error need not name all that is in the way, which takes longer to find.
+        clearance: least distance from other bodies if the hand is tilted, m.
+        briefly: whether errors may leave out some bodies in the way, which saves time.
 
     Returns:
-        The pre-grasp pose, from which the hand moves straight to that pose, and the pose.
+        The pre-grasp pose, and the pose, to which the hand can move straight from there.
 
     Raises:
         BlockedError: bodies are in the way of the hand.
@@ -187,7 +201,7 @@ def free_pose(
                 return options[k], goals[k]
             postures.append((k, {other for _, other in met}))
             if hindering := {pair[1] for pair in met if cell.touches_hand(pair)}:
-                at_hand[k] = hindering  # whatever the elbow does
+                at_hand[k] = hindering  # no other elbow position avoids this
         collisions += [*at_hand.values(), *(bodies for k, bodies in postures if k not in at_hand)]
     if collisions:
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
@@ -206,7 +220,7 @@ def _touches(
     margin: float,
     clearance: float,
 ) -> Iterator[frozenset[tuple[str, str]]]:
-    """Yield the collisions of each step in which the hand moves straight to a pose and closes; see `_followed`."""
+    """Yield the collisions at each step as the hand moves straight from `before` to a pose and closes (`_followed`)."""
     beside, afar = (FINGER_CLEARANCE_M,) * 2 if pose.points_down else (clearance, PLANNING_CLEARANCE_M)
     yield cell.touches(q, touching=obj, width=grasp.opening, clearance=afar)
     path = _followed(cell, q, before, pose, margin=margin)
@@ -247,7 +261,7 @@ def check_approach(cell: Workcell, q: np.ndarray, before: ToolPose, pose: ToolPo
         BlockedError: bodies other than the handled object are in the way.
         SimulationError: the arm would have to change its configuration on the way.
     """
-    # An empty hand may still be opening or closing on its way to the pose before.
+    # An empty hand may still be opening or closing on its way to `before`.
     obj, width = cell.contacts.handled, cell.width if cell.held() is None else None
     checker = cell.collision_checker(touching=obj, held=cell.attached, width=width)
     steps = _followed(cell, q, before, pose)
@@ -269,10 +283,10 @@ def transfer_height(cell: Workcell, objects: Iterable[str], *, held: str | None 
 
 
 def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
-    """Return the (3, 3) axes of an object, of those in which it looks the same.
+    """Return the (3, 3) axes of an object, chosen among those in which it looks the same.
 
-    If it stands, they have the heading nearest to `yaw`, rad. Otherwise they are the most upright ones, and a round
-    object's x axis is level.
+    If it stands, they have the heading nearest to `yaw`, rad. Otherwise they are the most upright ones, and the x axis
+    of a round object is level.
     """
     shape = pose.shape
     if pose.is_upright:
@@ -284,7 +298,7 @@ def frame_of(pose: ObjectPose, yaw: float) -> np.ndarray:
 def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
     """Return the grasp in which the hand holds an object, with the width of the most similar grasp of its shape.
 
-    A standing object is assumed to be exactly upright; with `leaning`, a leaning one is, too.
+    A standing object is assumed to be exactly upright; with `leaning`, so is one that leans.
     """
     shape, pose, tool = cell.scene.shapes[obj], cell.observe(obj), cell.arm.tool(cell.angles)
     frame = about_z(pose.yaw) if leaning else frame_of(pose, pose.yaw)
@@ -301,13 +315,13 @@ def held_grasp(cell: Workcell, obj: str, *, leaning: bool = False) -> GraspPose:
 
 
 def most_central(shifts: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return (3,) shifts that are free, those nearest to the middle of all of them first."""
+    """Return (3,) shifts of equal length, sorted by their angle to the mean of all, the smallest first."""
     middle = np.sum(shifts, axis=0)
     return sorted(shifts, key=lambda shift: -float(shift @ middle))
 
 
 def check_held(cell: Workcell, obj: str) -> None:
-    """Check that the hand holds an object; wait until it is observed, since otherwise it might have slipped.
+    """Check that the hand holds an object; wait until it is observed, since it may have slipped unseen.
 
     Raises:
         SkillError: it is not held.

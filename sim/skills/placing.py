@@ -15,7 +15,7 @@ from sim.world.places import OBJECT_GAP_M, Slot
 from sim.world.shapes import ObjectShape
 
 MAX_OVERHANG_M = 0.005
-"""Greatest distance of an object from the middle of its supports, by which it is put nearer to its slot's centre."""
+"""Greatest distance of an object from the middle of its supports, towards the centre of its slot, m."""
 
 MAX_UNEVENNESS_M = 0.005
 """Greatest difference in height between objects that together support another one."""
@@ -24,14 +24,14 @@ SUPPORT_TOLERANCE_M = 0.005
 """Greatest gap or overlap, in height, between the underside of an object and the surface right below it, m."""
 
 OVER_SUPPORT_M = 0.003
-"""By how much an object is raised to check it for collisions with fixtures, so that its support is not one, m."""
+"""By how much an object is raised in a collision check with fixtures, m, so that its support does not count."""
 
 DISTANCE_CAP_M = 0.1
 """Distance from other objects' centres beyond which slots are equally good."""
 
 
 def free_slot(cell: Workcell, obj: str, location: str) -> Slot:
-    """Return a location's slot into which an object fits, of several the farthest from the other objects on its level.
+    """Return a location's slot into which an object fits; of several, the farthest from other objects on its level.
 
     Raises:
         NoSpaceError: the object fits into none.
@@ -63,7 +63,7 @@ def check_free(cell: Workcell, obj: str, slot: Slot) -> None:
 
 
 def obstacles(cell: Workcell, obj: str) -> Callable[[ObjectPose], bool]:
-    """Return a function that tells whether an object in a pose overlaps another, seen from above, or meets fixtures."""
+    """Return a test whether an object in a pose overlaps another one, seen from above, or collides with a fixture."""
     model, data = cell.scene.mujoco, mujoco.MjData(cell.scene.mujoco)
     data.qpos[:] = cell.data.qpos
     poses = {other: cell.observe(other) for other in cell.shapes if other != obj}
@@ -120,10 +120,10 @@ def _supports(cell: Workcell, obj: str, slot: Slot) -> tuple[Poses, dict[str, st
 
 
 def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]:
-    """Return how an object fits into a slot beside the other objects on its level, those that carry it apart.
+    """Return how an object fits into a slot beside the other objects on its level, except those that carry it.
 
-    These are: the object most in its way, by how much that is too close, m (0 if there is room), and the distance of
-    centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
+    The results are the object most in its way, by how much that one is too close, m (0 if there is room), and the
+    distance between centres to the nearest other object, m, at most `DISTANCE_CAP_M`.
     """
     shapes = cell.shapes
     centre = resting_centre(cell, obj, slot)
@@ -137,9 +137,9 @@ def _clearance(cell: Workcell, obj: str, slot: Slot) -> tuple[str, float, float]
 
 
 def lacking_room(shape: ObjectShape, centre: np.ndarray, yaw: float, other: ObjectPose) -> float | None:
-    """Return by how much another object is too close for one to stand at a (3,) centre, m, and a yaw, rad.
+    """Return by how much another object is too close, m, for one to stand at a (3,) centre, m, with a yaw, rad.
 
-    0 if there is room, None if the other one is on another level.
+    Return 0 if there is room, None if the other object is on another level.
     """
     low, high = centre[2] - shape.half[2] + OBJECT_GAP_M, centre[2] + shape.half[2] - OBJECT_GAP_M
     if other.top <= low or other.underside[2] >= high:

@@ -25,10 +25,10 @@ QUARTERS = (0, 1, -1, 2)
 """Quarter turns about the closing direction, to try in turn; 0 to set an object down on the same face."""
 
 HEADINGS_RAD = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
-"""Turns about the vertical of an object that is set down; `free_pose` chooses."""
+"""Turns about the vertical with which an object may be set down; `free_pose` chooses one."""
 
 SHIFTS_M = 0.1 * np.array([[0, 0], [-1, 0], [0, 1], [0, -1], [1, 0]])
-"""(K, 2) shifts from where it lies to where it is set down, to try in turn, m."""
+"""(K, 2) shifts from where an object lies to where it is set down, to try in turn, m."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Regrasp:
     """How an object is grasped and set down on another face, or on the same face elsewhere.
 
     Attributes:
-        taken: how it is grasped.
+        taken: the grasp with which it is picked up.
         above: the pose from which the hand moves straight to the placement.
         placing: the pose of the tool in which the fingers open.
-        pose: of the object after that.
+        pose: pose of the object after it is set down.
         over: whether the object is turned over onto another face.
     """
 
@@ -53,7 +53,7 @@ class Regrasp:
 def find_regrasp(cell: Workcell, obj: str, pose: ObjectPose, destination: str | None) -> Regrasp | None:
     """Return how to set an object down so that it can then be grasped and set upright; None if no way is found.
 
-    `destination` is the location at which it is put down then; None if that is not known.
+    `destination` is the location at which it is put down after that; None if it is not known.
     """
     frame = frame_of(pose, pose.yaw)
 

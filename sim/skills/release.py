@@ -32,17 +32,17 @@ from sim.world.places import Slot
 from sim.world.shapes import about_z
 
 GLOW_DURATION_S = 1.5
-"""How long a location that marks objects glows after a release; the hand rises as slowly as that."""
+"""How long a location that marks objects glows after a release, s; the hand takes at least as long to rise."""
 
 LOWER_DURATION_S = 0.7
-"""Least duration of lowering an object, in which it overshoots by less than `DROP_HEIGHT_M` near the base."""
+"""Least duration of lowering an object, s: near the base, it overshoots by less than `DROP_HEIGHT_M`."""
 
 DROP_HEIGHT_M = 0.001
 """Height from which an object is released, so that the hand does not press it onto the surface below."""
 
 TILTED_DURATIONS_S = 0.8, 0.8
-"""Duration of opening a tilted hand, and time from its beginning until the hand is raised: an object that touches down
-presses the hand aside, which must not spring back."""
+"""Duration of opening a tilted hand, and time from the start of opening until the hand is raised, s: an object that
+touches down presses the hand aside, and the hand must not spring back."""
 
 LET_GO_DURATION_S = 0.15
 """Time from when the hand begins to open until it is raised: by then the pads have left the object."""
@@ -59,7 +59,7 @@ class ReleaseSkill(Release, Skill):
         """See `Skill.perform`."""
         obj, location = action.obj, action.location
         slot = free_slot(cell, obj, location)
-        check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
+        check_held(cell, obj)  # after free_slot: during its wait for observations, the object may slip
         cell.attach(obj)
         pose, _ = _placing_pose(cell, obj, slot)
         before = _preplace(cell, pose)
@@ -90,11 +90,11 @@ class ReleaseSkill(Release, Skill):
 
 
 def lower(cell: Workcell, obj: str, pose: ToolPose, *, watch: Callable[[], None]) -> None:
-    """Lower an object to the tool's pose in which it is released, so that it touches down gently, if it does.
+    """Lower an object to the tool's pose in which it is released; if it touches down before, it does so gently.
 
-    It may touch down before that if its pose in the hand is not known exactly: a heavy object creeps down in the hand,
-    as does a mesh, which is held away from its middle, and sensors are noisy. Its last millimetres then take as long as
-    the first ones of lifting a heavy object. For `watch`, see `move_tool`.
+    This happens if its pose in the hand is not known exactly: a heavy object, or a mesh held away from its middle,
+    creeps down in the hand, and sensors are noisy. Its last millimetres then take as long as the first ones of lifting
+    a heavy object. For `watch`, see `move_tool`.
     """
     shape, above = cell.scene.shapes[obj], cell.arm.tool(cell.reference).position - pose.position
     if shape.pairs or shape.seats or shape.is_heavy or cell.sensor.error:
@@ -108,8 +108,8 @@ def lower(cell: Workcell, obj: str, pose: ToolPose, *, watch: Callable[[], None]
 def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
     """Return the least duration of lowering an object without touching down too early, s.
 
-    The arm lags behind as it brakes, by more the farther it is stretched out, and its accelerations decrease with the
-    square of the duration.
+    As the arm brakes, it lags behind its references, by more the farther it is stretched out. Its accelerations
+    decrease with the square of the duration.
     """
     references = straight_move(cell, pose, seconds=LOWER_DURATION_S).references
     lag = cell.arm.lag(cell.reference, references, load=cell.scene.shapes[obj].mass)
@@ -118,13 +118,13 @@ def _lower_duration(cell: Workcell, obj: str, pose: ToolPose) -> float:
 
 
 def _go_to_another(cell: Workcell, obj: str, slot: Slot) -> tuple[ToolPose, ToolPose, float]:
-    """Move to the pre-grasp pose of another placement; return the placement, that pose, and a width, m.
+    """Move to the pre-grasp pose of another placement; return the placement, this pose, and the width to open to, m.
 
-    It is chosen for the object as it is in the hand now: beside a wall, a millimetre decides.
+    The placement is chosen for the object's current pose in the hand: beside a wall, a millimetre decides.
 
     Raises:
         BlockedError: no placement is free of collisions.
-        SimulationError: the arm reaches none.
+        SimulationError: the arm reaches no placement.
     """
     cell.attach(obj)
     pose, width = _placing_pose(cell, obj, slot, chosen=True)
@@ -140,8 +140,7 @@ def _placing_pose(cell: Workcell, obj: str, slot: Slot, *, chosen: bool = False)
     """Return the tool's pose that sets the held object, as it is in the hand, upright into a slot, and a width, m.
 
     The hand can open to this width there; None if it has not been determined. The object's lowest point sets the
-    height. The arm may be moving if the sensor needs one observation and the hand does not tilt; otherwise this waits
-    until it rests.
+    height. If the sensor needs several observations or the hand is tilted, wait until the arm is at rest.
     """
     if cell.sensor.samples > 1 or not cell.arm.tool(cell.reference).points_down:
         cell.settle()
@@ -169,7 +168,7 @@ def _free_opening(cell: Workcell, obj: str, pose: ToolPose) -> float:
 
 
 def _preplace(cell: Workcell, pose: ToolPose) -> ToolPose:
-    """Return the pre-grasp pose of a placement that is nearest to the hand, where transport has brought it."""
+    """Return the pre-grasp pose of a placement to which transport has brought the hand: the nearest one."""
     now = cell.arm.tool(cell.angles).position
     return min(pregrasps(pose), key=lambda option: float(np.linalg.norm(option.position - now)))
 

@@ -22,7 +22,7 @@ class Skill(Operator, ABC):
 
     @abstractmethod
     def perform(self, cell: Workcell, action: Action, ahead: Sequence[Action] = ()) -> None:
-        """Carry out one action; `ahead` are those planned after it.
+        """Carry out one action; `ahead` are the actions planned after it.
 
         On return the arm may still be ending its last movement; the next action's first movement is blended with it.
 
@@ -34,5 +34,5 @@ class Skill(Operator, ABC):
 
 
 def next_release(obj: str, ahead: Sequence[Action]) -> str | None:
-    """Return the location of the first of some actions that releases an object; None if there is none."""
+    """Return the location at which the actions `ahead` first release an object; None if they never do."""
     return next((action.location for action in ahead if action.kind == "release" and action.obj == obj), None)

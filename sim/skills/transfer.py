@@ -37,10 +37,10 @@ OVERLAPS = (0.5, 0.25, 0.0)
 def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: ToolPose | None = None) -> None:
     """Move the tool to one of several distant poses along the first path that is free of collisions.
 
-    Paths over all objects, which the tool passes at a height, m, come first: they look natural and need no search, and
-    the arm need not stop before them. If all of them collide, it comes to rest, and they are tried again: its previous
-    movement may end nearer to bodies than a path may be. Then a path is planned. From the goal, the tool moves straight
-    `onward`, if that is known.
+    Paths over all objects, at a `height` of the tool, m, are tried first: they look natural, need no search, and may
+    begin before the arm is at rest. If all of them collide, the arm comes to rest, and they are tried again: the end of
+    its previous movement may be nearer to bodies than a path may be. Then a path is planned. From its goal, the tool
+    must be able to move straight to the pose `onward`, if this is given.
 
     Raises:
         BlockedError: no path is free of collisions.
@@ -79,10 +79,10 @@ def travel(cell: Workcell, goals: Sequence[ToolPose], *, height: float, onward: 
 
 
 def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
-    """Move the open hand away from the handled object that it has let go, straight to a pose if the object stays free.
+    """Move the open hand away from the object that it has let go, straight to a pose if no finger touches the object.
 
-    Where the arm cannot keep to the straight line (`Arm.move`), a finger would push the object: it then goes round it.
-    Moving straight takes at least `seconds`.
+    Where the arm cannot keep to the straight line (`Arm.move`), a finger would push the object: the hand then goes
+    round it. Moving straight takes at least `seconds`.
 
     Raises:
         BlockedError: no path is free of collisions.
@@ -97,7 +97,7 @@ def leave(cell: Workcell, before: ToolPose, *, seconds: float = 0.0) -> None:
 def _ends(
     cell: Workcell, goals: Sequence[ToolPose], onward: ToolPose | None, blockers: set[str]
 ) -> Iterator[tuple[np.ndarray, ToolPose]]:
-    """Yield (n,) configurations, rad, from which the hand can move onward, with their goals; add to the blockers."""
+    """Yield (n,) configurations, rad, each with its goal, from which the hand can move `onward`; add to `blockers`."""
     for q, k in cell.arm.configurations(goals, near=cell.reference, margin=PLACING_MARGIN_RAD):
         try:
             if onward is not None:
@@ -152,8 +152,7 @@ def _planned(
 def planned_path(cell: Workcell, goal: np.ndarray, *, clearance: float, step: float = EDGE_STEPS_M[0]) -> np.ndarray:
     """Return a path, (K, n) rad, to a goal from where the arm rests.
 
-    What is within the clearance at the start may come as near as a movement along the path may
-    (`CollisionChecker.blockers`).
+    Bodies within the clearance at the start may come as near as along a movement (`CollisionChecker.blockers`).
 
     Args:
         cell: the running simulation.

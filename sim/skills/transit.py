@@ -20,16 +20,19 @@ from sim.skills.transfer import travel
 from sim.world.places import AT_RADIUS_M, extent, lowest_under
 
 TRANSFER_RADIUS_M = 0.2
-"""Distance from a location within which the hand must clear objects, too: more than the width of the hand."""
+"""Distance from a location within which the hand must clear all objects, m: more than the width of the hand."""
 
-RAISES_M, TURNS_RAD = (0.0, 0.1, 0.2), np.radians([0, 90, 45, -45])
-"""Additional heights of the hand over a location, m, and turns about the vertical, to try in turn."""
+RAISES_M = (0.0, 0.1, 0.2)
+"""Additional heights of the hand over a location, to try in turn, m."""
+
+TURNS_RAD = np.radians([0, 90, 45, -45])
+"""Turns of the hand about the vertical, to try in turn at each height, rad."""
 
 PILE_HEIGHT_M = 0.2
-"""Height above the lowest location's floor up to which objects are piled: those on a board above it are not."""
+"""Height above the lowest location's floor up to which objects are in its pile, m: not those on a board above it."""
 
 PASSED_M = 1e-4
-"""Distance behind a surface from which a search for another one goes on, m."""
+"""Distance behind a surface at which the search for the next surface starts, m."""
 
 ROOF_HEIGHT_M = 0.05
 """Height above a location's floor from which a fixture counts as a roof: a bin's walls are lower."""
@@ -67,7 +70,7 @@ class TransitSkill(Transit, Skill):
 
 
 def raised_by(cell: Workcell, location: str) -> list[str]:
-    """Return the objects at a location, and those so near to it and so high that the hand is raised over it by them."""
+    """Return the objects at a location, and those near it that are so high that the hand must be raised over it."""
     lowest = _lowest(cell, location)
     there = _near(cell, location, AT_RADIUS_M)
     return [obj for obj in _near(cell, location) if obj in there or transfer_height(cell, [obj]) > lowest]
@@ -118,7 +121,7 @@ def _check_open(cell: Workcell, pose: ToolPose, floor: float) -> None:
 
 
 def _tilted_grasps(cell: Workcell, location: str, floor: float, ahead: Sequence[Action]) -> Iterator[ChosenGrasp]:
-    """Yield grasps by a tilted hand of the highest object that has one at a location above a floor, m."""
+    """Yield tilted grasps of one object at a location above a floor, m: in a slot, the highest one that has any."""
     poses = {obj: cell.observe(obj) for obj in cell.shapes}
     for slot in cell.scene.slots[location]:
         offsets = {obj: pose.position - [*slot.position[:2], floor] for obj, pose in poses.items()}

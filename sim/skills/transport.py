@@ -19,7 +19,7 @@ class TransportSkill(Transport, Skill):
         """See `Skill.perform`."""
         obj = action.obj
         slot = free_slot(cell, obj, action.location)
-        check_held(cell, obj)  # after free_slot: while that waits for observations, it may slip
+        check_held(cell, obj)  # after free_slot: during its wait for observations, the object may slip
         _, before, pose = choose_placement_of_held(cell, obj, slot)
         cell.attach(obj)
         height = transfer_height(cell, cell.shapes, held=obj)

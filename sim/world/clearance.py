@@ -37,7 +37,7 @@ def overlapping(station: Station, other: Station) -> bool:
 
 
 def space(station: Station) -> Block:
-    """Return the space that the objects and walls at a station need above the surface that carries it."""
+    """Return the space that a station's objects and walls need above the surface that carries the station."""
     high, wall = FLOOR[station.kind] + station.size.clear, 0.0
     if station.kind == "bin":
         high, wall = max(high, BIN_HEIGHT_M), BIN_WALL_M
@@ -99,10 +99,10 @@ def _least_distance(station: Station, other: Station) -> float:
 def blockages(
     station: Station, others: Sequence[Station], walls: Sequence[Block], gripper: Gripper
 ) -> tuple[bool, bool, bool, bool]:
-    """Return what blocks a station, the worst first: whether another overlaps it, or a fixture is in its space.
+    """Return what blocks a station, the worst first.
 
-    Then whether the fingers at it would collide with a fixture or another station, and last whether the fingers at
-    another would collide with it: that one may turn later.
+    The flags: another station overlaps it; a fixture is in its space; the fingers at it would collide with a fixture or
+    another station; the fingers at another station, which may still be turned, would collide with it.
     """
     level = [other for other in others if _level(station, other)]
     needed, fingers, low = space(station), _fingers(station, gripper), station.height + FLOOR[station.kind]
@@ -126,9 +126,9 @@ def _fingers(station: Station, gripper: Gripper) -> list[Rectangle]:
 
 
 def _claimed(*pair: Station) -> list[Rectangle]:
-    """Return the area that each of two stations covers, with half of the gap that putting an object down needs.
+    """Return the area of each of two stations, grown by half the gap that is needed to put an object down.
 
-    Objects that stand side by side at the start need no gap.
+    Two stations that are filled from the start need no gap.
     """
     gap = 0.0 if all(station.size.taken for station in pair) else OBJECT_GAP_M
     return [space(station).outline.grown(gap / 2 - MAX_CONTACT_M) for station in pair]

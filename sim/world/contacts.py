@@ -1,11 +1,11 @@
 """Friction and stiffness of objects in contact with the table, with a pad or with another object.
 
-The friction of both partners counts, but MuJoCo takes the larger one of two geoms, or that of the one with the higher
-priority. So contacts of objects with pads and with one another are declared as pairs with a friction of their own, and
-the surfaces that objects lie on have zero friction, so that the object's decides.
+Friction depends on both partners of a contact, but MuJoCo takes the larger friction of the two geoms, or the friction
+of the geom with the higher priority. So contacts of objects with pads and with one another are declared as pairs with
+their own friction. Surfaces that objects lie on have zero friction, so that the object's friction applies.
 
-MuJoCo's contacts are the softer, the lighter the lighter partner is, whatever presses on it. So contacts of objects are
-made stiff enough to carry the heaviest object in the scene.
+In MuJoCo, the smaller the mass of the lighter partner, the softer the contact, whatever the load. So contacts of
+objects are made stiff enough to carry the heaviest object in the scene.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,15 +21,14 @@ OBJECT_FRICTION = 0.8
 """Sliding friction of two objects."""
 
 HEAVY_IMPEDANCE = 0.85
-"""Impedance (`solimp[0]`) of contacts of heavy objects with pads. At the same impedance, a heavier object penetrates
-less: at the pads' 0.95, a contact is sometimes lost for a step, and torque rates of the Panda reach 225 % of their
-limit with 3 kg; at 0.85, 49 %. At 0.8, such an object slips down in the hand."""
-
+"""Impedance (`solimp[0]`) of contacts of heavy objects with pads. At equal impedance, a heavier object penetrates less.
+At the pads' own 0.95, a contact is sometimes lost for a step, and the Panda's torque rates reach 225 % of their limit
+with 3 kg; at 0.85, 49 %. At 0.8, such an object slips down in the hand."""
 
 CARRIED_SHARE = 8.0
-"""An object carries this many times its mass with MuJoCo's usual contacts, in which it sinks by less than 1 mm. Only
-lighter objects get stiffer ones: the stiffer a contact, the harder the arm puts the object down (with 1, 5 and 12, 61 g
-beside 2.8 kg make joint 2 reach 139, 98 and 69 % of its torque rate)."""
+"""Load that MuJoCo's usual contacts carry, in masses of the object, which sinks in by less than 1 mm. Contacts are
+stiffened only if the heaviest object exceeds this load, since the arm puts an object down harder on a stiffer contact:
+with 1, 5 and 12, 61 g beside 2.8 kg make joint 2 reach 139, 98 and 69 % of its torque rate."""
 
 
 def declare_contacts(
@@ -39,9 +38,9 @@ def declare_contacts(
     pads: Sequence[str],
     supports: Iterable[mujoco.MjsBody],
 ) -> None:
-    """Give objects their stiffness, and their friction on pads, on one another and on what they may lie on.
+    """Set the stiffness of the objects' contacts, and their friction with pads, with one another and with supports.
 
-    Shapes are by the names of the objects' bodies, and `supports` are bodies that objects may lie on.
+    The keys of `shapes` are the names of the objects' bodies; `supports` are the bodies that objects may lie on.
     """
     for body in supports:
         for geom in body.geoms:
@@ -63,7 +62,7 @@ def scale_friction(
 ) -> None:
     """Multiply the sliding friction of every contact of an object by the factors of both partners.
 
-    Factors are by object and by pad; `table` is that of every surface that objects lie on.
+    `objects` and `pads` have the factors by name; `table` is the factor of every surface that objects lie on.
     """
     factors = np.ones(model.ngeom)
     for name, factor in objects.items():
@@ -86,8 +85,8 @@ def set_margins(model: mujoco.MjModel, margins: np.ndarray) -> None:
 def _stiffen(geom: mujoco.MjsGeom, *, share: float) -> None:
     """Make the contacts of an object as stiff as those of an object of 1 / `share` times its mass.
 
-    Static penetration is proportional to (1 - d) / d and to the load over the lighter mass, d being the impedance. In a
-    contact with a surface, `solmix` is the weight of the object's impedance against the surface's.
+    Static penetration is proportional to (1 - d) / d, where d is the impedance, and to the load over the lighter mass.
+    In a contact with a surface, `solmix` weights the object's impedance against the surface's.
     """
     impedance = np.array(geom.solimp[:2])
     geom.solimp[:2] = impedance / (impedance + (1 - impedance) * share)

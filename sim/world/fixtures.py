@@ -1,4 +1,4 @@
-"""Fixtures: what the scenario says of them, and the blocks that they are made of."""
+"""Fixtures: checks of their keys in the scenario, and the blocks that they are made of."""
 
 import math
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ KINDS = ("box", "shelf")
 """Kinds of fixtures: a solid box, and boards between two sides and a back."""
 
 PANEL_M = 0.012
-"""Thickness of a shelf's boards, sides and back."""
+"""Thickness of a shelf's boards, sides and back, m."""
 
 MAX_CONTACT_M = 1e-6
 """Greatest overlap of two bodies that counts as mere contact, m."""
@@ -117,7 +117,7 @@ def blocks_of(fixtures: Iterable[Fixture]) -> list[Block]:
             _outline(fixture, PANEL_M / 2, side * (dy - PANEL_M) / 2, dx - PANEL_M, PANEL_M) for side in (-1.0, 1.0)
         ]
         found += [Block(fixture.name, outline, z, z + dz) for outline in (back, *sides)]
-        # Where a board would be in or below the table top, the table carries.
+        # A board in or below the table top is left out: the table carries objects there.
         tops = [z + board for board in fixture.boards if z + board > 0]
         found += [Block(fixture.name, _between(fixture), max(0.0, top - PANEL_M), top, carries=True) for top in tops]
     return found

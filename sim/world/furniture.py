@@ -17,9 +17,12 @@ from sim.world.tabletop import TABLE_TOP, picture, text_size
 TABLE_THICKNESS_M = 0.045
 """Thickness of the table's board, m."""
 
-PLINTH_HEIGHT_M, PLINTH_INSET_M = 1.0, 0.05
-"""Height of the block that carries the board, and its inset, m: it extends below the picture, so that no floor has to
-be rendered (a quarter of the time)."""
+PLINTH_HEIGHT_M = 1.0
+"""Height of the block that carries the board, m: it extends below the picture, which saves rendering a floor (a quarter
+of the time)."""
+
+PLINTH_INSET_M = 0.05
+"""Distance from the edge of the board to this block, m."""
 
 TABLE_MARGIN_M = 0.10
 """Least distance from what stands on the table to its edge, m."""
@@ -28,13 +31,19 @@ MIN_TABLE_SIDE_M = 0.35
 """Least half width of the table, m."""
 
 FOOT_M = 0.22
-"""Half side of the square of the table that is kept free for a robot's foot; the Panda's reaches 0.155 m back."""
+"""Half side of the square of table top under a robot's foot, m; the Panda's foot reaches 0.155 m back."""
 
-PEDESTAL, PEDESTAL_HALF_M = "robot pedestal", 0.14
-"""Name of the body that carries a base above the table (no object's name contains a space), and its half width, m."""
+PEDESTAL = "robot pedestal"
+"""Name of the body that carries a base above the table; no object's name contains a space."""
 
-BIN_WALL_M, BIN_CORNER_M = 0.004, 0.008
-"""Thickness of a bin's walls, and radius of its corners, m."""
+PEDESTAL_HALF_M = 0.14
+"""Half width of the pedestal, m."""
+
+BIN_WALL_M = 0.004
+"""Thickness of a bin's walls, m."""
+
+BIN_CORNER_M = 0.008
+"""Radius of a bin's corners, m."""
 
 BIN_HEIGHT_M = 0.036
 """Height of a bin's walls, m: below the palm, which is 6 cm above the table when the Panda holds a block's middle."""
@@ -42,8 +51,11 @@ BIN_HEIGHT_M = 0.036
 NAME_GAP_M = 0.012
 """Distance from a location to its name on the table, m: a bin's wall fits between them."""
 
-SPOT_MARGIN_M, SPOT_LINE_M = 0.004, 0.0016
-"""Distance from a spot to the line round it, and the width of that line, m."""
+SPOT_MARGIN_M = 0.004
+"""Distance from a spot to the line round it, m."""
+
+SPOT_LINE_M = 0.0016
+"""Width of the line round a spot, m."""
 
 GLOW_INSET_M = 0.020
 """Distance from the edge of a pad or a bin to the inner side of the band that glows on it, m."""
@@ -140,7 +152,7 @@ def add_station(spec: mujoco.MjSpec, station: Station) -> None:
 
 
 def _name_place(station: Station, others: Sequence[Rectangle]) -> np.ndarray:
-    """Return a (2,) place for a station's name, m: beyond it (+x) if that is free, else beside or nearer."""
+    """Return a (2,) position for a station's name, m: beyond it (+x) if there is space, else on another side."""
     corners = station.outline.corners
     low, high, middle = corners.min(axis=0), corners.max(axis=0), station.outline.centre
     width, height = text_size(station.name)
@@ -151,7 +163,7 @@ def _name_place(station: Station, others: Sequence[Rectangle]) -> np.ndarray:
         np.array([middle[0], high[1] + away[1]]),
         np.array([low[0] - away[0], middle[1]]),
     ]
-    # Deeper than the text, since tall letters right in front of something would hide it.
+    # Deeper than the text: tall letters right in front of an object would hide it.
     half = np.array([height / 2 + NAME_GAP_M, width / 2])
     free = (side for side in sides if not any(overlap(Rectangle(side, half, 0.0), other) for other in others))
     return next(free, sides[0])
@@ -218,7 +230,7 @@ def _add_plate(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> N
 
 
 def _add_glow(spec: mujoco.MjSpec, body: mujoco.MjsBody, station: Station) -> None:
-    """Add the glow of a location: its material, a light above, and on or round all but a stove a band."""
+    """Add the glow of a location: its material, a light above it and, unless it is a stove, a glowing band."""
     glow = f"{station.name}_glow"
     spec.add_material(name=glow, rgba=glow_of(station.kind).off, specular=0.4, shininess=0.6)
     light = body.add_light(name=glow, pos=[0, 0, 0.22], dir=[0, 0, -1], castshadow=False, active=False)

@@ -17,18 +17,23 @@ TIGHT_CLEARANCE_M = 0.0025
 """Least distance from an object to either pad where space is tight, m: larger than the error of a sensed position."""
 
 CLEARANCES_M = (None, PAD_CLEARANCE_M, TIGHT_CLEARANCE_M)
-"""Clearances of the open hand to try in turn; None for the usual opening."""
+"""Clearances of the open hand to try in turn, m; None for the usual opening."""
 
 TILTED_LIFTS_M = (0.0, 0.004, 0.010)
-"""Distances of the pads' middle from an object's in a tilted grasp, m, so that the fingertips clear what is below."""
+"""Distances by which a tilted hand is drawn back from the object's middle, m: the fingertips clear what is below."""
 
-MAX_SHIFT_M, END_M, MAX_OFFSET_M = 0.018, 0.02, 0.027
-"""Grasp of a high object away from its middle by a tilted hand, m: greatest shift along the object, least distance to
-its end, and greatest distance of the pads' middle from its own. The palm clears its end, and the hand the table."""
+MAX_SHIFT_M = 0.018
+"""Greatest shift of a tilted grasp along a high object, m: the palm clears the object's end, and the hand the table."""
+
+END_M = 0.02
+"""Least distance from a shifted grasp to the object's end, m."""
+
+MAX_OFFSET_M = 0.027
+"""Greatest distance from the pads' middle to the object's middle in a shifted grasp, m."""
 
 MAX_OFF_LINE_M = 0.0075
-"""Greatest distance of the pads' middle from the line on which they touch a round object, m; the Panda's
-pads are 18 mm high."""
+"""Greatest distance from the pads' middle to their line of contact with a round object, m; the Panda's pads are 18 mm
+high."""
 
 PALM_TOLERANCE_M = 0.004
 """By how much an object may exceed the gripper's `palm_height_m` in a tilted grasp, m."""
@@ -43,7 +48,7 @@ MAX_TILT_RAD = np.radians(91)
 """Greatest tilt of the hand from straight down: beyond, it would point upwards."""
 
 TILT_STEP_RAD = np.radians(15)
-"""Resolution at which tilts of the hand are compared: a smaller difference does not matter."""
+"""Resolution at which tilts of the hand are compared."""
 
 MAX_SLOPE = np.sin(np.radians(15))
 """Greatest slope (sine) of the closing direction: beyond, one finger would be below the object."""
@@ -53,8 +58,8 @@ MAX_SLOPE = np.sin(np.radians(15))
 class GraspPose:
     """A pose of the tool frame, relative to an object, at which the fingers close on the object; see `ToolPose`.
 
-    `width` is that of the object between the pads, m, and `clearance` its distance from either pad of the open hand, m;
-    None for the usual opening.
+    `width` is the object's width between the pads, m. `clearance` is the distance from the object to each pad of the
+    open hand, m; None for the usual opening.
     """
 
     position: np.ndarray
@@ -81,9 +86,9 @@ def openings(grasp: GraspPose) -> tuple[GraspPose, ...]:
 def grasps(shape: ObjectShape, gripper: Gripper) -> tuple[GraspPose, ...]:
     """Return the grasps of an object by increasing tilt, those from above first.
 
-    The hand closes along a side of a box or across a cylinder, where the palm clears the object. For each tilt, the
-    usual opening comes first, then narrower ones, from above also with the pads higher on the object. A tilted hand
-    also grasps a high object near an end.
+    The hand closes along a side of a box or across a cylinder; the palm must clear the object. For each tilt, the usual
+    opening comes first, then narrower ones. A hand that points straight down also grasps with the pads higher on the
+    object, and a tilted hand also near an end of a high object.
     """
     if isinstance(gripper, SuctionGripper):
         return _suctions(shape, gripper)
@@ -146,7 +151,7 @@ def _suctions(shape: ObjectShape, gripper: SuctionGripper) -> tuple[GraspPose, .
     """Return the grasps by a suction cup on each seat of a mesh, or flat face of another shape, the top one first."""
     found = []
     for seat in sorted(shape.seats, key=lambda seat: round(-seat.normal[2], 2)) or _faces(shape, gripper):
-        # Two headings of the hand, as square to the object as they can be.
+        # Two headings of the hand, each as close as possible to an axis of the object.
         for axis in np.eye(3)[np.argsort(np.abs(seat.normal), kind="stable")[:2]]:
             closing = axis - (axis @ seat.normal) * seat.normal
             closing /= np.linalg.norm(closing)
@@ -192,7 +197,7 @@ def _shifts(shape: ObjectShape, closing: np.ndarray, approach: np.ndarray, gripp
 def _variants(
     shape: ObjectShape, approach: np.ndarray, gripper: Gripper, *, straight: bool
 ) -> Iterator[tuple[int, float, float | None]]:
-    """Yield a rank, how far the pads' middle is drawn back from the object's, m, and the clearance of the open hand."""
+    """Yield a rank, the distance by which the hand is drawn back from the object's middle, m, and the clearance, m."""
     top = shape.support(approach)
     low, high = max(0.0, top - gripper.palm_height_m), min(top, MAX_LIFT_M)
     for order, clearance in enumerate(CLEARANCES_M):
@@ -202,9 +207,9 @@ def _variants(
 
 
 def ranked(shape: ObjectShape, gripper: Gripper, frame: np.ndarray) -> Iterator[GraspPose]:
-    """Yield the grasps of an object with (3, 3) axes `frame` that can pick it up there and set it upright.
+    """Yield the grasps that can pick up an object with (3, 3) axes `frame` and set it upright.
 
-    They are in order of the greater of the hand's two tilts, at the object as it is and when it is set upright.
+    They are ordered by the hand's tilt at the pick or when the object is set upright, whichever is greater.
     """
     options = grasps(shape, gripper)
     rotations = np.array([grasp.rotation for grasp in options])

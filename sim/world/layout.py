@@ -39,17 +39,17 @@ SUPPORT_OVERLAP_M = 0.010
 """Least length by which an object rests on each of its supports, m."""
 
 MAX_HEIGHT_DIFFERENCE_M = 0.001
-"""By how much objects that carry another between them may differ in height, m."""
+"""Greatest difference in height of objects that together carry another, m."""
 
 MIN_MASS_KG = 0.001
 """Least mass of an object, kg. At 0.01 g, contact forces are too small for the fingers to hold it."""
 
 NEIGHBOUR_DISTANCE_M = 0.12
-"""At a location nearer than this to another, grasps that keep the fingers out of the gap are tried first, m."""
+"""Distance to another location below which the fingers are kept out of the gap if possible, m."""
 
 
 def arrange(model: ManipulationModel, robot: Robot, own: UserScene | None = None) -> TableLayout:
-    """Return the stations and slots of a model, of a user's own scene if there is one, where a robot can work at them.
+    """Return the stations and slots of a model, turned such that a robot can work there; `own` is the user's own scene.
 
     A location that is out of reach is no fault: a plan may do without it.
 
@@ -90,7 +90,7 @@ def _stations(model: ManipulationModel, arm: Arm, sizes: Mapping[str, Extent], f
         with collecting(faults):
             yaws = _yaws(place, grounded, robot)
             options[place.name] = [_station(place, yaw, robot.gripper, sizes[place.name]) for yaw in yaws]
-    # Each station with its preferred yaw, or, if some then overlap, all of them alike.
+    # Each station with its preferred yaw or, if fewer stations overlap then, all stations with the same yaw.
     alike = [
         {place.name: _station(place, yaw, robot.gripper, sizes[place.name]) for place in grounded}
         for yaw in ((np.pi / 2, 0.0) if len(options) == len(grounded) else ())
@@ -134,8 +134,8 @@ def _check_mass(obj: Object, shape: ObjectShape, robot: Robot) -> None:
 def _bounds(model: ManipulationModel, place: Location, shapes: Mapping[str, ObjectShape]) -> Extent:
     """Return bounds on the dimensions of the objects for which a location must have space.
 
-    A movable object may come to any open location. A spot has neither walls nor a rim: it needs space only for what
-    starts there, or else for the least sides of all, as what is beside it decides which object fits.
+    A movable object may come to any open location. A spot has neither walls nor a rim: it needs space only for the
+    objects that start there or, if none does, for the least sides of all, since its neighbours decide what fits.
     """
     first = [shapes[obj.name] for obj in model.objects if obj.name in shapes and obj.start == place.name]
     movable = [shapes[obj.name] for obj in model.objects if obj.name in shapes and not (obj.fixed or place.closed)]
@@ -219,7 +219,7 @@ def _stack(
     shapes: dict[str, ObjectShape],
     sizes: Mapping[str, Extent],
 ) -> None:
-    """Add the slot of a location on others, after theirs: midway between them and one object higher."""
+    """Add the slot of a location on others, whose slots come first: midway between them and one object higher."""
     if place.name in slots or place.at is not None:
         return
     where = f"locations.{place.name}"

@@ -1,4 +1,4 @@
-"""How a scene is seen: colours, and the finishes, lights and backdrop of a studio, with the camera on the hand."""
+"""The look of a scene: colours, finishes, lights and backdrop of a studio, and the camera on the hand."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,26 +46,29 @@ def glow_of(kind: str | None) -> Glow:
 ASSETS = Path(__file__).parents[2] / "assets"
 
 KEY_LIGHT = "studio_key"
-"""The light that casts the shadows."""
+"""Name of the light that casts the shadows."""
 
 SHADOW_WIDTH = 1.55
-"""Half width of the shadow map, in halves of the table's longer side: it covers the corners."""
+"""Half width of the shadow map over half the table's longer side: it covers the corners."""
 
 ARM_SHADOW_M = 0.85
 """Least half width of the shadow map, m: it covers the arm."""
 
 WRIST = "wrist"
-"""The camera on the hand."""
+"""Name of the camera on the hand."""
 
-WRIST_EYE_M, WRIST_AIM_M = np.array([0.11, 0.0, 0.05]), np.array([0.0, 0.0, 0.01])
-"""Position of the camera in the hand's frame, and of the point that it looks at relative to the tool's origin, m."""
+WRIST_EYE_M = np.array([0.11, 0.0, 0.05])
+"""Position of the camera in the hand's frame, m."""
+
+WRIST_AIM_M = np.array([0.0, 0.0, 0.01])
+"""Point that the camera looks at, relative to the tool's origin, m."""
 
 
 def add_studio(spec: mujoco.MjSpec, *, target: np.ndarray, span: float) -> None:
     """Add finishes, lights, backdrop and render settings of a small photo studio.
 
-    The lights aim at a (3,) target, m, the model's `stat.center` then; the shadow map has to cover `span`, half the
-    longer side of the table, m.
+    The lights aim at a (3,) target, m, which becomes the model's `stat.center`. The shadow map has to cover `span`,
+    half the longer side of the table, m.
     """
     studio = mujoco.MjSpec.from_file(str(ASSETS / "studio.xml"))
     spec.visual = studio.visual

@@ -74,7 +74,7 @@ def add_objects(
 
 
 def _check_names(spec: mujoco.MjSpec, model: ManipulationModel) -> None:
-    """Raise `SimulationError` if names that objects give to their parts are taken; each fault starts with its key."""
+    """Raise `SimulationError` if an object or its visual geom has a name that is taken; faults start with the key."""
     kinds = (spec.bodies, spec.joints, spec.geoms, spec.materials, spec.meshes)
     taken = {part.name for parts in kinds for part in parts}
     drawn = {_drawn(obj.name) for obj in model.objects}
@@ -93,7 +93,7 @@ def _drawn(name: str) -> str:
 
 
 def why_no_spares(model: ManipulationModel) -> str | None:
-    """Return why a scene can have no spare objects, or None: the floor of a user's scene may be where the store is."""
+    """Return why a scene can have no spare objects, or None: the floor of a user's scene may run through the store."""
     return None if model.scene is None else f"unknown objects appear on the usual table only, not in {model.scene}"
 
 
@@ -118,8 +118,8 @@ def start_slots(
 ) -> dict[str, Slot]:
     """Return the slot in which each object starts, on top of the objects that start below it.
 
-    Objects at one location fill its slots in file order, unless the model's initial state names their slots. Where a
-    support was observed to be missing, an object is as high as it can be in its slot.
+    Objects at one location fill its slots in file order, unless the model's initial state names their slots. If a
+    location below is empty, the object starts at the greatest height of its slot.
     """
     places = [(obj.name, obj.start) for obj in model.objects]
     capacities = {name: len(row) for name, row in slots.items()}

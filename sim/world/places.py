@@ -1,4 +1,4 @@
-"""Dimensions of what stands on the table; slots, stations, the layout of a model and the objects it has space for."""
+"""Stations, slots and the layout of a model, and the dimensions of the objects for which there is space."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from sim.geometry.rectangle import Rectangle
 from sim.world.shapes import CUBE_EDGE_M, ObjectShape, opening
 
 AT_RADIUS_M = 0.045
-"""Greatest horizontal distance of an object at a slot from the slot's centre: a block's width."""
+"""Greatest horizontal distance of an object at a slot from the slot's centre, m: a block's width."""
 
 OBJECT_GAP_M = 0.005
-"""Least gap between objects that rest side by side, m: nearer to another, no object is put down."""
+"""Least gap to the neighbours of an object that is put down, m."""
 
 START_OFFSET_M = 0.005
 """Greatest random offset of objects at the start from their slots, along x and along y, m."""
@@ -22,8 +22,8 @@ START_TURN_RAD = np.radians(5)
 """Greatest random turn of objects at the start, rad."""
 
 FLOOR = {"spot": 0.0, "pad": 0.004, "bin": 0.003, "stove": 0.012, "plate": 0.006}
-"""What a location may look like (an outline, a sheet of metal, a box with walls, a hob, a dish), and the height above
-the table of the surface on which objects rest there, m."""
+"""Kinds of locations (an outline, a sheet of metal, a box with walls, a hob, a dish), each with the height above the
+table of the surface that objects rest on, m."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Slot:
             On other objects, z is the greatest possible: see `sim.perception.grounding.slot_of`.
         yaw: heading about z of the closing direction, rad; the fingers have space on either side.
             The object rests with this yaw, up to its symmetry.
-        radius: greatest horizontal distance from the slot's centre of an object that counts as resting in it, m:
+        radius: greatest horizontal distance from the slot's centre at which an object counts as resting in it, m;
             farther off, it would be beside a small plate.
     """
 
@@ -77,10 +77,10 @@ class Station:
 
     Attributes:
         kind: a key of `FLOOR`.
-        outline: what it covers of the table, walls left out.
+        outline: area of the table that it covers, without walls.
         slots: side by side across the closing direction.
         size: bounds on the objects that may come there.
-        height: of the surface that carries it over the table top, m.
+        height: height above the table top of the surface that carries it, m.
         marks: whether it marks objects released there.
     """
 
@@ -131,12 +131,12 @@ def under(model: ManipulationModel, location: str) -> list[str]:
 
 
 def lowest_under(model: ManipulationModel, location: str) -> str:
-    """Return the lowest location that one lies on; itself if it lies on none, or is not the model's."""
+    """Return the lowest location under a location; the location itself if it lies on none or is not in the model."""
     return [location, *(under(model, location) if location in model.slot_counts else ())][-1]
 
 
 def unused_names(model: ManipulationModel, stem: str, number: int, *, taken: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return unused names, such as `spot1`, whose propositions the model does not have either."""
+    """Return names, such as `spot1`, that do not occur in any name or proposition of the model."""
     used = [obj.name for obj in model.objects] + [place.name for place in model.locations]
     used += [*model.marks, *model.propositions, *taken]
     while any(stem in name for name in used):

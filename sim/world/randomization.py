@@ -1,4 +1,4 @@
-"""Perturbations: by how much a rollout's world may differ from the nominal one, and a scene that differs so."""
+"""Perturbations: how far a rollout's world may differ from the nominal one, and scenes that are perturbed."""
 
 import copy
 import math
@@ -15,7 +15,7 @@ from sim.world.places import START_OFFSET_M, START_TURN_RAD
 from sim.world.scene import TIMESTEP_S, Scene, initial_state
 
 MATTER_STREAM = 1
-"""Random stream for friction and mass; with or without them, a seed gives the same start poses."""
+"""Random stream for friction and mass, apart from that of the start poses, which do not depend on these draws."""
 
 DEVICE_STREAM = 4
 """Random stream for the table, the gripper, delays, the camera and centres of mass; faults have streams 2 and 3."""
@@ -40,17 +40,17 @@ class PerturbationKey:
 
 
 def _bound(unit: str, scale: float, greatest: float, *, usual: float = 0.0) -> float:
-    """Declare an amount with its `PerturbationKey`; the usual amount is in SI units."""
+    """Declare an amount with its `PerturbationKey`; `usual` is its default, in SI units."""
     amount: float = field(default=usual, metadata={"key": PerturbationKey(unit, scale, greatest)})
     return amount
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """By how much a rollout's world may differ from the nominal one.
+    """Amounts by which a rollout's world may differ from the nominal one.
 
-    Lengths are in m, angles in rad, times in s; the others are shares, of 1. All but the noise are bounds within which
-    the rollout's seed draws.
+    Lengths are in m, angles in rad, times in s; the others are shares of 1. Each amount except `noise` is a bound: the
+    rollout's seed draws a value within it.
 
     Attributes:
         position: offset of each object's start along x and along y.
@@ -90,7 +90,7 @@ class Perturbation:
                 raise SimulationError(f"{name}: {value / key.scale:g} is not from 0 to {key.greatest:g}{unit}")
 
     def __str__(self) -> str:
-        """Return it as `read_perturbation` reads it."""
+        """Return the text from which `read_perturbation` reads it."""
         amounts = (f"{name}={value / KEYS[name].scale:.12g}" for name, value in vars(self).items() if value)
         return ",".join(amounts) or "none"
 
@@ -105,7 +105,7 @@ NONE = Perturbation(position=0.0, angle=0.0)
 def read_perturbation(text: str) -> Perturbation:
     """Return the perturbation that a text describes, e.g. `position=8,angle=10,friction=0.2,mass=0.2,noise=1`.
 
-    Amounts are in the units of `KEYS`. What is not named is not perturbed; `none` perturbs nothing.
+    Amounts are in the units of `KEYS`. A key that is not named gets 0; `none` perturbs nothing.
 
     Raises:
         SimulationError: for an unknown or repeated key, and for a value that is no number or out of bounds.
@@ -160,7 +160,7 @@ def perturbed(scene: Scene, perturbation: Perturbation, *, seed: int) -> Scene:
 
 
 def drawn(scene: Scene, perturbation: Perturbation, *, seed: int | None) -> tuple[Scene, mujoco.MjData, np.ndarray]:
-    """Return a scene as `perturbed`, the state in which a run in it begins, and the `camera_bias`.
+    """Return the `perturbed` scene, the initial state of a run in it, and the `camera_bias`.
 
     Without a seed, the scene and its state are the nominal ones, and the camera's error is 0.
     """
@@ -184,9 +184,9 @@ def _device_draws(seed: int, objects: int) -> tuple[dict[str, float], np.ndarray
 
 
 def _with_centres(scene: Scene, offsets: Mapping[str, np.ndarray], amount: float) -> mujoco.MjModel:
-    """Return the model with the centres of mass moved by (3,) shares of an amount, m, or of what the shape allows.
+    """Return the model with centres of mass moved by (3,) shares of an amount, m, limited by `MAX_CENTRE_SHARE`.
 
-    It is compiled again, since a model compiled with a centre in the middle skips terms that would be zero.
+    The model is compiled again: compiled with a centre in the middle, it skips terms that would be zero.
     """
     spec = scene.spec.copy()
     for name, offset in offsets.items():

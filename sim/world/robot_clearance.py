@@ -1,4 +1,4 @@
-"""What stands in the way of the robot at home."""
+"""Check that the robot at home is clear of everything else."""
 
 import copy
 from collections.abc import Mapping
@@ -17,10 +17,10 @@ HOME_CLEARANCE_M = 0.004
 def faults_at_home(
     model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, keys: Mapping[str, str], own: UserScene | None
 ) -> list[str]:
-    """Return the faults of bodies that the robot would be inside of, or too near to, at home in the initial state.
+    """Return a fault for each body that the robot at home would be inside of, or too near to, in the initial state.
 
-    Parts of the robot that never move, such as its base, may touch what never moves either. `keys` are the scenario's
-    keys by body; `own` is the user's own scene, or None.
+    Parts of the robot that never move, such as its base, may touch whatever else never moves. `keys` are the
+    scenario's keys by body; `own` is the user's own scene, or None.
     """
     model, data = copy.copy(model), copy.copy(data)
     is_robot = robot.bodies(model)

@@ -34,21 +34,24 @@ TIMESTEP_S = CONTROL_PERIOD_S / STEPS
 """Simulation step, s."""
 
 COLLISION_TOLERANCE = 1e-8
-"""Tolerance of MuJoCo's convex collision detection. With its default of 1e-6, a cylinder between the pads is sometimes
-reported for one step as 11 mm deep in a pad, which would push it out on the far side. It still is near some poses, but
-ten times as rarely near that of a can that the hand presses on a plate."""
+"""Tolerance of MuJoCo's convex collision detection. At the default of 1e-6, a cylinder between the pads is sometimes
+reported for one step as 11 mm deep in a pad, which would push the cylinder out on the far side. At 1e-8, this still
+happens near some poses, but ten times as rarely near the pose of a can that the hand presses on a plate."""
 
 FOCUS_HEIGHT_M = 0.21
-"""Height above the table of what the lights point at: half the arm at work, m."""
+"""Height above the table of the point that the lights aim at, m: half the height of the arm at work."""
 
 MAX_OVERLAP_M = 0.001
 """Greatest overlap at the start of objects with one another or with a wall, m."""
 
 SETTLE_DURATION_S = 1.0
-"""How long the objects of a random start are simulated; if one moves, tips over or falls, all are drawn again."""
+"""Time for which a start is simulated, s; if an object moves, tips over or falls, a random start is drawn again."""
 
-MAX_SETTLING_M, MAX_SETTLING_RAD = 0.003, np.radians(3)
-"""Greatest movement and tilt in that time of an object that stands."""
+MAX_SETTLING_M = 0.003
+"""Greatest movement within `SETTLE_DURATION_S` of an object that stands, m."""
+
+MAX_SETTLING_RAD = np.radians(3)
+"""Greatest tilt within `SETTLE_DURATION_S` of an object that stands, rad."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +67,14 @@ class Scene:
         mujoco: the compiled model.
         slots: for each location, in the order of the file, `capacity` slots.
         shapes: of each object, in the order of the file, then of the spare ones.
-        spares: objects the model does not have, stored below the table until a fault brings them.
-        temporary: locations that the scenario does not have, each made for one object off every other location.
+        spares: objects that are not in the model, stored below the table until a fault adds them to the scene.
+        temporary: locations that are not in the scenario, each made for one object that is off all others.
         table: outline of the table.
-        name_places: (2,) place of the name of each location on the table, m.
-        robot: in its place in the scene.
-        latency: from a command until the actuators get it, s.
+        name_places: (2,) position of the name of each location on the table, m.
+        robot: at its pose in the scene.
+        latency: time from a command until the actuators receive it, s.
         warnings: for the user.
-        nominal: `mujoco` before it was perturbed, in which start poses are drawn; None if it was not.
+        nominal: `mujoco` before its perturbation, used to check that objects are at rest at the start; or None.
     """
 
     model: ManipulationModel
@@ -100,7 +103,7 @@ class Scene:
         return hashlib.sha256(contents.data).hexdigest()
 
     def with_names(self) -> mujoco.MjModel:
-        """Return a copy of the model with names printed on the table, where none can be written over the picture."""
+        """Return a copy of the model with names printed on the table, for output without labels over the picture."""
         shown, show = copy.copy(self.mujoco), self.model.display.location
         if self.name_places:
             pixels = picture(self.table, {show(name): at for name, at in self.name_places.items()}).ravel()
@@ -119,13 +122,13 @@ def build_scene(
 
     Args:
         model: of the locations and objects.
-        robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, in place of the one that the model names.
+        robot: a robot, or the name of one of `sim.robots.catalogue.ROBOTS`, that replaces the model's robot.
         spares: number of grey cubes in store below the table, for faults that add objects.
 
     Raises:
         RobotError: the robot is unknown or cannot be loaded.
-        SimulationError: locations obstructing others, or objects that the hand cannot grasp; each
-            fault starts with its key.
+        SimulationError: locations obstructing others, or objects that the hand cannot grasp; each fault starts with
+            its key.
     """
     check_fixtures(model)
     check_matter(model)
@@ -173,7 +176,7 @@ def _supports(spec: mujoco.MjSpec, model: ManipulationModel, stations: Sequence[
 def _compiled(spec: mujoco.MjSpec, own: UserScene | None) -> mujoco.MjModel:
     """Return the compiled scene; raise `SimulationError` if MuJoCo refuses it because of the user's scene."""
     try:
-        with catch_warnings(action="ignore"):  # of cloth that is fixed in place, which is told
+        with catch_warnings(action="ignore"):  # about cloth that is fixed in place: `add_objects` reports it
             return spec.compile()
     except ValueError as error:
         if own is None:

@@ -38,10 +38,10 @@ DENSITY_KG_M3 = 0.055 / CUBE_EDGE_M**3
 """Density, about that of beech: a cube of `CUBE_EDGE_M` weighs 55 g."""
 
 MASSES_KG = (0.020, 0.250)
-"""Least and greatest default mass of an object."""
+"""Least and greatest default mass of an object, kg."""
 
 USUAL_OPENING_M = 0.07
-"""Width of the open hand, m: 12 mm to either side of a `CUBE_EDGE_M`, and the fingers still fit into a bin."""
+"""Width of the open hand, m: 12 mm on either side of a default cube, and the fingers still fit into a bin."""
 
 ROUND_TURNS = 16
 """Number of turns of a round object about the vertical that are tried."""
@@ -102,7 +102,7 @@ class ObjectShape:
 
     @functools.cached_property
     def symmetries(self) -> np.ndarray:
-        """(K, 3, 3) rotations after which it looks the same, identity first; without those about a round one's z."""
+        """(K, 3, 3) rotations after which it looks the same, identity first; turns about a round one's z left out."""
         if self.is_round:
             return np.array([np.eye(3), np.diag([1.0, -1.0, -1.0])])
         if self.symmetry > math.pi:
@@ -131,14 +131,14 @@ class ObjectShape:
         return float(np.linalg.norm(np.maximum(beside - self.half, 0.0)))
 
     def most_upright(self, rotation: np.ndarray) -> np.ndarray:
-        """Return, of the (3, 3) rotations in which it looks the same, the most upright one."""
+        """Return the most upright of the (3, 3) rotations in which it looks as it does in `rotation`."""
         heights = self.symmetries[:, :, 2] @ rotation[2]
         return np.asarray(rotation @ self.symmetries[int(heights.argmax())])
 
     def heading_to(self, rotation: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Return a (3, 3) rotation in which it looks the same; a round one's x axis is nearest to a (3,) direction.
+        """Return a (3, 3) rotation with a round object's x axis turned as near as possible to a (3,) direction.
 
-        A round one is not turned towards a direction along its own axis, or towards zero.
+        Other objects keep their rotation, and so does a round one if the direction is zero or along its axis.
         """
         x = direction - (direction @ rotation[:, 2]) * rotation[:, 2]
         length = np.linalg.norm(x)
@@ -152,7 +152,7 @@ class ObjectShape:
         return np.concatenate([about_z(turn) @ self.symmetries for turn in turns])
 
     def yaw_near(self, yaw: float, heading: float) -> float:
-        """Return, of the yaws at which it looks as it does at `yaw`, the nearest to a heading, rad."""
+        """Return the yaw nearest to a heading, rad, at which it looks as it does at `yaw`."""
         if self.is_round:
             return heading
         return yaw + self.symmetry * round((heading - yaw) / self.symmetry)
@@ -165,15 +165,15 @@ def about_z(turn: float) -> np.ndarray:
 
 
 def opening(width: float) -> float:
-    """Return how wide the hand opens, m, for an object of a width, m."""
+    """Return the usual width of the open hand, m, for an object of a width, m."""
     return max(USUAL_OPENING_M, width + 2 * PAD_CLEARANCE_M)
 
 
 def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScene | None = None) -> ObjectShape:
-    """Return the shape of an object, which a gripper can take unless it is fixed; a mesh has its box's sides.
+    """Return the shape of an object; sides of a mesh are those of its bounding box.
 
-    Files are looked for in a folder, and an object that is a body of the user's own scene must have been `resolved`.
-    Raises `SimulationError` for an unknown kind, or one that the hand cannot grasp; the message starts with its key.
+    Mesh files are in `folder`. An object that is a body of the user's own scene must have been `resolved`. Raises
+    `SimulationError` for an unknown kind, or if the gripper cannot hold what is not fixed; the message starts with the key.
     """
     where = f"objects.{obj.name}"
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
@@ -227,7 +227,7 @@ def _held_mesh(shape: ObjectShape, mesh: MeshParts, gripper: Gripper, where: str
 
 
 def _check_lengths(obj: Object, where: str, gripper: Gripper, lengths: Mapping[str, float]) -> None:
-    """Raise `SimulationError` if an object's lengths, m, are beyond the gripper: wide is where the fingers close.
+    """Raise `SimulationError` for lengths, m, that a gripper cannot hold; `wide` is along the closing direction.
 
     A fixed object is never grasped, so it may have any.
     """

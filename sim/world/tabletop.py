@@ -16,13 +16,16 @@ PIXELS_PER_M = 1500
 """Resolution of the picture."""
 
 MAX_SIDE_PX = 4096
-"""Longest side of the picture, which is coarser where the table is longer than 2.7 m: it takes 25 bytes a pixel."""
+"""Longest side of the picture, pixels of 25 bytes; for a table longer than 2.7 m, the resolution is lower."""
 
 PLANK_M = 0.13
 """Width of a plank, m."""
 
-LETTERS_M, INK = 0.026, (221, 214, 201)
-"""Height of the names' letters, m, and their colour."""
+LETTERS_M = 0.026
+"""Height of the letters of a name, m."""
+
+INK = (221, 214, 201)
+"""Colour of the letters."""
 
 
 def text_size(text: str) -> tuple[float, float]:
@@ -33,7 +36,7 @@ def text_size(text: str) -> tuple[float, float]:
 def picture(table: Rectangle, names: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the texture of the table top, (W, H, 3) uint8; rows run along +y, columns along +x.
 
-    The middle of each name to print on it is at a (2,) point, m.
+    `names` has the (2,) middle of each name to print, m.
     """
     scale = min(PIXELS_PER_M, MAX_SIDE_PX / (2 * float(table.half.max())))
     width, height = (round(2 * float(side) * scale) for side in table.half[::-1])
@@ -47,7 +50,7 @@ def picture(table: Rectangle, names: Mapping[str, np.ndarray]) -> np.ndarray:
 
 @lru_cache(maxsize=2)  # drawing wood takes a fifth of the time of building a scene
 def _wood(width: int, height: int, plank: int) -> np.ndarray:
-    """Return (height, width, 3) planks along the rows, each with its own tone and grain and so many pixels wide."""
+    """Return (height, width, 3) planks along the rows, `plank` pixels wide, each with its own tone and grain."""
     rng, colour = np.random.default_rng(3), np.array([0.50, 0.365, 0.255], dtype=np.float32)
     wood = np.empty((height, width, 3), dtype=np.uint8)
     growth = np.linspace(0, 3.0, plank, dtype=np.float32)[:, None]

@@ -33,7 +33,7 @@ class MeasuredCosts:
         measured: one of `QUANTITIES`, or several, each a separate cost.
         entries: the cost, in the quantity's unit, of each (kind, hand before, hand after) that was measured. Between
             other poses there is no action of this kind.
-        failed: why others could not be measured.
+        failed: why other actions could not be measured.
     """
 
     measured: str | tuple[str, ...]
@@ -47,7 +47,7 @@ class MeasuredCosts:
 
     @property
     def note(self) -> str:
-        """What could not be measured, and is left out for that, as one line; empty if nothing."""
+        """The actions left out because they could not be measured, as one line; empty if there are none."""
         if not self.failed:
             return ""
         (pair, reason), *others = self.failed.items()
@@ -75,7 +75,7 @@ def check_costs(costs: ActionCosts, kinds: Sequence[str]) -> None:
     """Check that exactly these kinds of actions have costs; of measured costs, that each is of one of these kinds.
 
     Raises:
-        ModelError: that is not so, or a cost is invalid; the message starts with the key as in a scenario file.
+        ModelError: a check fails, or a cost is invalid; the message starts with the key as in a scenario file.
     """
     if isinstance(costs, MeasuredCosts):
         if not costs.quantities:
@@ -115,7 +115,7 @@ def cost_tables(model: ManipulationModel, hands: Sequence[str]) -> tuple[CostTab
     tables = []
     for name in model.cost_names:
         values, unit = in_common_unit([exact(by_name(cost)[name]) for cost in given])
-        # Where no entry is chosen, -1, the last one is taken.
+        # Where no entry is chosen, the index -1 takes the last value.
         tables.append(CostTable(name, np.append(values, UNMEASURED)[chosen], unit))
     return tuple(tables)
 
@@ -149,7 +149,7 @@ def _nearest(model: ManipulationModel, hand: str, measured: Sequence[str]) -> di
 
 
 def _point(model: ManipulationModel, name: str) -> tuple[float, float] | None:
-    """Return the (x, y) of a pose's location, m: for one on others their middle; None if its position is not known."""
+    """Return the (x, y) of a pose's location, m: the middle of its supports, if it is on any; None if not known."""
     place = next((place for place in model.locations if place.name == location_of(name)), None)
     if place is None or place.at is not None:
         return None if place is None or place.at is None else (place.at[0], place.at[1])

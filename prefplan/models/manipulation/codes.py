@@ -21,22 +21,25 @@ if TYPE_CHECKING:
 class StateCodes:
     """The code of each state of a model.
 
-    A code is one mixed-radix integer: the hand's pose, then each object's slot (the last one: in the hand), then one
-    bit for each object and mark that is visible, then where the held object was grasped. Where slots are not told
-    apart, a location is one slot, whatever its capacity.
+    A code is a mixed-radix integer. Its digits are the hand's pose, each object's slot (the last slot: in the hand),
+    one bit for each visible mark of an object, and where the held object was grasped. Where slots are not told apart, a
+    location is one slot, whatever its capacity.
 
     Attributes:
         hands: names of the hand's poses.
         bound: number of codes.
-        model, locations, objects: the model, and the names of its locations and objects.
+        model: the model.
+        locations: names of its locations.
+        objects: names of its objects.
         held: slot of an object in the hand.
-        location: (slots + 1,) index of each slot's location, one beyond them for `held`.
-        over: (hands,) index of the location below each pose of the hand; one beyond them for a start pose elsewhere.
+        location: (slots + 1,) index of each slot's location; the number of locations for `held`.
+        over: (hands,) index of the location below each pose of the hand; the number of locations for a start elsewhere.
         above: (slots + 1,) index of the hand's pose over each slot; the last entry is unused.
-        radices, weights: number of values and weight of each digit.
+        radices: number of values of each digit.
+        weights: weight of each digit.
         mark_digits: by (object, mark), the digit that is 1 if the object has the mark.
-        origins: by (object, location), from 1, the value of the last digit while the hand holds the object that it
-            grasped there; 0 for all others.
+        origins: by (object, location), from 1, the value of the last digit while the hand holds this object, grasped
+            there; the digit is 0 in all other states.
     """
 
     def __init__(
@@ -44,8 +47,8 @@ class StateCodes:
     ) -> None:
         """Lay out the digits; the hand may be over no location at the start.
 
-        States tell only of `visible` propositions whether an object has a mark, and only of `origins`, each an object
-        and a location, whether the hand holds the object that it grasped there.
+        Codes contain only those marks that are `visible` propositions, and where the held object was grasped only for
+        `origins`, each an object and a location.
         """
         self.model, start = model, model.initial_state
         self.locations = [place.name for place in model.locations]
@@ -70,7 +73,7 @@ class StateCodes:
         *self.weights, self.bound = accumulate(self.radices, mul, initial=1)
 
     def visible(self, names: Collection[str]) -> list[tuple[int, list[str]]]:
-        """Return the digits on which some propositions depend, with the one, or "", that each value makes true."""
+        """Return the digits on which some propositions depend, each with the proposition, or "", of every value."""
         digits = [
             (1 + o, [*(at(obj, self.locations[x]) for x in self.location[:-1]), holding(obj)])
             for o, obj in enumerate(self.objects)
@@ -84,7 +87,7 @@ class StateCodes:
         return codes // self.weights[d] % self.radices[d]
 
     def require_small(self) -> None:
-        """Raise ModelError if there are too many objects and slots for all states to be listed."""
+        """Raise ModelError if there are too many objects and slots to number all states."""
         if self.bound >= INT64_LIMIT:
             raise ModelError(f"{len(self.objects)} objects and {self.held} slots make more states than can be numbered")
 

@@ -33,9 +33,9 @@ class Location:
         capacity: number of objects that it holds.
         marks: mark that an object gets when it is released here: from then on `<object>_<marks>` holds.
         kind: its appearance in simulation; None for a plain spot.
-        closed: whether nothing can be put here: an object was left here by accident.
-        clear_of: locations that must be empty before an object is put here or, if it is closed, grasped here.
-        label: what people are shown in place of its name; None for the name.
+        closed: whether nothing can be put here, such as where an object was left by accident.
+        clear_of: locations that must be empty before an object is put here or, if this is closed, grasped here.
+        label: name to display; None for `name`.
     """
 
     name: str = field(metadata={"key": None})
@@ -69,10 +69,10 @@ class Object:
         kind: its shape in simulation, such as `cube`.
         size: its lengths, m; its kind determines which; None for a cube of the default size, and for a mesh.
         file: path of a mesh, relative to the scenario file.
-        scale: length of a unit of that file, m.
-        body: name of the body in the user's MJCF scene that it is.
-        mass: kg; None for that of wood, limited to what the hand can carry.
-        label: what people are shown in place of its name; None for the name.
+        scale: length of a unit of `file`, m.
+        body: name of its body in the user's MJCF scene.
+        mass: its mass, kg; None for that of wood, limited to what the hand can carry.
+        label: name to display; None for `name`.
     """
 
     name: str = field(metadata={"key": None})

@@ -14,16 +14,16 @@ from prefplan.models.transition_system import TransitionSystem
 from prefplan.plan import OnDemand
 
 CHUNK = 2**13
-"""States whose actions are listed at once, between two checks of the limits."""
+"""Number of states that are expanded between two checks of the limits."""
 
 EDGE_BYTES = 40
-"""Memory for each edge while states are numbered."""
+"""Memory for each edge while states are numbered, bytes."""
 
 
 def moves_of(space: StateCodes, symmetry: Symmetry) -> Moves:
     """Return a model as arrays, given what may be exchanged."""
     model, names, neutral, alike = space.model, space.locations, symmetry.neutral, symmetry.alike
-    # Only where locations are neutral does an object that is alone take another one.
+    # An object that is alike to no other changes in a canonical state only if there are neutral locations.
     alone = [[o] for o, obj in enumerate(space.objects) if neutral and not any(obj in each for each in alike)]
     objects = alone + [[o for o, obj in enumerate(space.objects) if obj in each] for each in alike]
     class_of = np.zeros(max(space.held + 1, len(space.hands)), dtype=np.int64)
@@ -99,10 +99,10 @@ def action_names(space: StateCodes) -> tuple[str, ...]:
 def listed(
     space: StateCodes, moves: Moves, costs: Collection[CostTable], start: int, names: Collection[str]
 ) -> tuple[TransitionSystem, np.ndarray]:
-    """List the canonical states that can be reached from one by the standard operators.
+    """List the canonical states reachable from `start` by the standard operators; return also their (S,) int64 codes.
 
-    States of one distance from the start are in the order of their codes, which are returned, too, as (S,) int64. Costs
-    are (K, H, H), as in `CostTable`; labels keep the propositions `names`.
+    States at the same distance from the start are in the order of their codes. Costs are (K, H, H), as in `CostTable`;
+    labels keep the propositions `names`.
 
     Raises:
         LimitError: a limit of time or memory was reached.
@@ -128,9 +128,9 @@ def listed(
 
 
 def _reachable(moves: Moves, start: int, exists: np.ndarray) -> tuple[np.ndarray, list[tuple[np.ndarray, ...]]]:
-    """Return (S,) the canonical states that can be reached from one, and their actions, in chunks, as from `expand`.
+    """Return (S,) the canonical states reachable from `start`, and their actions, in chunks, as from `expand`.
 
-    `exists` tells of each price, as in `Steps`, whether there are actions that have it.
+    `exists` is (P,) bool, by price as in `Steps`: whether actions with this price exist.
     """
     steps = steps_of(moves)
     layer = np.array([start], dtype=np.int64)

@@ -29,9 +29,8 @@ MOST_BYTES = 20_000_000
 """Greatest size of the file, which is read in a second; each action takes 150 bytes."""
 
 FORMAT = 3
-"""Version of the format: since 2, the hand's poses are over slots where a location has several; since 3, what could not
-be measured is there, and whether the measurement was interrupted."""
-
+"""Version of the format: since 2, hand poses are over slots where a location has several; since 3, the file has
+`failed` and `interrupted`."""
 
 ENDS = "action", "from", "to"
 """Keys of a pair in the file."""
@@ -58,10 +57,10 @@ class Measurements:
 
     Attributes:
         actions: the measurements of all actions.
-        sources: digest of the simulation's source code; measuring goes on only with what the same code measured.
+        sources: digest of the simulation's source code; a measurement is continued only with the same code.
         files: SHA-256 of each file that the scene was built from, by its path relative to the scenario's folder.
-        failed: why others could not be measured.
-        interrupted: whether the measurement ended before all were tried.
+        failed: why other actions could not be measured.
+        interrupted: whether the measurement ended before all actions were tried.
     """
 
     actions: tuple[Measurement, ...]
@@ -128,7 +127,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
     remedy = f"`prefplan measure` with this scenario makes {path.name}"
     try:
         data = json.loads(bounded(path, MOST_BYTES).read_text(encoding="utf-8"), parse_float=Decimal)
-        # Format 1 had no key for it.
+        # Files of format 1 lack the key `format`.
         if "actions" in data and data.get("format", 1) in range(1, FORMAT):
             raise ModelError(f"the measurements were made by an older version of prefplan; {remedy} again")
         if data["format"] != FORMAT:
@@ -152,7 +151,7 @@ def read_measurements(path: Path, model: ManipulationModel) -> Measurements:
 
 
 def with_measured_costs(model: ManipulationModel, scenario: Path) -> ManipulationModel:
-    """Return a model with its measured costs, which are beside its file; one without `MeasuredCosts` as it is.
+    """Return a model with the measured costs from the file beside its scenario, or as it is without `MeasuredCosts`.
 
     Raises:
         ModelError: as in `read_measurements`, or the measurement was interrupted; the message starts with the key.

@@ -36,14 +36,13 @@ class ManipulationModel:
         propositions: further names that formulas may use, although they hold in no state.
         fixtures: obstacles and furniture, in the order of the file.
         robot: the robot and the pose of its base, or its name alone.
-        abstract: whether plans are made without asking whether an arm can carry them out.
+        abstract: whether plans are made without checking that an arm can carry them out.
         scene: path of the user's MJCF scene, relative to the scenario, in place of the table.
         folder: folder of the scenario file, to which paths are relative.
         begin: the initial state; None for the hand at `start` and every object at its own `start`.
-        operators: the kinds of actions, in the order in which plans of equal worth prefer them; after the standard
-            ones there may be others.
-        listed_states: a model of no more states, by an upper bound, is searched as it is: listing these takes about a
-            second.
+        operators: the kinds of actions, in the order that decides between plans of equal worth; others may follow the
+            standard ones.
+        listed_states: a model of at most this many states (an upper bound) is listed to be searched, in about a second.
 
     Raises:
         ModelError: (on construction) for names that clash, unknown supports, overfull or unsupported starts, two
@@ -105,7 +104,7 @@ class ManipulationModel:
 
     @property
     def display(self) -> DisplayNames:
-        """What people are shown in place of names; raise ModelError for a label that is invalid."""
+        """The names to display; raise ModelError for a label that is invalid."""
         return DisplayNames(
             objects=labels_of("object", [(f"objects.{obj.name}", obj.name, obj.label) for obj in self.objects]),
             locations=labels_of(
@@ -121,7 +120,7 @@ class ManipulationModel:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that it names, by their paths relative to its folder."""
+        """The files that the model names, by their paths relative to its folder."""
         return tuple(filter(None, (self.scene, self.robot_setup.mjcf, *(obj.file for obj in self.objects))))
 
     def location(self, name: str) -> Location:
@@ -174,9 +173,9 @@ class ManipulationModel:
         return self.operator(action.kind).effect(action)
 
     def transition_system(self) -> ManipulationSystem:
-        """Return what is reachable from `initial_state` as a system, none of whose states is listed yet.
+        """Return the states reachable from `initial_state` as a system; none of them is listed yet.
 
-        Each state is a `ManipulationState`; actions are in the order of the operators, of each as it yields them.
+        Each state is a `ManipulationState`; actions are in the order of the operators, and in the order of each.
 
         Raises:
             ModelError: `begin` has names that are not of the model, or leaves an object without a place.

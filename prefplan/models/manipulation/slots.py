@@ -25,7 +25,7 @@ def hand_poses(counts: Mapping[str, int], start: str) -> tuple[str, ...]:
 
 
 def pose(location: str, slot: int | None) -> str:
-    """Return the name of the hand's pose over a slot; `slot` None is the only one, or the middle of several."""
+    """Return the name of the hand's pose over a slot; None for the only slot, or for the middle of several."""
     return location if slot is None else f"{location}[{slot}]"
 
 
@@ -37,7 +37,7 @@ def location_of(pose: str) -> str:
 def free_slot(taken: Sequence[int] | np.ndarray, first: Integer, end: Integer) -> Integer:
     """Return the slot into which an object is put: the free one farthest from those taken, the first of several.
 
-    A location has the slots from `first` to below `end`, not all of which are taken; others may be taken, too.
+    The location has the slots from `first` to below `end`, at least one of them free; `taken` may include others.
     """
     best, farthest = first, 0
     if end - first == 1:

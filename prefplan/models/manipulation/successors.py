@@ -6,7 +6,7 @@ and of the hand's pose over it. One canonical state stands for all that result f
 alike objects of one class each (see `prefplan.models.manipulation.symmetry`); where slots are told apart no location is
 neutral.
 
-The operators in `prefplan.models.manipulation.operators` say the same, one state at a time.
+The operators in `prefplan.models.manipulation.operators` define the same successors, one state at a time.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ TRANSIT, GRASP, TRANSPORT, RELEASE = range(4)
 """Kinds of actions."""
 
 EXCHANGEABLE = 2**40
-"""This, and its class, stands for a neutral location while alike objects are sorted; larger than any location."""
+"""This plus its class stands for a neutral location while alike objects are sorted; larger than any location."""
 
 free_slot = inner_kernel(any_free_slot)
 
@@ -30,20 +30,25 @@ class Moves(NamedTuple):
 
     Attributes:
         radices: (D,) int64, number of values of each digit of a state.
-        location: (S + 1,) int64, of each slot, L for the hand. first_slot: (L + 1,) int64, of each location, and S.
-        over: (H,) int64, location below each pose, L for none. above: (S + 1,) int64, pose over each slot.
-        capacity: (L,) int64, 0 where nothing can be put. movable: (O,) bool.
+        location: (S + 1,) int64, location of each slot, L for the hand.
+        first_slot: (L + 1,) int64, first slot of each location, and S.
+        over: (H,) int64, location below each pose, L for none.
+        above: (S + 1,) int64, pose over each slot.
+        capacity: (L,) int64, capacity of each location, 0 where nothing can be put.
+        movable: (O,) bool, whether each object can be grasped.
         needs: (L, L) int8, [x, y]: 1 if y must hold an object, -1 if it must hold none, before one is put at x.
         blocks: (L, L) bool, [x, y]: an object at x prevents grasping at y.
         mark: (L, O) int64, digit of the mark that an object gets at a location, 0 for none.
         origin: (L, O) int64, value of the last digit while the hand holds an object that it grasped at a location.
         neutral: (max(S + 1, H),) int64, by slot or pose, the class of a neutral location, from 1 to C, 0 for others.
-        places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros. ranks: (C + 1,) int64, scratch.
-        alike: (O,) int64, the objects by class, within which they may be exchanged; first those that are alone.
-        alike_class: (O,) int64, the class of each of these, from 0.
+        places: (C + 1, n + 1) int64, the neutral locations of each class, then zeros.
+        ranks: (C + 1,) int64, scratch: how many neutral locations of each class are taken.
+        alike: (N,) int64, the objects by class, within which they may be exchanged; first those that are alone, if
+            there are neutral locations.
+        alike_class: (N,) int64, the class of each of these, from 0.
         excluded: (A + 1,) int32, the first of the B exclusions of each action, and B.
-        first_condition: (B + 1,) int32, the first of the C conditions of each exclusion, and C.
-        conditions: (C, 3) int64, each a digit, and the values from the second number to below the third that it has.
+        first_condition: (B + 1,) int32, the first of the K conditions of each exclusion, and K.
+        conditions: (K, 3) int64, each (d, low, high): digit d is at least low and below high.
     """
 
     radices: np.ndarray
@@ -73,8 +78,9 @@ class Steps(NamedTuple):
     Attributes:
         digits: (M, D) int64, of the canonical state that each action leads to.
         actions: (M,) int64, numbers of the actions: transits, grasps, transports and releases, in order.
-        prices: (M,) int64, (kind H + hand) H + hand of each action, with the hand's poses before and after it.
-        before: (D,) int64, digits of the state. counts: (L,) int64, objects at each location.
+        prices: (M,) int64, (kind H + before) H + after of each action, with the hand's poses before and after it.
+        before: (D,) int64, digits of the state.
+        counts: (L,) int64, number of objects at each location.
     """
 
     digits: np.ndarray
@@ -114,8 +120,8 @@ def pack(moves: Moves, digits: np.ndarray) -> Integer:
 def standardize(moves: Moves, digits: np.ndarray) -> None:
     """Replace a state's digits by those of its canonical state.
 
-    Each class of alike objects is sorted by location; those at neutral locations take the first of the same class, in
-    order, and a hand over an empty neutral location takes the first that is left.
+    Each class of alike objects is sorted by location. Objects at neutral locations are moved to the first ones of the
+    same class of locations, in order; a hand over an empty neutral location is moved over the next one.
     """
     hand = digits[0]
     moved, over = hand, moves.neutral[hand]
@@ -140,7 +146,7 @@ def standardize(moves: Moves, digits: np.ndarray) -> None:
 
 @inner_kernel
 def _next_place(moves: Moves, kind: Integer) -> Integer:
-    """Return the next neutral location of a class, of which one more is taken then."""
+    """Take the next neutral location of a class and return it."""
     moves.ranks[kind] += 1
     return moves.places[kind, moves.ranks[kind] - 1]
 
@@ -219,7 +225,7 @@ def _is_excluded(moves: Moves, digits: np.ndarray, action: Integer) -> bool:
 def write_steps(moves: Moves, state: Integer, steps: Steps) -> Integer:
     """Write the actions of a state, in the order of the model, and return how many there are.
 
-    Of those that lead over empty neutral locations of one class only the first is written.
+    Of the actions that move the hand over empty neutral locations of one class, only the first is written.
     """
     before, counts = steps.before, steps.counts
     unpack(moves.radices, state, before)
@@ -304,10 +310,10 @@ def canonical(moves: Moves, state: Integer) -> Integer:
 def expand(
     moves: Moves, states: np.ndarray, exists: np.ndarray, steps: Steps
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the actions of (N,) int64 states, E in all, of those whose price `exists`, (P,) bool, has.
+    """Return the E actions of (N,) int64 states, without those whose price does not exist; `exists` is (P,) bool.
 
-    They are returned as (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; and
-    (E,) int32, their numbers and prices, as in `Steps`.
+    Return (N,) int64, the number of actions of each state; (E,) int64, the states that they lead to; (E,) int32, their
+    numbers; and (E,) int32, their prices, as in `Steps`.
     """
     most = states.shape[0] * steps.actions.shape[0]
     counts, targets = np.empty(states.shape[0], dtype=np.int64), np.empty(most, dtype=np.int64)

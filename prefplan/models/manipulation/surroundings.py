@@ -1,7 +1,4 @@
-"""What a scenario says of the surroundings of the locations: fixtures, and the robot with its base.
-
-The simulation checks and uses it; a plan depends on none of it.
-"""
+"""Surroundings of a scenario's locations, for the simulation only: fixtures, and the robot with its base."""
 
 import math
 from dataclasses import dataclass, field
@@ -59,9 +56,7 @@ class GripperSetup:
 
 @dataclass(frozen=True)
 class RobotSetup:
-    """The robot of a scene and the pose of its base.
-
-    The keys from `mjcf` on describe a robot of the user's own.
+    """The robot of a scene and the pose of its base; the keys from `mjcf` on describe a robot of the user's own.
 
     Attributes:
         name: name of a robot that the simulation has, or of the user's own.

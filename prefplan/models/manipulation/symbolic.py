@@ -44,8 +44,7 @@ def grasped_at(obj: str, location: str) -> str:
 
 
 Barred = Collection[tuple[frozenset[str], str]]
-"""(conditions, action): the action does not exist where all the conditions hold, as in `ManipulationState.conditions`.
-"""
+"""(conditions, action): the action does not exist where all these hold, see `ManipulationState.conditions`."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +98,6 @@ class ManipulationState:
 
 
 def last_place(obj: str | None, states: Sequence[Hashable]) -> str | None:
-    """Return where an object rested last along some states, which may be others than of a manipulation model."""
+    """Return where an object rested last along some states; states of other models are skipped."""
     places = (state.place for state in reversed(states) if isinstance(state, ManipulationState))
     return next((place[obj] for place in places if obj in place), None)

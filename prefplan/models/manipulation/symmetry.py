@@ -1,27 +1,27 @@
-"""Smaller models of a manipulation model, equivalent for the propositions in a given set, which are called *visible*.
+"""Smaller models of a manipulation model that are equivalent for a given set of propositions, the *visible* ones.
 
 Two reductions, both exact:
 
-*Symmetry.* A location of capacity one that no other location depends on and no visible proposition mentions is
-*neutral* (with measured costs, which tell locations but not objects apart, no location is). Exchanging neutral
-locations, or movable objects that are *alike*, as no visible proposition mentions them, maps the model onto itself and
-preserves costs and visible propositions. With exclusions, it does so within classes: two names are of one class if to
-exchange them leaves the set of exclusions as it is. So one canonical state can stand for all states that such exchanges
-make of it (its orbit), and the canonical states are a bisimulation quotient: every trajectory of the one has its
-counterpart in the other, action by action. (E. A. Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
+*Symmetry.* A location is *neutral* if its capacity is one, it is not closed, no visible proposition and no origin of an
+exclusion names it, and it neither depends on other locations nor they on it. (With measured costs none is neutral: they
+tell locations apart, but not objects.) Movable objects are *alike* if no visible proposition mentions them. Exchanging
+neutral locations, or alike objects, maps the model onto itself and preserves costs and visible propositions. With
+exclusions this holds within classes: two names are of one class if exchanging them leaves the set of exclusions as it
+is. So one canonical state can stand for all states that result from such exchanges (its orbit). The canonical states
+are a bisimulation quotient: every trajectory of one system has its counterpart in the other, action by action. (E. A.
+Emerson and A. P. Sistla, "Symmetry and model checking", 1996.)
 
-*Relevance.* One of these objects that rests at a neutral location need never be moved, if the other neutral locations
-can hold all other movable objects at once, and no visible location rests on supports: in any plan, leave out the
-actions on it, and put every object that the plan puts at a neutral location at a free one. One is free, as the object
-in the hand takes none; costs do not depend on the location, so no action of the plan gets dearer. The actions left out
-change no visible proposition; so this needs tasks that do not count actions, and preferences that do not gain from
-waiting. Exclusions are kept if none names these other neutral locations, or depends on an object that is not moved:
-then no action of the plan is excluded after it was changed, as the conditions of exclusions are what holds, never what
-does not.
+*Relevance.* An alike object at a neutral location need never be moved, if the other neutral locations can hold all
+other movable objects at once, and no visible location rests on supports. Proof: in any plan, leave out the actions on
+it, and let every other object that the plan puts at a neutral location be put at a free one. One is free, as the object
+in the hand takes none. Costs do not depend on the location, so no action gets dearer. The actions left out change no
+visible proposition, so this needs tasks that do not count actions, and preferences that do not gain from waiting. It
+also holds with exclusions, if none names these other neutral locations or depends on an object that is not moved:
+conditions require what holds, never what does not, so no action of the changed plan is excluded.
 
-*Exclusions* are actions that do not exist in some states, such as those that no arm can do there: where all conditions
-hold, each that an object rests at a location, is in the hand, was grasped at a location, or has a mark. In
-`prefplan.models.manipulation.symbolic.Barred` they are texts; here they are read for one model.
+*Exclusions* are actions that do not exist in some states, such as those that no arm can do there. An action is excluded
+where all conditions hold; each is that an object rests at a location, is in the hand, was grasped at a location, or has
+a mark. Exclusions are texts in `prefplan.models.manipulation.symbolic.Barred`; here they are read for one model.
 """
 
 from __future__ import annotations
@@ -73,9 +73,10 @@ class Symmetry:
 
     Attributes:
         model: the model.
-        barred: actions that do not exist where some propositions hold. exclusions: the same, read for the model.
+        barred: actions that do not exist where some propositions hold, as texts.
+        exclusions: the same, read for the model.
         visible: the propositions that are visible.
-        origins: (object, location): exclusions depend on whether the hand holds the object that it grasped there.
+        origins: (object, location): exclusions depend on whether the hand holds this object, grasped there.
         neutral: names of the neutral locations, in classes.
         alike: names of the movable objects of which nothing is visible, in classes.
     """
@@ -83,9 +84,9 @@ class Symmetry:
     def __init__(
         self, model: ManipulationModel, names: Collection[str], barred: Barred = (), *, places_alike: bool = True
     ) -> None:
-        """Find the neutral locations, unless costs tell locations apart, and the invisible objects.
+        """Find the invisible objects and, if `places_alike`, the neutral locations.
 
-        The propositions `names` are visible, and the marks on which barred actions depend.
+        Visible are the propositions `names`, and the marks on which barred actions depend.
         """
         self.model, self.barred, self.exclusions = model, barred, read_exclusions(model, barred)
         conditions = {pair for one in self.exclusions for pair in one.conditions}
@@ -170,7 +171,7 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
     for names, text in barred:
         action = read_action(text, model.operators)
         grasped = grasped_at(action.obj, "")
-        # A location that is gone may be one.
+        # An origin may be a location that the model lacks.
         origins = {name.removeprefix(grasped) for name in names if name.startswith(grasped)}
         others = {name for name in names if not name.startswith(grasped)}
         if action.obj in objects and action.location in locations and others <= read.keys() and len(origins) <= 1:
@@ -181,7 +182,7 @@ def read_exclusions(model: ManipulationModel, barred: Barred) -> frozenset[Exclu
 def classes(
     names: Sequence[str], exclusions: Collection[Exclusion], *, objects: bool = False
 ) -> tuple[tuple[str, ...], ...]:
-    """Return names of locations or objects in classes: to exchange two of one leaves a set of exclusions as it is."""
+    """Return classes of locations or objects: exchanging two of one class leaves the set of exclusions as it is."""
     found: list[list[str]] = []
     for name in names:
         for each in found:

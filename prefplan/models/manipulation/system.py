@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from prefplan.models.manipulation.model import ManipulationModel
 
 Transition = tuple[ManipulationState, str, ManipulationState, Mapping[str, Fraction]]
-"""An action of a state, with its successor and its costs by name."""
+"""A state, an action, the successor, and the costs of the action by name."""
 
 
 def transition_system(model: ManipulationModel) -> ManipulationSystem:
-    """Return a model's states that can be reached, none of which is listed yet.
+    """Return the reachable states of a model as a system; none of them is listed yet.
 
     Raises:
         ModelError: the start is not a state of the model.
@@ -52,8 +52,8 @@ def transition_system(model: ManipulationModel) -> ManipulationSystem:
 class ManipulationSystem(System):
     """A manipulation model whose states are generated one at a time; a state is a `ManipulationState`.
 
-    It may be a smaller model that stands for another, as far as some propositions can tell; then the canonical states
-    that `prefplan.models.manipulation.symmetry` describes stand for all.
+    It may be a smaller model that is equivalent to another one for some propositions. Then each canonical state stands
+    for all states of its orbit (see `prefplan.models.manipulation.symmetry`).
 
     Attributes:
         space: the encoding of the states.
@@ -93,13 +93,13 @@ class ManipulationSystem(System):
 
     @property
     def small(self) -> TransitionSystem | None:
-        """See `System.small`, `ManipulationModel.listed_states`; only standard operators can do without a list."""
+        """See `System.small` and `ManipulationModel.listed_states`; models with other operators are always listed."""
         model = self.space.model
         is_large = tuple(model.operators) == STANDARD_OPERATORS and most_states(model) > model.listed_states
         return None if is_large else self.listed
 
     def _listed_by_operators(self) -> TransitionSystem:
-        """Return the same with all states listed, by operators that may not be the standard ones."""
+        """List all states by the operators of the model, which may be others than the standard ones."""
         transitions, states = list[Transition](), [self.start]
         met = set(states)
         for before in states:
@@ -129,12 +129,12 @@ class ManipulationSystem(System):
         return replace(self, symmetry=symmetry, space=StateCodes(old.model, symmetry.visible, symmetry.origins))
 
     def after(self, states: Sequence[Hashable]) -> ManipulationSystem:
-        """See `System.after`: where the object in the hand was grasped."""
+        """See `System.after`; the start remembers where the object in the hand was grasped."""
         origin = last_place(self.start.held, states)
         return replace(self, start=replace(self.start, origin=origin)) if origin else self
 
     def decode(self, state: ManipulationState) -> ManipulationState:
-        """See `System.decode`; where an object was grasped is told only where exclusions depend on it."""
+        """See `System.decode`; the state has its `origin` only if exclusions depend on it."""
         return state if (state.held, state.origin) in self.symmetry.origins else replace(state, origin=None)
 
     def label(self, state: ManipulationState) -> frozenset[str]:
@@ -172,9 +172,9 @@ class ManipulationSystem(System):
         raise ModelError(f"action {action!r} does not exist in state {state!r}")
 
     def reduced(self, names: Collection[str], *, stutter_invariant: bool) -> ManipulationSystem:
-        """Return a system with the same costs of plans to search in place of this one if only some propositions matter.
+        """Return a smaller system to search, with the same costs of plans, if only the propositions `names` matter.
 
-        Where plans are `stutter_invariant`, leaving out actions that change none of these never makes one worse.
+        If plans are `stutter_invariant`, leaving out actions that change none of these never makes a plan worse.
         """
         model = self.space.model
         symmetry = Symmetry(model, names, self.symmetry.barred, places_alike=not isinstance(model.costs, MeasuredCosts))
@@ -191,9 +191,9 @@ class ManipulationSystem(System):
         )
 
     def actions_through(self, codes: Sequence[int]) -> list[str]:
-        """Return actions that lead through canonical states given by their codes, the start's first.
+        """Return actions that lead through canonical states, given by their codes; the first is that of the start.
 
-        A larger model that was reduced to this one has them, too, with the same costs.
+        A larger model that was reduced to this one has the same actions, with the same costs.
         """
         state, actions = self.start, list[str]()
         for wanted in codes[1:]:

@@ -13,7 +13,7 @@ from sim.perception.sensors import ObjectPose, Sensor
 from sim.world.scene import Scene
 
 DROPOUT_S = (0.5, 3.0)
-"""Shortest and longest random dropout: shorter than the robot waits."""
+"""Shortest and longest random dropout, s: the robot waits longer than this."""
 
 
 class Blind(Fault):

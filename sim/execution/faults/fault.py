@@ -30,12 +30,12 @@ class Injection:
 
     Attributes:
         cell: the running simulation.
-        skills: of the run, by kind of action; a fault may wrap one.
+        skills: the run's skills, by kind of action; a fault may wrap one.
         spares: names of objects in store below the table, which no other fault has used.
         rng: random numbers of this fault alone.
         delay: random time for which the fault waits while it could happen, s; 0 if a user injects it.
-        since: time from which it could, s; inf while it cannot.
-        height: of the handled object when it was gripped, m; inf while none is.
+        since: simulated time since which the fault could happen, s; inf while it cannot.
+        height: height of the handled object when it was gripped, m; inf while none is.
     """
 
     cell: Workcell
@@ -53,10 +53,10 @@ class Fault(ABC):
 
     Attributes:
         action: number of the executed action, from 1, at which it falls due; it happens as soon after that as it can.
-        argument: what follows the kind and a colon; empty if nothing does.
-        kind: its name.
+        argument: text after the kind and a colon; empty for none.
+        kind: name of the kind of fault.
         noun: what the argument is, such as `OBJECT`; empty for none.
-        refusal: why it cannot happen at a moment.
+        refusal: why the fault cannot happen at the moment at which a user asks for it.
         spares: number of spare objects that it needs.
         grasps: whether it happens only to a hand that grasps.
     """
@@ -70,7 +70,7 @@ class Fault(ABC):
     grasps: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
-        """Add the kind to those that `read_fault` reads; a class without a name is a base of others."""
+        """Add the kind to those that `read_fault` reads; a class without a `kind` is a base class."""
         if "kind" in vars(cls):
             _KINDS[cls.kind] = cls
 
@@ -85,11 +85,11 @@ class Fault(ABC):
 
     @classmethod
     def candidates(cls, model: ManipulationModel, rng: np.random.Generator) -> Sequence[str]:
-        """Return arguments, one of which is drawn at random; with some, the fault may be impossible in the scene."""
+        """Return the arguments from which to draw; with some of them, the fault may be impossible in the scene."""
         return [""]
 
     def objection(self, model: ManipulationModel) -> str | None:
-        """Return why the argument is none of this kind; None if it is one."""
+        """Return why the argument is not valid for this kind; None if it is."""
         return None
 
     def unavailable_because(self, model: ManipulationModel) -> str | None:
@@ -105,9 +105,9 @@ class Fault(ABC):
 
 
 def kinds() -> dict[str, type[Fault]]:
-    """Return the kinds of faults by name, in order: those in the files of this folder, and other subclasses of `Fault`.
+    """Return the kinds of faults by name: those in the files of this folder, and other subclasses of `Fault`.
 
-    The order in which their modules were imported does not matter to what is drawn with a seed.
+    They are sorted, so that what a seed draws does not depend on the order of imports.
     """
     for module in pkgutil.iter_modules(faults.__path__):
         importlib.import_module(f"{faults.__name__}.{module.name}")
@@ -115,7 +115,7 @@ def kinds() -> dict[str, type[Fault]]:
 
 
 def unknown(name: str, names: Sequence[str], noun: str) -> str | None:
-    """Return that a name is none of several; None if it is one of them."""
+    """Return the message that a name is not among some names; None if it is."""
     return None if name in names else f"unknown {noun} {name!r} {choices(name, names)}"
 
 
@@ -123,8 +123,8 @@ def read_fault(text: str, model: ManipulationModel) -> Fault:
     """Return the fault that a text describes.
 
     Raises:
-        SimulationError: it describes none, names an object or a location that the model does not have, or cannot happen
-            in its scene.
+        SimulationError: the text describes no fault, or names an object or a location that the model does not have, or
+            the fault cannot happen in the model's scene.
     """
     name = re.split("[:@]", text)[0]
     if name not in (known := kinds()):
@@ -148,7 +148,7 @@ def draw_fault(kind: str, action: int, model: ManipulationModel, rng: np.random.
     """Return a random fault of a kind that can happen in a model's scene.
 
     Raises:
-        SimulationError: none can; the message says why.
+        SimulationError: no fault of the kind can happen; the message says why.
     """
     drawn = kinds()[kind]
     options = [drawn(action, argument) for argument in drawn.candidates(model, rng)]

@@ -14,7 +14,7 @@ STREAM = 2
 """Number of the random stream for faults, so that a seed gives the same start poses with and without faults."""
 
 MAX_DELAY_S = 1.0
-"""Greatest delay of a fault that waits for a while after the first moment at which it can happen, s."""
+"""Greatest random delay of a fault that waits after the first moment at which it can happen, s."""
 
 
 class FaultInjector(Observer):
@@ -27,7 +27,7 @@ class FaultInjector(Observer):
     def __init__(
         self, cell: Workcell, skills: MutableMapping[str, Skill], faults: Sequence[Fault], *, seed: int | None
     ) -> None:
-        """Inject faults into a simulation and its skills, some of which are wrapped; without a seed it is 0."""
+        """Prepare to inject faults into a simulation and its skills, which faults may wrap; a seed of None is 0."""
         self._cell, self._skills, self._seed, self._drawn = cell, skills, seed or 0, 0
         self._spares: Iterator[str] = iter(cell.scene.spares)
         self._faults = [(i, fault, self._injection(MAX_DELAY_S)) for i, fault in enumerate(faults)]
@@ -36,7 +36,7 @@ class FaultInjector(Observer):
         cell.observers.append(self)
 
     def begin(self, action: int) -> None:
-        """Start the faults that fall due with an executed action, numbered from 1."""
+        """Let the faults happen, if they can, that fall due with an executed action, numbered from 1."""
         self._action = action
         self.before_period(self._cell)
 
@@ -57,7 +57,7 @@ class FaultInjector(Observer):
             self._cell.log_event("not injected", fault=str(fault), reason=reason)
 
     def inject(self, fault: Fault) -> bool:
-        """Let a fault happen now if it can, whatever its action; return whether it does."""
+        """Let a fault happen now if it can, whenever it falls due; return whether it happens."""
         return self._happens(fault, self._injection(0.0))
 
     def _injection(self, max_delay: float) -> Injection:

@@ -5,11 +5,14 @@ import numpy as np
 from sim.execution.faults.fault import Injection
 from sim.execution.faults.relocation import ObjectFault
 
-PUSH_SPEEDS_M_S, TOSS_SPEED_M_S = (0.25, 0.6), 0.6
-"""Range of an object's horizontal speed when it is knocked over, and its upward speed."""
+PUSH_SPEEDS_M_S = (0.25, 0.6)
+"""Range of the horizontal speed of an object that is knocked over, m/s."""
+
+TOSS_SPEED_M_S = 0.6
+"""Upward speed of an object that is knocked over, m/s."""
 
 TUMBLE_SPEEDS_RAD_S = (8.0, 14.0)
-"""Range of its rotational speed then."""
+"""Range of the angular speed of an object that is knocked over, rad/s."""
 
 
 class Knock(ObjectFault):

@@ -44,7 +44,7 @@ class Miss(Fault):
 
 
 class _WithoutGrip(Grasp, Skill):
-    """A skill for grasping with a hand that gets no grip, the first few times in one cell; rehearsals are in others."""
+    """A grasping skill without grip the first few times that it is performed in a cell; rehearsals use other cells."""
 
     def __init__(self, skill: Skill, cell: Workcell, times: int) -> None:
         self._skill, self._cell, self._times = skill, cell, times

@@ -14,12 +14,14 @@ from sim.world.shapes import about_z
 SLOT_PROBABILITY = 0.3
 """Probability that an object is moved to a free location rather than to anywhere on the table."""
 
-MAX_DISTANCE_M, MAX_BEARING_RAD = 0.64, np.radians(65)
-"""Greatest distance from the base and angle from straight ahead at which a moved object is put down, the same for every
-robot: those that ship reach 0.78 m there."""
+MAX_DISTANCE_M = 0.64
+"""Greatest distance from a robot's base at which a moved object is put down, m: all that ship reach 0.78 m."""
+
+MAX_BEARING_RAD = np.radians(65)
+"""Greatest angle from straight ahead at which a moved object is put down, rad."""
 
 MAX_DRAWS = 500
-"""Number of poses drawn for a moved object at most, until one is free."""
+"""Greatest number of poses drawn for a moved object until one is free."""
 
 
 class Move(ObjectFault):
@@ -48,7 +50,7 @@ class Move(ObjectFault):
 
 
 def _fits(cell: Workcell, obj: str, position: np.ndarray, yaw: float) -> bool:
-    """Return whether an object at a pose is supported from below, and without contact just above the support."""
+    """Return whether an object at a pose just above a support is carried by it and touches nothing."""
     if not is_carried(cell, obj, ObjectPose(cell.scene.shapes[obj], position, about_z(yaw))):
         return False
     scratch = mujoco.MjData(cell.scene.mujoco)

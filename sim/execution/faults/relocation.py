@@ -1,4 +1,4 @@
-"""Objects that are disturbed from outside: which may be, free slots, and putting an object down."""
+"""Faults that disturb an object from outside: which objects these may be, free slots, and putting an object down."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from sim.simulation.workcell import Workcell
 from sim.world.places import Slot
 
 BETWEEN_FINGERS_M = 0.0275
-"""An object nearer than this to the point between the pads counts as between the fingers."""
+"""An object nearer than this to the point between the pads counts as between the fingers, m."""
 
 MAX_SLOT_OFFSET = np.array([0.005, 0.005, np.radians(5)])
 """Greatest offset along x, along y and about z of an object that is moved into a slot: m, m and rad."""
@@ -60,7 +60,7 @@ def is_in_hand(cell: Workcell, obj: str) -> bool:
 
 
 def is_free(cell: Workcell, slot: Slot) -> bool:
-    """Return whether any object could be placed in a slot without contact; False on objects and where one fell."""
+    """Return whether any object could be placed in a slot without contact; False at closed locations and on objects."""
     scene, data = cell.scene, cell.data
     if scene.model.location(slot.location).on or scene.model.location(slot.location).closed:
         return False

@@ -7,13 +7,13 @@ import numpy as np
 from sim.execution.faults.fault import Fault, Injection
 
 LIFTED_HEIGHT_M = 0.01
-"""An object counts as lifted when it is this much higher than where it was gripped."""
+"""Height above where it was gripped at which an object counts as lifted, m."""
 
 SLIP_DURATION_S = 0.25
-"""How long the hand is open when an object slips from it."""
+"""Time for which the hand is open when an object slips from it, s."""
 
 SLIP_GAP_M = 0.02
-"""By how much the hand opens then."""
+"""Distance by which the hand opens when an object slips from it, m."""
 
 
 class Slip(Fault):
@@ -33,7 +33,7 @@ class Slip(Fault):
         height = float(cell.data.body(obj).xpos[2])
         if math.isinf(injection.height):
             injection.height = height
-        # Nothing slips while it is lowered: it may already touch what carries it.
+        # An object that is being lowered does not slip: it may already touch its support.
         if not cell.attached and height - injection.height < LIFTED_HEIGHT_M:
             return None
         injection.since = min(injection.since, now)

@@ -16,38 +16,47 @@ FETCH_PREFIX = "robot0:"
 """Prefix of all names in the MJCF."""
 
 TABLE_HEIGHT_M = 0.72
-"""Height of the table top above the floor, on which the base stands."""
+"""Height of the table top above the floor, on which the base stands, m."""
 
 TORSO_LIFT_M = 0.3861
-"""Joint position of the torso: fully raised, so that the forearm is well above the table."""
+"""Joint position of the torso, m: fully raised, so that the forearm is well above the table."""
 
 HEAD_PAN_RAD = np.pi / 2
-"""The head is turned aside: otherwise, it would obstruct the upper arm, which is raised to reach near objects."""
+"""Turn of the head, rad: turned aside, it does not obstruct the upper arm, which is raised to reach near objects."""
 
 SHOULDER_M = 0.0326
-"""Distance from the middle of the base to the shoulder's axis, which is the axis of the robot here."""
+"""Distance from the middle of the base to the shoulder's axis, which is the axis of the robot here, m."""
 
 TOOL_M = 0.026
-"""Distance from the gripper's frame to the tool: 12.5 mm short of the fingertips."""
+"""Distance from the gripper's frame to the tool, m: 12.5 mm short of the fingertips."""
 
 CLOSED_GAP_M = 0.0018
-"""Gap between the pads of the closed gripper in the MJCF; here, they meet."""
+"""Gap between the pads of the closed gripper in the MJCF, m; here, the pads meet."""
 
-FINGER_MASS_KG, FINGER_INERTIA_KG_M2 = 0.0798, 2e-5
-"""Mass of a finger, from Fetch Robotics' URDF (the MJCF has 4 kg), and inertia of a box of that mass and its size."""
+FINGER_MASS_KG = 0.0798
+"""Mass of a finger, kg, from Fetch Robotics' URDF (the MJCF has 4 kg)."""
 
-ARMATURE_KG_M2, DAMPING_N_M_S = 0.1, 1.0
-"""Of a joint of the arm. The armature is not published; this is the Panda's. The damping is that of most joints in the
-URDF. The MJCF has armatures of 1 and 2.75 and dampings of 50, to follow a mocap body."""
+FINGER_INERTIA_KG_M2 = 2e-5
+"""Inertia of a box of this mass and of the finger's size, kg m^2."""
 
-FINGER_ARMATURE_KG, FINGER_DAMPING_N_S_M = 0.1, 1.0
-"""Of a finger: those of the Panda's fingers."""
+ARMATURE_KG_M2 = 0.1
+"""Armature of an arm joint, kg m^2: the Panda's, as Fetch's is not published. The MJCF has 1 and 2.75, to follow a
+mocap body."""
+
+DAMPING_N_M_S = 1.0
+"""Damping of an arm joint, N m s: that of most joints in the URDF. The MJCF has 50, to follow a mocap body."""
+
+FINGER_ARMATURE_KG = 0.1
+"""Armature of a finger, kg: that of the Panda's fingers."""
+
+FINGER_DAMPING_N_S_M = 1.0
+"""Damping of a finger, N s/m: that of the Panda's fingers."""
 
 OPENING_M = 0.10
-"""Greatest width of the gripper, by Fetch Robotics' data sheet."""
+"""Greatest width of the gripper, m, by Fetch Robotics' data sheet."""
 
 GRIP_FORCE_N = 60.0
-"""Greatest force of a finger, as in the URDF."""
+"""Greatest force of a finger, N, as in the URDF."""
 
 PALETTE = {
     "white": (0.86, 0.87, 0.88, 1),
@@ -72,10 +81,10 @@ FETCH_MJCF = """<mujoco>
 
 
 def fetch_mjcf() -> mujoco.MjSpec:
-    """Return the robot with its shoulder's axis over the origin, its torso raised, and an actuator of its gripper.
+    """Return the robot with its shoulder's axis over the origin, its torso raised, and an actuator for its gripper.
 
-    Bodies, arm inertias and shapes are the MJCF's. Dampings and the grip are set here. Raises `RobotError` if
-    gymnasium-robotics is not installed.
+    Bodies, arm inertias and shapes are the MJCF's. Armatures, dampings and the grip are set here. Raises `RobotError`
+    if gymnasium-robotics is not installed.
     """
     folder, stl = asset_folder("fetch"), asset_folder("stls/fetch")
     files = {name: (folder / name).read_bytes() for name in ("shared.xml", "robot.xml")}
@@ -105,7 +114,7 @@ def _dress(spec: mujoco.MjSpec, folder: Path) -> None:
         spec.add_material(name=f"fetch_{name}", rgba=rgba, specular=0.35, shininess=0.4)
     for geom in spec.geoms:
         geom.contype, geom.conaffinity, geom.margin = 2, 1, 0.0
-        # Written as MJCF, a geom without a material has its class's.
+        # In a written MJCF, a geom without a material takes that of its class.
         geom.material = geom.classname.geom.material = ""
     for mesh in list(spec.meshes):
         geom = spec.geom(mesh.name)

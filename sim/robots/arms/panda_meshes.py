@@ -35,18 +35,21 @@ LIBRARIES = ("trimesh", "fast-simplification")
 FACES_KEPT = {"link7": 0.15, "hand": 0.4, "finger": 1.0}
 """Share of a link's faces that is kept, 0.08 for the others: 134,000 become 20,000. The wrist has fine curves."""
 
-DETAIL_AREA_M2, DETAIL_FACES = 3e-3, 80
-"""A part with a smaller surface, such as a plug, keeps no more faces than this."""
+DETAIL_AREA_M2 = 3e-3
+"""Surface area below which a part, such as a plug, keeps at most `DETAIL_FACES` faces, m^2."""
+
+DETAIL_FACES = 80
+"""Greatest number of faces of such a part."""
 
 MIN_AREA_M2 = 1e-5
 """Parts with a smaller surface are artefacts of the original files and left out."""
 
 SEAMS_M = {"link1": -0.1925, "link2": 0.0, "link3": -0.1215, "link4": 0.0, "link5": -0.2595}
-"""Height in a link's frame of the gap of 1 mm between it and the previous link, both round about the joint's axis. The
-gap would be rendered as a dotted line; a sleeve covers it."""
+"""Height of the 1 mm gap to the previous link in a link's frame, m. Both links are round about the joint's axis there.
+The gap would be rendered as a dotted line, so a sleeve covers it."""
 
 SLEEVE_M = [(0.0543, -0.008), (0.0553, -0.001), (0.0553, 0.001), (0.0543, 0.008)]
-"""Outline of a sleeve, radius and height: its edges lie inside the links, whose radius is 55 mm, or 54.4 to 55.3 mm
+"""Outline of a sleeve, radius and height, m: its edges lie inside the links, whose radius is 55 mm, or 54.4 to 55.3 mm
 after simplification."""
 
 SLEEVE_SIDES = 48

@@ -8,11 +8,11 @@ from sim.robots.arms.panda import MJCF, PANDA, panda_spec
 from sim.robots.gripper import SUCTION_OPENING_M, SUCTION_SQUEEZE_M, SuctionGripper
 
 FORCE_N = 27.1434
-"""Suction force: 60 kPa below the pressure of the air, typical of an ejector, at a lip of 24 mm in diameter."""
+"""Suction force, N: 60 kPa below air pressure, typical of an ejector, at a lip of 24 mm in diameter."""
 
 
 def suction_spec() -> mujoco.MjSpec:
-    """Return the robot; errors as of `panda_spec`."""
+    """Return the robot; raise the errors of `panda_spec`."""
     spec = panda_spec()
     for name in ("left_finger", "right_finger"):
         spec.delete(spec.body(name))  # and what moves it
@@ -34,7 +34,7 @@ PANDA_SUCTION = replace(
         pads=("suction_cup",),
         opening_m=SUCTION_OPENING_M,
         squeeze_m=SUCTION_SQUEEZE_M,
-        # A fifth of its force.
+        # About a fifth of its force.
         firm_force_n=5.0,
         # The lip, with 2 mm of clearance.
         finger_depth_m=0.014,

@@ -19,7 +19,7 @@ ROBOTIQ_2F85 = GripperSetup("parallel", f"{HAND}fingers_actuator", force=40.0, o
 
 
 def with_robotiq(arm: mujoco.MjSpec, flange: str, pos: Sequence[float], quat: Sequence[float]) -> mujoco.MjSpec:
-    """Return an arm of Menagerie with the hand on its flange; pose, m, of the hand's frame in that of the flange."""
+    """Return an arm of Menagerie with the hand on its flange; `pos`, m, and `quat` are its pose on the flange."""
     hand = menagerie_mjcf("robotiq_2f85_mj_description")
     check_parts(arm, body=(flange,))
     check_parts(hand, body=("base_mount", "base"))
