@@ -173,7 +173,8 @@ def shape_of(obj: Object, gripper: Gripper, folder: Path = Path(), own: UserScen
     """Return the shape of an object; sides of a mesh are those of its bounding box.
 
     Mesh files are in `folder`. An object that is a body of the user's own scene must have been `resolved`. Raises
-    `SimulationError` for an unknown kind, or if the gripper cannot hold what is not fixed; the message starts with the key.
+    `SimulationError` for an unknown kind, or a movable object that the gripper cannot hold; the message starts with
+    its key.
     """
     where = f"objects.{obj.name}"
     check_known(f"{where}.kind", "kind", obj.kind, SIZES, SimulationError)
