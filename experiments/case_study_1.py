@@ -17,8 +17,8 @@ PUBLISHED = ((68, 29), (70, 28), (72, 24), (74, 23), (84, 11), (98, 0))
 
 def reproduce(study: Study, out: Path) -> None:
     """Plan, compare with Figure 3, and draw the figure into a folder."""
-    # A weighted transition system (Definition 1), and tasks in the desired order (Example 3): mu is how long they are
-    # delayed against it.
+    # A weighted transition system (Definition 1), and tasks in the desired order (Example 3): mu is their total delay
+    # against this order.
     scenario = pp.load("case_study_1")
 
     # Every plan for which no other is both cheaper and preferred (Problem 1).

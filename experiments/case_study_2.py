@@ -17,7 +17,7 @@ PUBLISHED = ((50, 77), (60, 30), (64, 15))
 """(cost, mu) in the captions of Figure 4 (a) to (c)."""
 
 WITH_SKIP_IN_TEXT = ((50, 67), (60, 30), (64, 15))
-"""The front with the price in the text."""
+"""The front with the price of skipping phi5 that the text gives."""
 
 
 def reproduce(study: Study, out: Path) -> None:

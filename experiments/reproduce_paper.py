@@ -22,8 +22,11 @@ from experiments.paper.table import compare_times
 from prefplan.logic.good_prefix import is_satisfied
 from prefplan.text.layout import condense, number
 
-PRINTED_PLAN, DRAWN_PLAN = "EEWNNW", "EEWNNE"
-"""The satisfying plan as Example 2 prints it, and as the red arrows in Figure 1 show it."""
+PRINTED_PLAN = "EEWNNW"
+"""The satisfying plan as Example 2 prints it."""
+
+DRAWN_PLAN = "EEWNNE"
+"""The satisfying plan as the red arrows in Figure 1 show it."""
 
 EXAMPLE_3 = ((20, 5, 10), 15)
 """A preference cost set and its mu."""
@@ -95,7 +98,6 @@ def examples(study: Study, out: Path) -> None:
     value = order.value([Fraction(cost) for cost in costs], [Fraction(0)] * len(costs))
     study.compare(f"Example 3, mu of {costs}", str(mu), f"{float(value):g}", agrees=value == mu)
 
-    # The whole front of the example.
     study.draw(scenario, pp.pareto_front(problem), out / "figure_1.svg")
 
 

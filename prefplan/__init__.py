@@ -34,8 +34,8 @@ from typing import Any
 
 import lazy_loader
 
-# The public names are in `__init__.pyi`. They are loaded when one is asked for: pytest loads this package wherever it
-# is installed, for `prefplan.pytest_plugin`, and other tests should not wait for the planner.
+# The public names are in `__init__.pyi`, and are loaded when the first of them is used: pytest imports this package
+# wherever it is installed, for `prefplan.pytest_plugin`, and the tests of other projects should not wait for that.
 _load, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 

@@ -6,8 +6,8 @@ import sys
 
 def main() -> None:
     """Replace this process by the program."""
-    # Its packages have common names such as `sim`; with -P, Python does not look for them in the working directory. The
-    # program is named as text, because the planner must not depend on it.
+    # With -P, Python does not look for packages with common names, such as `sim`, in the working directory. The program
+    # is named as text, because the planner must not depend on it.
     os.execv(sys.executable, [sys.executable, "-P", "-m", "experiments.program", *sys.argv[1:]])
 
 

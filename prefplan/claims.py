@@ -1,7 +1,7 @@
 """Claims about a plan or a run, checked against its trace and the costs of its actions.
 
 Tasks are checked by the semantics of their formulas (`prefplan.logic.good_prefix`), costs and mu by their definitions.
-This shares neither automata nor sums with the planner and `prefplan.ledger`, on purpose, in order to check them.
+Neither the planner's automata nor the sums of `prefplan.ledger` are used, on purpose: these are what is checked.
 """
 
 import math
@@ -26,7 +26,7 @@ class Check:
         name: name of the claim, e.g. `task cost phi1`.
         holds: whether it holds.
         words: the findings, in words.
-        finding: whether the run did something that it should not have, and does not claim otherwise.
+        finding: whether the run did something wrong, but is not refuted, since it is not claimed to be completed.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Claims:
     relaxations: tuple[Purchase, ...] = ()
 
     def against(self, name: str, words: str) -> Check:
-        """Return a check of what no completed run does: it refutes one that claims to be, and else is a finding."""
+        """Return a check for what no completed run does: it refutes that claim; if it is not made, it is a finding."""
         return Check(name, not self.completed, words, finding=not self.completed)
 
 
@@ -88,7 +88,7 @@ def judge(
 ) -> Verdict:
     """Check claims by their definitions.
 
-    For K actions, `trace` (K + 1,) has the labels at the start and after each action, and `costs` (K,) their costs.
+    `trace` (K + 1,) has the labels at the start and after each of K actions; `costs` (K,) has the actions' costs.
     """
     broken = {rule.name: satisfied_at(rule.tree, trace) for rule in rules}
     offered = _check_relaxations(claims, tasks, trace, {rule.name: (rule, broken[rule.name]) for rule in rules})
@@ -126,7 +126,7 @@ def judge(
 
 
 def _satisfied(task: Task, trace: Sequence[Label], claims: Claims) -> int | None:
-    """Return after how many actions a task is satisfied on the trace, read with the relaxations used, or None."""
+    """Return after how many actions the trace, with the relaxations used, satisfies a task; None for never."""
     purchases = [purchase for purchase in claims.relaxations if purchase.task == task.name]
     if any(purchase.assume is None for purchase in purchases):
         return None

@@ -4,13 +4,13 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 MOST_COMPARED = 10_000
-"""Most names among which the nearest is searched for, which takes a second."""
+"""Most names that are compared with a wrong one to find the nearest, which takes a second."""
 
 MOST_LISTED = 40
 """Most names in a message."""
 
 LONGEST_SHOWN = 40
-"""Most characters of a wrong value in a message; of a longer one, its type says more."""
+"""Most characters of a wrong value in a message; of a longer value only the type is shown."""
 
 
 class PrefplanError(Exception):
@@ -46,7 +46,7 @@ class LimitError(PrefplanError):
 def prefixed(
     prefix: str, kind: type[PrefplanError] = PrefplanError, *, new: type[PrefplanError] | None = None
 ) -> Iterator[None]:
-    """Put a prefix, such as a key, in front of the messages of errors of a class, and convert these if `new` is given.
+    """Put a prefix, such as a key, before the messages of errors of a class; convert the errors to `new` if given.
 
     LimitError stays as it is.
     """
@@ -85,6 +85,6 @@ def describe(value: object) -> str:
 def check_known(
     where: str, noun: str, name: object, valid: Collection[str], kind: type[PrefplanError] = ModelError
 ) -> None:
-    """Raise an error, with the key `where` in front, unless the name of a `noun`, such as a task, is a valid one."""
+    """Raise an error that starts with the key `where` unless a name is valid; `noun` is what it names, e.g. `task`."""
     if name not in valid:
         raise kind(f"{where}: unknown {noun} {name!r} {choices(str(name), valid)}")

@@ -25,10 +25,10 @@ from prefplan.limits import clocked
 Number = int | float | Decimal | Fraction
 
 FLOAT_DIGITS = 15
-"""Significant digits that every decimal keeps when it is stored as a double."""
+"""Significant digits of a decimal that are never lost when it is stored as a double."""
 
 RESOLVED_DIGITS = 12
-"""Digits of the largest cost in units of a resolution: a thousand such costs add up to less than 2^53."""
+"""Digits of the largest cost as a multiple of the resolution: a thousand such costs add up to less than 2^53."""
 
 LARGEST_EXPONENT = 400
 """Largest absolute exponent of ten of a number; positive doubles lie between 4.9e-324 and 1.8e308."""
@@ -46,14 +46,14 @@ def exact(value: Number, where: str = "") -> Fraction:
     if isinstance(value, Fraction):
         return value
     prefix = f"{where}: " if where else ""
-    # The usual types come first: a test for an abstract class takes longer than the rest.
+    # The usual types come first: the test for an abstract class is slow.
     if isinstance(value, bool) or not isinstance(value, (float, int, Decimal, numbers.Real)):
         raise ModelError(f"{prefix}must be a number, not {value!r}")
     if not isinstance(value, (float, Decimal)) and isinstance(value, (int, numbers.Integral)):
         if abs(int(value)).bit_length() > LARGEST_EXPONENT * math.log2(10):
             raise ModelError(f"{prefix}must lie between -1e{LARGEST_EXPONENT} and 1e{LARGEST_EXPONENT}")
         return Fraction(int(value))
-    # The text of a numpy float of 32 bits has only the digits that it holds.
+    # The text of a 32-bit numpy float has only the digits that this type can hold.
     number = value if isinstance(value, Decimal) else Decimal(str(value))
     if not number.is_finite():
         raise ModelError(f"{prefix}must be a finite number, not {value}")
@@ -83,8 +83,8 @@ def to_number(value: Fraction | float) -> int | float:
 def inclusive(bound: Number, where: str = "") -> Fraction:
     """Return the largest rational that an inclusive bound admits.
 
-    A printed value is the float nearest to an exact one, so a bound that is a float or decimal admits all exact values
-    that round to it. Whole values are printed exactly, so one that is written without a point or exponent is exact.
+    Results are printed as the nearest floats, so a bound that is a float or decimal admits all exact values that round
+    to it. Whole results are printed exactly, so a bound that is written without a point or exponent is exact.
 
     Raises:
         ModelError: as in `exact`.
@@ -96,13 +96,13 @@ def inclusive(bound: Number, where: str = "") -> Fraction:
     nearest = float(bound)
     halfway = (Fraction(nearest) + Fraction(math.nextafter(nearest, math.inf))) / 2
     if float(halfway) > nearest:
-        # A tie goes to the even neighbour, which is the next float; anything nearer does not.
+        # A tie is rounded to the even neighbour, here the next float; any smaller value is rounded to `nearest`.
         halfway -= abs(halfway) / 2**200
     return halfway
 
 
 def prints_as(value: Number, printed: Number) -> bool:
-    """Return whether a number is equal to one printed by `to_number`, or a printed float is the nearest to it."""
+    """Return whether a printed number is equal to a value, or is the float that `to_number` returns for it."""
     return exact(value) == exact(printed) or (isinstance(printed, float) and to_number(exact(value)) == printed)
 
 
@@ -128,7 +128,7 @@ def in_common_unit(values: Iterable[Fraction]) -> tuple[np.ndarray, Fraction]:
 
 
 def in_units(costs: Sequence[Number]) -> tuple[np.ndarray, Fraction, Fraction | None]:
-    """Return (E,) costs >= 0 as multiples of a unit, the unit, and the resolution; None if nothing was rounded.
+    """Return (E,) costs >= 0 as multiples of a unit, the unit, and the resolution (None if nothing was rounded).
 
     Floats of more than 12 digits are rounded to 12 digits of the largest cost if sums would not fit 64 bits.
     """

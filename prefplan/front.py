@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 MOST_ACTIONS = 30
-"""Most entries of a plan, each an action or a run of equal ones, that the text of a front shows: a few lines."""
+"""Most entries of a plan in the text of a front; an entry is an action, or several equal actions in a row."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,10 @@ class Reason:
     Attributes:
         kind: `task` (it can never be satisfied), `conflict` (these cannot be satisfied together), `rule` (no plan keeps
             these) or `bound`.
-        tasks: the tasks or rules to blame, without any of which the others could be satisfied; empty for `bound`.
-        smallest: for `bound`, the least possible value of the bounded objective: of mu, within the cost bound if there
-            are both, else of the cost; None if it is not known, or if no plan keeps the cost bound.
+        tasks: the tasks or rules to blame, empty for `bound`. For `conflict` and `rule`: if any of them is left out,
+            the others can be satisfied.
+        smallest: for `bound`, the least possible value of the bounded objective; if both cost and mu are bounded, that
+            of mu within the cost bound. None if it is not known, or if no plan keeps the cost bound.
     """
 
     kind: str
@@ -66,7 +67,7 @@ def stopped_by(ended: str) -> str:
 
 
 class UnfinishedError(PrefplanError):
-    """A limit ended the search for a plan before it was found; it may exist.
+    """A limit ended the search before the wanted plan was found; the plan may exist.
 
     Attributes:
         ended: what ended the search: `time`, `memory` or `interrupt`.
@@ -128,11 +129,11 @@ class Front(Sequence[Plan]):
         plans: the points.
         reason: why there is no plan; None if there is one, or if the reason is not known.
         ended: None if the search ran to its end, else what stopped it: `time`, `memory` or `interrupt`.
-        complete_below: every point of lower cost has been found, and plans of higher cost may be dominated; None if the
-            search ran to its end, or proved nothing of the kind.
-        assumptions: sentences on what the front is exact for, if its costs were rounded or a contract was declared.
+        complete_below: every point of lower cost was found, while plans of higher cost may be dominated; None if the
+            search ran to its end, or if no such cost is known.
+        assumptions: sentences on the assumptions under which the front is exact, e.g. if costs were rounded.
         stats: work and time of the search.
-        known_points: `points`, where plans are made only when they are read; None otherwise.
+        known_points: the `points`, if plans are made only when they are read; else None.
     """
 
     plans: Sequence[Plan]
@@ -165,9 +166,9 @@ class Front(Sequence[Plan]):
         return None if self.ended is None else f"{stopped_by(self.ended)}{below}"
 
     def over(self, objectives: Collection[str]) -> Front:
-        """Return the front of some of the costs and preferences, given by name; of equal points it has the first.
+        """Return the front over some of the objectives, given by name; of plans with equal values, it has the first.
 
-        It is complete if this front is: each of its points is that of a plan on this front.
+        It is complete if this front is, since this front has a plan for each of its points.
 
         Raises:
             PrefplanError: a name is not that of an objective.
@@ -246,7 +247,7 @@ class Front(Sequence[Plan]):
         ]
 
     def listing(self, whole: Callable[[int], str]) -> list[str]:
-        """Return a heading for each plan and its first actions; `whole` says how to see all, given its number."""
+        """Return each plan's heading and first actions; `whole` says how to see all, given the number of a plan."""
         return [
             f"Plan {i} ({counted(len(plan.actions), 'action')})\n{plan.listing(most=MOST_ACTIONS, whole=whole(i))}"
             for i, plan in enumerate(self)

@@ -48,9 +48,9 @@ class Ledger:
         actions: (K,) in order.
         costs: (K,) first cost of each action, in the user's units.
         labels: (K + 1,) the propositions that hold at the start and after each action.
-        states: by task name, (K + 1,) the state of its automaton after each label; None for a task that is skipped.
+        states: by task name, (K + 1,) states of its automaton, one after each label; None for a skipped task.
         relaxations: the relaxations used.
-        more_costs: by name, (K,) each further cost of the actions.
+        more_costs: the further costs of the actions, (K,) each, by name.
     """
 
     problem: Problem = field(repr=False)
@@ -115,7 +115,7 @@ class Ledger:
 
     @cached_property
     def _totals(self) -> list[tuple[Fraction, ...]]:
-        """The same for every cost, in order."""
+        """(K + 1,) for each cost, the total before the first action and after each."""
         return [tuple(accumulate(each, initial=Fraction(0))) for each in (self.costs, *self.more_costs.values())]
 
     @cached_property
@@ -167,11 +167,11 @@ class Ledger:
         return tuple(k for k in range(1, len(states)) if states[k] != states[k - 1])
 
     def task_costs(self, cost: int = 0) -> dict[str, Number]:
-        """Return each task's cost after all the actions, in one of the costs."""
+        """Return each task's cost after all actions, measured in the cost with this index."""
         return dict(zip(self.problem.names, map(to_number, self._costs(len(self.costs), cost)[0]), strict=False))
 
     def _costs(self, step: int, cost: int = 0) -> tuple[list[Fraction], list[Fraction]]:
-        """Return the costs, in one of the costs, and violation costs of all `priced` after a number of actions."""
+        """Return costs, in the cost with this index, and violation costs of all `priced` after a number of actions."""
         done = [step if at is None else min(at, step) for at in self.satisfied.values()]
         done += [0] * (len(self.problem.priced) - len(done))
         violations = dict.fromkeys(self.problem.priced, Fraction(0))

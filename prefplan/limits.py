@@ -23,22 +23,22 @@ from prefplan.errors import LimitError
 T = TypeVar("T")
 
 CHECK_PERIOD_S = 0.05
-"""Time between two checks of the limits while a kernel runs."""
+"""Time between two checks of the limits while a kernel runs, s."""
 
 WATCHED_ENTRIES = 100_000
-"""A kernel that fills or reads fewer entries than this takes less than 0.1 s, and is not watched."""
+"""A kernel that fills or reads fewer entries than this is not watched: it takes less than 0.1 s."""
 
 MEMORY_CHECK_PERIOD_S = 0.005
-"""Time between two checks of the memory in use, which take 0.01 ms each."""
+"""Least time between two checks of the memory in use, s; a check takes 0.01 ms."""
 
 CLOCK_PERIOD = 10_000
-"""Nodes, edges, lines or entries that are read between two checks of the limits: they take up to 0.2 s."""
+"""Number of calls of `clocked`, e.g. one for each line of a file, between two checks of the limits: up to 0.2 s."""
 
 MOST_BYTES = 100_000_000
-"""Greatest size of a file that is read at once."""
+"""Greatest size of a file that is read at once, bytes."""
 
 MEMORY_INFO = Path("/proc/meminfo")
-"""What Linux tells of the memory (proc_meminfo(5))."""
+"""Linux's file on the memory (proc_meminfo(5))."""
 
 MEMORY_SHARE = 0.8
 """Share of the free memory that may be used by default."""
@@ -72,13 +72,12 @@ def memory_in_use() -> int:
 class Limits:
     """Limits of a search. As a context manager, it sets the limits that `check_limits` checks.
 
-    Limits made in the context of others are never wider than what is left of these.
+    Limits made in the context of other limits are never wider than what those leave.
 
     Attributes:
         seconds: limit of the time since this was made, s.
-        bytes: limit of the memory, in addition to what was in use when this was made; by default a share of what is
-            free.
-        interrupted: whether Ctrl-C has ended what was to stay within them; see `interruptible`.
+        bytes: limit of the memory allocated since this was made, bytes; by default a share of the free memory.
+        interrupted: whether Ctrl-C has ended the work within these limits; see `interruptible`.
     """
 
     seconds: float = math.inf
@@ -98,7 +97,7 @@ class Limits:
 
     @classmethod
     def of(cls, seconds: float | None, bytes: float | None) -> Limits:
-        """Return limits, each of them the default if it is None."""
+        """Return limits; a limit that is None has its default."""
         return cls(math.inf if seconds is None else seconds, usable_memory() if bytes is None else bytes)
 
     @property
@@ -144,7 +143,7 @@ _present: ContextVar[Limits | None] = ContextVar("limits", default=None)
 
 @contextmanager
 def interruptible(limits: Limits) -> Iterator[None]:
-    """Work within limits; Ctrl-C ends them, too, and leaves them no time.
+    """Work within limits; Ctrl-C ends the work as a limit does, and sets the time left to zero.
 
     Raises:
         LimitError: a limit was reached, or Ctrl-C was pressed.
@@ -165,7 +164,7 @@ def check_limits(more_bytes: float = 0) -> None:
     limits = _present.get()
     if limits is not None:
         limits.check(more_bytes)
-    elif more_bytes and more_bytes > available_memory():  # reading it takes longer than all else
+    elif more_bytes and more_bytes > available_memory():  # last, as it reads a file
         raise LimitError("memory")
 
 
@@ -178,15 +177,15 @@ def left() -> tuple[float, float]:
 
 
 def clocked(value: T) -> T:
-    """Return a value, such as a line of a file, and check the limits at every so many calls."""
+    """Return a value, such as a line of a file, and check the limits once every `CLOCK_PERIOD` calls."""
     if next(_CALLS) % CLOCK_PERIOD == 0:
         check_limits()
     return value
 
 
 def bounded(path: Path, most: int = MOST_BYTES) -> Path:
-    """Return the path of a file that is to be read at once; raise OSError if that might never end, or is too much."""
-    if path.exists() and not (path.is_file() or path.is_dir()):  # what reads a folder says that it is one
+    """Return the path of a file to read at once; raise OSError for a device or pipe, or more than `most` bytes."""
+    if path.exists() and not (path.is_file() or path.is_dir()):  # reading a folder raises an error by itself
         raise OSError(errno.EINVAL, "no regular file", str(path))
     if path.exists() and path.stat().st_size > most:
         raise OSError(errno.EFBIG, f"larger than {most} bytes", str(path))
@@ -194,9 +193,9 @@ def bounded(path: Path, most: int = MOST_BYTES) -> Path:
 
 
 def run_within_limits(run: Callable[[np.ndarray], T], entries: float = math.inf) -> T:
-    """Run a kernel that fills or reads some entries; it is given a flag, (1,) bool, that is set when it must return.
+    """Run a kernel that fills or reads some entries; its argument is a flag, (1,) bool, set when it must return.
 
-    Limits and Ctrl-C can end it if it runs in a thread of its own, as it does if there are many entries.
+    With many entries, it runs in a separate thread, so that limits and Ctrl-C can end it.
 
     Raises:
         LimitError: a limit was reached.
@@ -205,7 +204,7 @@ def run_within_limits(run: Callable[[np.ndarray], T], entries: float = math.inf)
     if entries < WATCHED_ENTRIES:
         check_limits()
         return run(stop)
-    # Few kernels take long, and loading this takes longer than a small problem.
+    # Imported here, since few kernels need it and the import takes longer than a small problem.
     from concurrent.futures import ThreadPoolExecutor
     from concurrent.futures import TimeoutError as StillRunningError
 

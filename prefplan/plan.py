@@ -35,7 +35,7 @@ class Purchase:
         return self.words(self.task)
 
     def words(self, task: str) -> str:
-        """Return the same with what is shown for the task or rule in place of its name."""
+        """Return the text of `str` with other words, such as a label, in place of the name of the task or rule."""
         when = f"after action {self.step}" if self.step else "at the start"
         if self.rule:
             return f"the rule {task} is broken {when}, for {number(self.cost)}"
@@ -52,13 +52,13 @@ class Plan:
         cost: total cost (equation 1).
         preference: mu (Definition 5).
         task_costs: c_i by task name (equation 2); the whole plan's cost for a task that is never satisfied.
-        violation_costs: v_i by task name: what was paid to relax it; also by name of each rule that may be broken.
+        violation_costs: v_i, the price paid for relaxations, by name of each task and each rule that may be broken.
         actions: (K,) the actions, in order.
         states: (K + 1,) the trajectory.
         relaxations: the relaxations used, in order of steps.
         costs: every total cost by name; the first is `cost`.
         preferences: every mu by name; the first is `preference`.
-        display: what people are shown in place of names.
+        display: the labels that are shown in place of names.
     """
 
     cost: Number
@@ -73,7 +73,7 @@ class Plan:
     display: DisplayNames = field(default=DisplayNames(), repr=False, compare=False)
 
     def __hash__(self) -> int:
-        """Return a hash of what two plans seldom share."""
+        """Return a hash of the cost, mu and the actions."""
         return hash((self.cost, self.preference, self.actions))
 
     @property
@@ -87,7 +87,7 @@ class Plan:
         return self.listing()
 
     def listing(self, *, most: int | None = None, whole: str = "") -> str:
-        """Return `steps`, with at most some of the actions; arguments as in `prefplan.text.layout.numbered`."""
+        """Return `steps`, with at most `most` entries; arguments as in `prefplan.text.layout.numbered`."""
         actions = numbered(list(map(self.display.action, self.actions)), most=most, whole=whole)
         relaxed = [f"  {purchase.words(self.display.task(purchase.task))}" for purchase in self.relaxations]
         return "\n".join([actions or "(nothing to do)", *relaxed])

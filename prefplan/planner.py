@@ -40,7 +40,7 @@ def pareto_front(problem: ProblemLike, *, options: Options | None = None, **limi
 
 
 def cheapest_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
-    """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1), of least mu among those.
+    """Return the plan of least total cost whose mu does not exceed a bound (Algorithm 1); ties go to the least mu.
 
     Args:
         problem: the problem.
@@ -56,7 +56,7 @@ def cheapest_plan(problem: ProblemLike, *, options: Options | None = None, **lim
 
 
 def preferred_plan(problem: ProblemLike, *, options: Options | None = None, **limits: Unpack[PlanLimits]) -> Plan:
-    """Return the plan of least mu, and of least total cost among those; for the rest see `cheapest_plan`."""
+    """Return the plan of least mu; ties go to the least total cost. For the rest see `cheapest_plan`."""
     return Planner(problem, options=options).preferred(**limits)
 
 
@@ -79,7 +79,7 @@ class Planner:
     Attributes:
         problem: the problem.
         stats: work and time of the last search.
-        geometry: what searches have left out since the arm cannot do it; None for an abstract problem.
+        geometry: the actions that searches left out because the arm cannot do them; None for an abstract problem.
     """
 
     _search = staticmethod(run_search)
@@ -89,7 +89,7 @@ class Planner:
         self.problem = problem_of(problem)
         self.stats = Stats()
         self._options = options or Options()
-        # The problem without what the arm is known not to do, and its product once there is one.
+        # The problem without the actions that the arm is known to be unable to do, and its product once it is built.
         self._ahead = self.problem
         self._product: Product | None = None
         feasible, past = self.problem.feasible, len(self.problem.past.actions)
@@ -101,7 +101,7 @@ class Planner:
         """Return the Pareto front; see `pareto_front`.
 
         Args:
-            over: the names of the objectives that count; none for all.
+            over: the names of the objectives that count; empty for all.
             keep_on_interrupt: return the points found so far on Ctrl-C, instead of raising KeyboardInterrupt.
             **wanted: see `FrontLimits`.
         """
@@ -135,9 +135,9 @@ class Planner:
         raise UnfinishedError(front.ended or "", complete_below=below, best=plan, within=within)
 
     def _front(self, over: Collection[str], *, keep_on_interrupt: bool = False, **wanted: Unpack[PlanLimits]) -> Front:
-        """Return the front over some objectives, of which one alone has one plan; see `front`.
+        """Return the front over some objectives, of one plan if there is one objective; see `front`.
 
-        It is searched for until the arm can carry out its plans, each time without what it is known to be unable to do.
+        The search is repeated, without what the arm turned out to be unable to do, until the arm can do all its plans.
         """
         names = self.problem.objective_names
         for name in over:
@@ -169,13 +169,13 @@ class Planner:
         return replace(front, assumptions=assumptions, stats=self.stats)
 
     def _solve(self, objective: str | None, bounds: Mapping[str, Fraction]) -> Front:
-        """Return the front, or the plan of least value of an objective, without what the arm is known not to do."""
+        """Return the front, or the plan of least value of an objective, without actions that the arm cannot do."""
         names, began = self.problem.objective_names, time.perf_counter()
         is_cheapest = self.problem.is_bi_objective and objective == names[0] and names[1] not in bounds
         if self.problem.is_general and not is_cheapest:
             require_bounds(self.problem, bounds)
         elif self.problem.is_general and (reason := infeasible(self._ahead)):
-            # Without a bound, the search for a plan that does not exist need not end.
+            # Without a bound, the search may never end if there is no plan.
             return Front((), reason=reason)
         product = self._product = self._product or product_of(self._ahead)
         built = time.perf_counter()
@@ -194,7 +194,7 @@ class Planner:
         )
 
     def _why_not(self, bounds: Mapping[str, Fraction]) -> Reason:
-        """Return why a search found nothing; the least possible value is searched for within what its limits leave."""
+        """Return why a search found nothing; the limits also hold for the search for the least possible value."""
         if reason := infeasible(self._ahead):
             return reason
         *others, bounded = sorted(bounds, key=self.problem.objective_names.index)

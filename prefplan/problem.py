@@ -43,15 +43,15 @@ class Problem:
     Attributes:
         system: the robot's model (Definition 1).
         tasks: phi_1 .. phi_N.
-        preference: mu (Definition 5), the first of several; one that is always 0 if there is none.
+        preference: mu (Definition 5), the first of several; always 0 if there is none.
         rules: safety formulas that every plan keeps, or breaks at a price.
-        past: what every plan begins with, before the system's start; it has the first cost only.
-        feasible: what the arm can do; plans need nothing else. None for abstract plans.
+        past: the actions with which every plan begins, before the system's start; only their first cost is known.
+        feasible: what the arm can do; plans need no more. None for abstract plans.
         abstract: whether plans may need what no arm can do.
         preferences: all preferences, with their names.
         automata: the tasks' minimal DFAs (Definition 6).
         monitors: DFAs of the rules' bad prefixes.
-        display: what people are shown in place of names.
+        display: the labels that are shown in place of names.
         assumptions: a sentence for every assumption under which a front is exact.
         resolution: the model's costs were rounded to multiples of this, in the user's units; None if they were not.
         names: the tasks' names.
@@ -59,12 +59,12 @@ class Problem:
         cost_names: the names of the costs.
         objective_names: the names of what is minimised: every cost, then every preference.
         cost_units: for each cost, the unit in which it is whole, in the user's units.
-        objectives: the preferences for these tasks.
-        measure: the first of these; one that is always 0 if there is none.
+        objectives: the preferences, bound to these tasks.
+        measure: the first of `objectives`; always 0 if there is none.
         is_bi_objective: whether there is one cost and one preference.
-        is_general: whether some preference has a general contract: a detour may then be worth its cost.
+        is_general: whether some preference has a general contract, so that a detour may lower mu.
         weighted_automata: the automata of the tasks, with relaxations.
-        followers: these, and then the automata of the rules, first of those that may be broken.
+        followers: the `weighted_automata`, then those of the rules, first of the rules that may be broken.
 
     Raises:
         PrefplanError: (on construction) for no tasks, clashing names, formulas that do not fit the system, or a
@@ -177,7 +177,7 @@ class Problem:
         for named, objective in zip(self.preferences, self.objectives, strict=True):
             for formula in objective.formulas:
                 if formula.claimed:
-                    # A plan that meets no state twice costs no more than this.
+                    # The greatest cost of a plan that visits no state twice.
                     largest, unit = costs[objective.cost].greatest * self.system.most_states, objective.cost_unit
                     span = unit, min(largest * len(self.tasks), unit * LARGEST_TRIED)
                     check_never_falls(formula, self.priced, named.key, span)
@@ -211,7 +211,7 @@ class Problem:
     def over(self, system: System, tasks: Sequence[int] | None = None) -> Problem:
         """Return the problem over another system with the same propositions for the tasks, in the same units.
 
-        All is kept unless some tasks are given by number, which then have no rules; the preference remains the same.
+        If some tasks are given by number, only these are kept, without rules; the preference remains the same.
         """
         problem = copy(self)
         problem.system = system

@@ -55,12 +55,12 @@ def _assertion(name: str) -> Callable[..., Any]:
 
 
 _own: dict[str, ModuleType] = {}
-"""Modules of prefplan's packages that were loaded while others of the same names are in use."""
+"""Modules of prefplan's packages, kept here while other packages of the same names are in use."""
 
 
 @contextmanager
 def own_packages() -> Iterator[None]:
-    """Make `assets`, `experiments` and `sim` refer to prefplan's packages, whatever they are in the test."""
+    """Make `assets`, `experiments` and `sim` refer to prefplan's packages, not to those of the tested project."""
     if all(map(_is_own, PACKAGES)):
         yield
         return

@@ -68,7 +68,7 @@ def violated(problem: Problem, labels: Sequence[frozenset[str]]) -> tuple[str, .
 def keeping_satisfiable(problem: Problem, others: Iterable[Task], labels: Sequence[frozenset[str]]) -> Problem:
     """Return a problem whose plans keep other tasks satisfiable, except those that a trace has made unsatisfiable.
 
-    It is to be continued: if it has further rules, it has neither the past nor further preferences.
+    The result is meant for `continued`: if rules were added, it has neither the past nor further preferences.
     """
     names = problem.system.propositions
     rules = [Possible(task.name, task.formula, propositions=names) for task in others]
@@ -81,14 +81,14 @@ def achievable(
 ) -> tuple[Problem, Plan] | None:
     """Return a problem with tasks that can still be satisfied together, and a cheapest plan for them; None for none.
 
-    Of tasks that conflict with each other the last one is left out first; of tasks that conflict with a rule, all that
-    do so by themselves. The preference of the smaller problem is always 0.
+    While there is no plan, one more task is left out: the last of those that conflict with each other, or one that by
+    itself conflicts with a rule. The preference of the smaller problem is always 0.
 
     Args:
         problem: the problem with all tasks.
         past: the past, with which every plan begins.
         system: the system ahead; its start is the present.
-        others: other tasks that the plan must keep satisfiable, like the tasks left out; None to keep none so.
+        others: other tasks that the plan must keep satisfiable, as well as the tasks left out; None to keep neither.
     """
     labels, tasks = [*past.labels, system.label(system.start)], problem.tasks
     while tasks:

@@ -83,7 +83,7 @@ def run_searches(runs: Sequence[Search], path: Path, **options: Any) -> list[Rec
     machine = {"cpu": models[0] if models else platform.machine(), "cores": os.cpu_count()}
     versions = {"prefplan": prefplan.__version__, "python": platform.python_version(), "numba": numba.__version__}
     journal = Journal(path, {**versions, **machine, **options}, key="run")
-    # The first search of another kind of model loads further kernels.
+    # The first search in another kind of model loads further kernels, which should not count.
     runs[0].search(runs[0].instance())
     for number, run in enumerate(runs):
         if number not in journal.done:

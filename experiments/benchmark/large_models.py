@@ -24,9 +24,12 @@ BOXES = ("crate", "tray")
 
 
 class Size(NamedTuple):
-    """A model: the number of objects and of single places, the objects that each task puts into a box, and the costs.
+    """A model with two boxes, each for half of the objects.
 
-    Two boxes have room for half of the objects each; the tasks use them in turn.
+    Attributes:
+        objects: number of objects, and of locations for a single object.
+        tasks: the objects that each task puts into a box; the tasks use the boxes in turn.
+        costs: costs of the actions.
     """
 
     objects: int

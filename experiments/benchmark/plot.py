@@ -22,7 +22,7 @@ STYLES = {
     MAX_MIN: ("C1", "s", "paper's method, our kernels", "paper, published"),
     BARE: ("C2", "D", "the same without heuristic", "paper, published, without heuristic"),
 }
-"""Colour, marker and name of each method, and of its published times."""
+"""Colour, marker and name of each method, and the name of its published times, if there are any."""
 
 
 def draw(found: Sequence[Cell], path: Path) -> None:

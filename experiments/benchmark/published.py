@@ -22,7 +22,7 @@ FORMULAS = (
     "F(x6y1 & F(x0y9) & F(x5y2))",
     "F(x8y4 & F(x3y3) & F(x1y9))",
 )
-"""The paper's fixed list; it timed the first N formulas of random orderings of this list."""
+"""The paper's fixed list of formulas; it timed the first N of random orderings of this list."""
 
 KNOWN_FRONTS = """
 58 07 99, 61 99 98: (31,10) (32,0)

@@ -22,8 +22,14 @@ from prefplan.search.driver import LabelSearch
 SINGLE, FRONT = "single", "front"
 KINDS = (SINGLE, FRONT)
 
-OURS, MAX_MIN, BARE = "ours", "max-min", "no heuristic"
-"""Our search, and the yardstick (the method of the paper in our compiled kernels) with its heuristic or none."""
+OURS = "ours"
+"""Our search."""
+
+MAX_MIN = "max-min"
+"""The yardstick: the paper's method in our compiled kernels, with its heuristic."""
+
+BARE = "no heuristic"
+"""The yardstick without a heuristic."""
 
 YARDSTICKS = (MAX_MIN, BARE)
 
@@ -34,7 +40,7 @@ METHODS = {
 }
 
 MAX_BYTES = 8e9
-"""Memory limit of every search: what a laptop with 16 GB has to spare."""
+"""Memory limit of every search, bytes: what a laptop with 16 GB has to spare."""
 
 Record = dict[str, Any]
 """Result of a run, JSON-ready: `Search.what`, and
@@ -42,7 +48,7 @@ Record = dict[str, Any]
 - `seconds`: CPU time of product, heuristics and search; a lower bound if the run was ended.
 - `expanded`: labels expanded until the end.
 - `points`: those of the front, or the cost of a single plan; None if the run was ended.
-- `within`: the percentage that is proven, 0 for exact results; None if nothing is.
+- `within`: percentage by which the result exceeds the optimum at most, 0 if exact; None if nothing is proven.
 - `ended`: None, or what ended the run: `time`, `memory`, or `killed` by the system.
 - `peak_bytes`: peak memory of the process beyond `baseline_bytes`.
 - `baseline_bytes`: memory of the process before the run, with everything loaded and compiled.

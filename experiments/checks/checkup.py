@@ -48,8 +48,8 @@ def check(
 ) -> dict[str, Any]:
     """Check a scenario without planning its tasks together, and return the documented JSON object.
 
-    What is not known when a limit is reached, or after Ctrl-C, stays unknown. If `quick`, what the arm can do with each
-    object at each location is left out.
+    What is not found before a limit or Ctrl-C stays unknown. If `quick`, it is not checked what the arm can do with
+    each object at each location.
 
     Raises:
         ScenarioError: the scenario has a mistake.
@@ -101,12 +101,12 @@ def check(
 
 
 def impossible(found: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the tasks that cannot be satisfied even alone, of what `check` found."""
+    """Return the tasks that, as `check` found, cannot be satisfied even alone."""
     return tuple(task["name"] for task in found["tasks"] if task["achievable"] is False)
 
 
 def reason(problem: Problem, impossible: Sequence[str]) -> Reason:
-    """Return why some tasks are impossible: since they can never be satisfied, or since the rules forbid it.
+    """Return why some tasks are impossible: they can never be satisfied, or the rules forbid it.
 
     Raises:
         LimitError: a limit was reached before that is known.
@@ -167,7 +167,7 @@ def _least_costs(
     Raises:
         UnfinishedError, LimitError: a limit was reached, or Ctrl-C pressed, before that is known.
     """
-    # A name that differs from those of all costs.
+    # The name of a preference must differ from those of all costs.
     name = f"unmet_{'_'.join(problem.cost_names)}"
     unmet = NamedPreference(name, WeightedSum({task.name: 1}, over="violation"))
     planner = Planner(Problem(problem.system, [task], [unmet], rules=problem.hard_rules, feasible=feasible))

@@ -56,7 +56,7 @@ def planner() -> Diagnosis:
         return Diagnosis("planner", WARNING, f"{cache} cannot be written to: every start compiles again", fix)
     if not is_compiled():
         fix = f"{sys.executable} -m prefplan.warm_up"
-        return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes a minute longer", fix)
+        return Diagnosis("planner", WARNING, "not compiled yet: the first plan takes 10 to 30 seconds longer", fix)
     return Diagnosis("planner", OK, f"compiled (numba {version('numba')}, cache {cache})")
 
 

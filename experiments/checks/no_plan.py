@@ -18,7 +18,7 @@ def chosen_plan(
 ) -> pp.Plan:
     """Return the wanted plan, as `choose` does; if there is none, say why and end the command.
 
-    That is printed on stderr, and as JSON also as an object on stdout.
+    The reason is printed on stderr, and with `as_json` also as an object on stdout.
     """
     try:
         return choose(planner, wanted, **options)
@@ -33,7 +33,7 @@ def chosen_plan(
 def no_plan(reason: pp.Reason, planner: pp.Planner | None = None) -> int:
     """Print on stderr why there is no plan, and return the exit status.
 
-    For a given planner also what the arm cannot do is printed, and the likely mistake in its problem.
+    With a planner, also print what the arm cannot do, and the likely mistakes in the planner's problem.
     """
     tell(reason)
     if planner is None:

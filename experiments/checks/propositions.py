@@ -1,4 +1,4 @@
-"""Propositions that no state carries that can be reached: a likely mistake of a task."""
+"""Propositions that no reachable state carries: a likely mistake in a task."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -12,11 +12,11 @@ from prefplan.logic.formula import propositions_of
 from prefplan.models.system import System
 
 LIST_TIMEOUT_S = 3.0
-"""Time limit for listing all states, which planning does not need."""
+"""Time limit for listing all states, s; planning does not need the list."""
 
 
 def uncarried(i: int, task: Task, carried: Mapping[str, int | None]) -> Iterator[str]:
-    """Yield a sentence for each proposition of the i-th task that no state carries that can be reached.
+    """Yield a sentence for each proposition of the i-th task that no reachable state carries.
 
     `carried` says for each proposition how many reachable states carry it; None if that is unknown.
     """
@@ -28,7 +28,7 @@ def uncarried(i: int, task: Task, carried: Mapping[str, int | None]) -> Iterator
 
 
 def size_of(system: System, limits: Limits) -> dict[str, Any]:
-    """Return the entries of a `Checkup` about a system's size, None unless all states can be listed within limits."""
+    """Return the entries of `checkup.check` on a system's size, None if its states cannot be listed within limits."""
     try:
         with interruptible(limits), Limits(LIST_TIMEOUT_S):
             check_limits()

@@ -14,9 +14,8 @@ from prefplan.errors import choices
 if TYPE_CHECKING:
     from prefplan.exact_costs import Number
 
-
 FOR_ARMS = ("plans", "seed", "robot")
-"""Parameters of commands for all models that only an arm has a use for; how videos look, if there are any, is none."""
+"""Parameters, of commands for all models, that only an arm uses; the options of videos are not among them."""
 
 
 class Wanted(NamedTuple):
@@ -68,7 +67,7 @@ def choose(
 def objective_name(problem: pp.Problem, name: str, option: str) -> str:
     """Return the name of an objective, or raise PrefplanError that names the option.
 
-    `cost` and `preference` are the first of each.
+    `cost` stands for the first cost, and `preference` for the first preference.
     """
     names = problem.objective_names
     if name in names:
@@ -83,7 +82,7 @@ def objective_name(problem: pp.Problem, name: str, option: str) -> str:
 def bounds_of(
     problem: pp.Problem, at_most: Mapping[str, Number], max_preference: Number | None = None
 ) -> Mapping[str, Number]:
-    """Return the bounds of `--at-most` and `--max-preference` by objective; of two of one objective, the lesser.
+    """Return the bounds of `--at-most` and `--max-preference` by objective; of two bounds on one, the lesser.
 
     Raises:
         PrefplanError: the problem has no such objective.
@@ -97,7 +96,7 @@ def bounds_of(
 
 
 def check_arm_options(scenario: pp.Scenario) -> None:
-    """Raise PrefplanError if this command was given an option that only an arm has a use for, and there is none."""
+    """Raise PrefplanError if this command was given an option that only an arm uses, and the model has no arm."""
     if isinstance(scenario.model, pp.ManipulationModel):
         return
     context = click.get_current_context()

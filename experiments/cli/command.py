@@ -1,4 +1,4 @@
-"""What all commands have: their help, the switch `-q`, and what becomes of errors."""
+"""What all commands share: their help, the switch `-q`, and the handling of errors."""
 
 import inspect
 import re

@@ -11,13 +11,13 @@ from rich.table import Table
 from prefplan.text.layout import printable_lines
 
 UNLIMITED = 10_000
-"""Line width without a terminal, so that nothing wraps; unless the environment has COLUMNS, as for all other text."""
+"""Line width without a terminal, so that nothing wraps; the environment's COLUMNS takes precedence."""
 
 NARROWEST = 8
-"""Letters of its longest cell that a column has space for, also where a table is then wider than the terminal."""
+"""Least width of a column with longer cells, letters, even if the table is then wider than the terminal."""
 
 BESIDE = 3
-"""Letters beside each column of a framed table."""
+"""Letters of frame and padding for each column of a framed table."""
 
 COLUMN_GAP = (0, 2, 0, 0)
 """Padding of a plain cell: above, right, below, left."""
@@ -27,8 +27,8 @@ class Console(rich.console.Console):
     """Standard output that may be a terminal, a file, or a pipe whose reader closes it early."""
 
     def __init__(self, *, stderr: bool = False) -> None:
-        """Write to stdout, or to stderr, where lines wrap; a string is text, whatever brackets and colons are in it."""
-        # Rich would print nothing in no columns.
+        """Write to stdout, or to stderr, where lines wrap; brackets and colons in strings have no special meaning."""
+        # With COLUMNS=0, rich would print nothing.
         given = {name: value for name, value in os.environ.items() if name != "COLUMNS" or value.strip("0")}
         super().__init__(
             soft_wrap=not stderr, stderr=stderr, markup=False, emoji=False, highlight=False, _environ=given
@@ -52,7 +52,7 @@ class Console(rich.console.Console):
         super().print(*objects, **options)
 
     def _render_buffer(self, buffer: Iterable[Segment]) -> str:
-        """Return what is written: rich's own codes are in styles and control segments, so all text is foreign."""
+        """Return what is written, with all text escaped: rich's own codes are in styles and control segments."""
         return super()._render_buffer(
             segment if segment.control else Segment(printable_lines(segment.text), segment.style) for segment in buffer
         )

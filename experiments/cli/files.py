@@ -14,11 +14,10 @@ from typing import Any
 from prefplan.errors import PrefplanError
 
 DRAFT = re.compile(r"\..+\.(\d+)\.part|\.(?:video|clip)-(\d+)-.*")
-"""Names of files and folders that a process writes until they are complete, with its number."""
-
+"""Names of files and folders that are not complete yet, with the number of the process that writes them."""
 
 DISK_IS_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""What an error of writing says if neither the user nor the program is to blame."""
+"""Error numbers of writing for which neither the user nor the program is to blame."""
 
 
 class FullDiskError(PrefplanError):

@@ -67,7 +67,7 @@ class Journal:
     def _write(self, value: dict[str, Any]) -> None:
         line = json.dumps(value).encode() + b"\n"
         try:
-            # Without a buffer: a full disk must not fail a second time when the file is closed.
+            # Without a buffer: on a full disk, closing the file must not fail a second time.
             with open(self.path, "ab", buffering=0) as file:
                 if file.write(line) < len(line):
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -28,7 +28,7 @@ class FaultOption(click.Option):
 
 
 def gathered(name: str, make: Callable[..., Any], **options: Decorator) -> Decorator:
-    """Return a decorator that adds options, in this order; a command gets what `make` makes of them by one name."""
+    """Return a decorator that adds options, in this order; a command gets `make(**options)` as the argument `name`."""
 
     def decorate(function: Function) -> Function:
         @wraps(function)

@@ -42,7 +42,7 @@ def print_json(value: dict[str, Any]) -> None:
 
 
 def result_json(scenario: pp.Scenario, planner: pp.Planner, **found: Any) -> dict[str, Any]:
-    """Return what a search found as the documented JSON object, with what all searches tell."""
+    """Return the documented JSON object of a search: what it found, and the entries that all searches have."""
     problem, stats = scenario.problem(), planner.stats
     return {
         "scenario": scenario.name,
@@ -64,7 +64,7 @@ def result_json(scenario: pp.Scenario, planner: pp.Planner, **found: Any) -> dic
 
 
 def _geometry_json(scenario: pp.Scenario, planner: pp.Planner) -> dict[str, Any]:
-    """Return what is known of the geometry of plans; nothing for models of no arm."""
+    """Return what is known of the geometry of plans; empty for a model without an arm."""
     if not isinstance(scenario.model, pp.ManipulationModel):
         return {}
     if scenario.feasible is None or getattr(scenario.feasible, "failed", False):

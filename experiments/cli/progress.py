@@ -38,7 +38,7 @@ class Bars(Progress):
             "{task.fields[what]}",
             console=console,
             transient=True,
-            # What is printed on stdout meanwhile goes there, unless it has to share a terminal with the bars.
+            # Text for stdout is redirected only if it shares a terminal with the bars.
             redirect_stdout=sys.stdout.isatty(),
             disable=is_quiet() or not console.is_terminal,
         )

@@ -1,4 +1,4 @@
-"""Start of the program: libraries that load, are missing, or are still to be compiled."""
+"""Start of the program: libraries are loaded, or reported as missing or still to be compiled."""
 
 import os
 import resource
@@ -15,7 +15,7 @@ from experiments.cli.status import FAILED, is_quiet, tell
 from prefplan.errors import LimitError
 
 UNNEEDED = ("cffi", "scipy.linalg.cython_blas", "yaml")
-"""What numba loads in 0.2 s where it is installed: no kernel calls C, multiplies matrices or has a file of settings."""
+"""Modules that numba loads in 0.2 s if installed: no kernel calls C, multiplies matrices or has a file of settings."""
 
 CLEARED_LINE = "\033[K"
 """Clears a terminal's line from the cursor on."""
@@ -24,13 +24,13 @@ LEAST_ADDRESS_SPACE = 3 * 2**29
 """Least limit of the virtual memory, bytes, with which numba loads; with less, LLVM ends the process."""
 
 LOADING_POLL_S = 0.05
-"""Time after which a Ctrl-C is tried again that came while a library loads."""
+"""Time after which a Ctrl-C that came while a library loads is tried again, s."""
 
 WAITING = "Ctrl-C while a library loads"
-"""Name of the thread that tries it again."""
+"""Name of the thread that tries a Ctrl-C again."""
 
 LOADING = ("<frozen importlib", "/numba/core/serialize.py", "/llvmlite/")
-"""What is in the names of files whose functions load a library or a compiled kernel."""
+"""Parts of the names of source files whose functions load a library or a compiled kernel."""
 
 
 def has_simulation() -> bool:
@@ -39,7 +39,7 @@ def has_simulation() -> bool:
 
 
 def load_planner() -> None:
-    """Load the planner; unless `-q` is given, print on stderr if it is compiled later, which takes up to a minute."""
+    """Let stderr say, without `-q`, if the kernels must be compiled once they are loaded: it takes 10 to 30 seconds."""
     from prefplan.models import kernels
 
     kernels.loading = partial(_loading_numba, is_quiet())
@@ -50,7 +50,7 @@ def _loading_numba(quiet: bool) -> Iterator[None]:
     """Load numba without what it does not need; once its functions are made, say if they are still to be compiled.
 
     Raises:
-        LimitError: `ulimit -v` leaves no room for numba, which is said.
+        LimitError: `ulimit -v` leaves no room for numba; a message says so.
     """
     allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
     if 0 <= allowed < LEAST_ADDRESS_SPACE:
@@ -81,7 +81,7 @@ def _hidden(names: Iterable[str]) -> Iterator[None]:
 
 @contextmanager
 def loading_simulation() -> Iterator[None]:
-    """On a terminal, say in a line that goes away that the simulation loads, unless `-q` is given."""
+    """On a terminal, show a temporary line while the simulation loads, unless `-q` is given."""
     shown = not is_quiet() and sys.stderr.isatty()
     if shown:
         print("loading the simulation ...", end="\r", file=sys.stderr, flush=True)
@@ -93,7 +93,7 @@ def loading_simulation() -> Iterator[None]:
 
 
 def open_streams() -> None:
-    """Let what the caller has closed, such as stdout with `>&-`, lead nowhere; a file would take its number."""
+    """Open on /dev/null what the caller has closed, such as stdout with `>&-`; else a file would take its number."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))

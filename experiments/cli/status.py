@@ -9,10 +9,10 @@ from prefplan.text.layout import printable, printable_lines
 DONE, BAD_INPUT, NO_PLAN, FAILED, CONSISTENT, INTERRUPTED = 0, 2, 3, 4, 5, 130
 
 QUIET = "prefplan.quiet"
-"""Key of the click context's `meta` under which `-q` is kept, wherever it stands."""
+"""Key of the click context's `meta` under which `-q` is kept."""
 
 FOREIGN_BREAK = re.compile(r"\n(?! {4})")
-"""A line break that no message has: its further lines are indented by four, those of a table or a verdict by less."""
+"""A line break from foreign text: further lines of a message are indented by four, of a table or a verdict by less."""
 
 LONGEST_LINE = 2000
 """Most characters of a line of a message; a longer one, such as that of a formula of a megabyte, loses its middle."""
@@ -32,11 +32,11 @@ def say(text: object, *, end: str = "\n") -> None:
 
 
 def tell(message: object, *, who: str = "prefplan") -> None:
-    """Print a message on stderr, after the name of what tells it, with its control characters escaped."""
+    """Print a message on stderr, after the name of its sender, with its control characters escaped."""
     text = "\n".join(map(_shortened, printable_lines(FOREIGN_BREAK.sub(r"\\n", str(message))).split("\n")))
     try:
         print(f"{printable(who)}: {text}", file=sys.stderr, flush=True)
-    except OSError:  # a full disk; what is lost does not change the exit status, nor is it tried again at the end
+    except OSError:  # a full disk: the message is lost, but the exit status stays, also when stderr is closed
         sys.stderr = open(os.devnull, "w")
 
 

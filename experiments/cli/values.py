@@ -1,4 +1,4 @@
-"""The values of arguments and options: how text becomes a value, what is said of a wrong one, and what shells offer."""
+"""The values of arguments and options: their conversion from text, their errors, and their shell completion."""
 
 import glob
 import re
@@ -14,7 +14,7 @@ PATH = click.Path(path_type=Path)
 """A path, whether or not something is there."""
 
 Completion = Callable[[click.Context, click.Parameter, str], list[str]]
-"""Returns what shells offer for a value of which some letters are typed."""
+"""Returns the completions that shells offer for the first letters of a value."""
 
 
 def files(ending: str, names: Callable[[], Iterable[str]] = tuple) -> Completion:
@@ -59,7 +59,7 @@ def megabytes(text: str) -> float:
 
 
 PLANS = {"cost": "cost", "preference": "preference", "cheapest": "cost", "preferred": "preference"}
-"""What a plan may be called, and its name."""
+"""The words for a plan, and the name that each stands for."""
 
 
 def which_plan(text: str) -> str | int:

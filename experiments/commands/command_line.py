@@ -98,7 +98,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             status = call(program, "prefplan", arguments)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader has closed the pipe, so flushing at exit would fail again.
         _write_nowhere()
     except OSError as error:
         if error.errno not in DISK_IS_FULL:

@@ -23,17 +23,20 @@ POINTS_PER_INCH = 72
 """Points in an inch: sizes of letters and lines are in points."""
 
 UNKNOWN_LETTERS = "Glyph .* missing from|Matplotlib currently does not support"
-"""How Matplotlib's warnings about letters begin that its font lacks, or that it cannot join."""
+"""Beginnings of Matplotlib's warnings about letters that its font lacks, or that it cannot join."""
 
-SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
-"""The namespace of the elements of SVG, and the attribute with the source of an image."""
+SVG = "{http://www.w3.org/2000/svg}"
+"""Namespace of the elements of SVG."""
+
+LINK = "{http://www.w3.org/1999/xlink}href"
+"""Attribute with the source of an image in SVG."""
 
 ET.register_namespace("", SVG[1:-1])
 ET.register_namespace("xlink", LINK[1:-5])
 
 STYLE = Path(__file__).with_name("prefplan.mplstyle")
 
-# Where it keeps its list of fonts if the home folder is read-only is nobody's concern.
+# If the home folder is read-only, Matplotlib would warn where it keeps its list of fonts.
 logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
@@ -56,7 +59,7 @@ def picture_file(text: str) -> Path:
 def drawing(*, size: tuple[float, float]) -> Iterator[Figure]:
     """Yield an empty figure of a size, inches; the style of all figures holds until the end of the context.
 
-    Text in SVG is drawn by whoever shows it, also letters that the font for measuring it lacks.
+    Text in an SVG is drawn by the program that shows it, also letters that the font used for measuring lacks.
     """
     with matplotlib.rc_context(fname=STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=UNKNOWN_LETTERS)

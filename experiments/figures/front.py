@@ -17,8 +17,11 @@ from prefplan.text.layout import counted, number
 SIZE_IN = (6.4, 4.4)
 """Width and height of a figure of two objectives, inches."""
 
-PANEL_IN, COLUMNS = 3.4, 3
-"""Width and height of each panel of one of more objectives, inches, and the greatest number of them side by side."""
+PANEL_IN = 3.4
+"""Width and height of each panel in a figure of more objectives, inches."""
+
+COLUMNS = 3
+"""Greatest number of such panels side by side."""
 
 MARGIN = 0.09
 """Empty border around the points, as a fraction of their range."""

@@ -7,11 +7,20 @@ import numpy as np
 STEPS = 48
 """Number of positions tried along each axis of the frame."""
 
-BESIDE, PER_LINE = 2.0, 1.5
-"""Penalties of a position outside its target, and per distance of one line height from it."""
+BESIDE = 2.0
+"""Penalty of a label outside its target."""
 
-PATH, AREA, DOT = 1.0, 2.0, 40.0
-"""Penalties of covering a point of a path, an area and a mark."""
+PER_LINE = 1.5
+"""Penalty of a label's distance from its target, per height of a text line."""
+
+PATH = 1.0
+"""Penalty of covering a point of a path."""
+
+AREA = 2.0
+"""Penalty of covering an area."""
+
+DOT = 40.0
+"""Penalty of covering a mark."""
 
 Obstacle = tuple[np.ndarray, float]
 """What labels should not cover: its (4,) rectangle, and the penalty of covering it."""
@@ -35,7 +44,7 @@ def place(
         targets: (L, 4) rectangles (left, low, right, high) that the labels name.
         inside: whether each label may lie in its target; otherwise it must lie beside it.
         frame: (4,) rectangle that no label leaves.
-        obstacles: what labels should not cover; the target of a label is none for it.
+        obstacles: what labels should not cover; for a label, its own target does not count.
         line: height of a line of text.
     """
     taken: list[np.ndarray] = []

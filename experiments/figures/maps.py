@@ -35,7 +35,7 @@ def svg(plan_map: PlanMap, plan: Plan, *, title: str, folder: Path) -> str:
     Pixels are written as files to a folder beside the page: maps with the same background share one.
 
     Its parts have the classes `ground`, `path`, `arrow`, `name`, `start`, `goal`, `task`, `leader`; on a grid
-    also `grid`, `region` and `obstacle`, and on a graph `place` and, where they are no pixels, `roads`.
+    also `grid`, `region` and `obstacle`, and on a graph `place` and, unless they are drawn as pixels, `roads`.
     """
     scale = SIDE_IN / max(plan_map.size)
     with drawing(size=(scale * plan_map.size[0], scale * plan_map.size[1])) as figure:

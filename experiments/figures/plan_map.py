@@ -28,7 +28,7 @@ MOST_LETTERS = 20
 """Greatest number of letters in a line of task names."""
 
 LEADER = 0.7
-"""A label that is farther than this from what it names gets a leader line, in heights of a text line."""
+"""Distance from which on a label is joined to what it names by a leader line, in heights of a text line."""
 
 PAD_PX = 2.0
 """Empty border of a label, px."""
@@ -47,9 +47,13 @@ SHEET = {"boxstyle": "round,pad=0.12", "facecolor": "white", "alpha": 0.8, "line
 
 
 class Named(NamedTuple):
-    """Text of the kind `name`, `terrain` or `task` for a (4,) rectangle; `inside`: whether it may lie in that.
+    """Text that names something on a map.
 
-    The name of a `state` is left out where a task is satisfied there.
+    Attributes:
+        kind: `name`, `terrain` or `task`.
+        target: (4,) rectangle that is named.
+        inside: whether the text may lie in the rectangle.
+        state: the state that is named, if any; its name is left out where a task is satisfied there.
     """
 
     text: str
@@ -82,7 +86,7 @@ class PlanMap:
         mark: radius of the dot of a satisfied task, in the same units.
         named: what has a name, besides tasks.
         unnamed: (4,) rectangles of areas without a name.
-        path_width: of a path's line, points.
+        path_width: width of a path's line, points.
     """
 
     problem: Problem
@@ -136,12 +140,12 @@ class PlanMap:
         points = np.concatenate([sampled, (sampled[1:] + sampled[:-1]) / 2])
         shunned = [(square(path[0], START_SIZE * self.mark), DOT), *((area, AREA) for area in self.unnamed)]
         shunned += [(np.array([*point, *point]), PATH) for point in points]
-        # What may hold its own name should not be covered by another one.
+        # What one label names should not be covered by another label.
         shunned += [(one.target, AREA if one.inside else DOT) for one in named]
         self._write(axes, named, shunned, font_size)
 
     def _write(self, axes: Axes, named: Sequence[Named], obstacles: Sequence[Obstacle], font_size: float) -> None:
-        """Write names where there is space, off obstacles as far as possible, with leader lines where they are far."""
+        """Write names where there is space, off obstacles as far as possible, with leader lines to distant targets."""
         to_pixels, to_map = axes.transData.transform, axes.transData.inverted().transform
         texts = [_text(axes, one.text, one.kind, font_size) for one in named]
         sizes = np.array([text.get_window_extent().size for text in texts]).reshape(-1, 2) + 2 * PAD_PX

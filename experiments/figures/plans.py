@@ -20,12 +20,15 @@ MOST_PLANS = 23
 
 COLUMNS = 4
 
-TITLE_LETTERS, LINE = 34, 0.18
-"""Greatest number of letters in a line of a panel's title, and the height of each further line of text, inches."""
+TITLE_LETTERS = 34
+"""Greatest number of letters in a line of a panel's title."""
+
+LINE = 0.18
+"""Height of each further line of text, inches."""
 
 
 def draw(scenario: Scenario, front: Front, path: Path) -> None:
-    """Write a map for each plan of a front, and the front, like the paper's Figures 3 and 4; or else each plan's graph.
+    """Write a map for each plan and the front, like the paper's Figures 3 and 4; without a map, each plan's graph.
 
     Raises:
         PrefplanError: there are too many plans, one visits too many states, or the file cannot be written.

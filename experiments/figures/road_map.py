@@ -25,8 +25,11 @@ PLACE = 0.2
 
 ROAD_COLOR, PIN_EDGE = "#a8a8a8", "#333333"
 
-ROAD_WIDTH, MANY_ROADS_WIDTH = 0.8, 0.2
-"""Line widths of edges, points, and of those of larger graphs."""
+ROAD_WIDTH = 0.8
+"""Line width of edges, points."""
+
+MANY_ROADS_WIDTH = 0.2
+"""Line width of edges in graphs with more than `MOST_LINES`, points."""
 
 MOST_LINES = 3_000
 """Greatest number of edges that are lines in an SVG; more are pixels, which a browser shows faster."""

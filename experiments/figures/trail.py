@@ -1,4 +1,4 @@
-"""A path through the cells of a grid as a line with arrows, whose parts lie beside each other where they overlap."""
+"""A path through the cells of a grid as a line with arrows; parts that overlap are drawn side by side."""
 
 from collections import defaultdict
 from collections.abc import Sequence

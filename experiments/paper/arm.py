@@ -21,7 +21,7 @@ TITLE = "Case Study 3"
 ABOUT = "A Panda sanitizes and bins two blocks of an arch; the block that is wanted first lies under the other one."
 
 STATES = 6_000
-"""The paper's model has more than this."""
+"""The paper's model has more states than this."""
 
 PANEL_PX = (640, 360)
 """(width, height) of a picture in Figure 5, pixels."""

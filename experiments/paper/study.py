@@ -15,7 +15,7 @@ from prefplan import Front, PrefplanError, Scenario
 from prefplan.text.layout import number
 
 AGREES, DIFFERS, ERRATUM, MEASURED = "agrees", "DIFFERS", "erratum", "measured"
-"""Verdicts. Erratum: the paper contradicts itself, and ours agrees with its other statement; measured: for times."""
+"""Verdicts. `ERRATUM`: the paper contradicts itself, and ours agrees with its other statement. `MEASURED`: a time."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Study:
     def compare(
         self, what: str, paper: str, ours: str, *, agrees: bool = True, verdict: str = AGREES, remark: str = ""
     ) -> None:
-        """Add a result with this verdict, or as one that differs."""
+        """Add a result with this verdict, or with `DIFFERS` if it does not agree."""
         self.findings.append(Finding(what, paper, ours, verdict if agrees else DIFFERS, remark))
 
     def compare_front(self, figure: str, published: Sequence[FrontPoint], front: Front) -> None:

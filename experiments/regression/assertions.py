@@ -28,8 +28,7 @@ def assert_front(scenario: Given, points: Sequence[FrontPoint], *, max_cost: Num
 
     Args:
         scenario: what is planned.
-        points: (cost, penalty) of each, or all costs and then all preferences; empty if no plan should
-            exist.
+        points: (cost, penalty) of each, or all costs and then all preferences; empty if no plan should exist.
         max_cost: as in `prefplan.pareto_front`.
 
     Raises:

@@ -32,7 +32,7 @@ ACTION_TIME_S = 1.0
 """Time of any other action on the page that was not carried out, s."""
 
 MAX_PAIRED = 20
-"""Greatest number of plans to compare each with every cheaper one, not only with its neighbour and the cheapest."""
+"""Most plans on a front to compare each with all cheaper ones; else with the next cheaper and the cheapest only."""
 
 
 def page_data(scenario: Scenario, front: Front, recordings: Mapping[int, Recording]) -> dict[str, Any]:
@@ -106,9 +106,9 @@ def check_plan(problem: Problem, plan: Plan, ledger: Ledger) -> Iterator[Check]:
 
 
 def _axes(scenario: Scenario, front: Front) -> dict[str, Any]:
-    """Return the values of each objective that occur, rising, and of each plan the ranks of its values; JSON-ready.
+    """Return, JSON-ready, the sorted values of each objective on the front, and the ranks of each plan's values.
 
-    Values are compared by their ranks, since JavaScript's floats could not tell all apart.
+    The page compares values by their ranks, since JavaScript's floats could not tell all apart.
     """
     names, unit = front.objectives, cost_unit(scenario)
     if names and scenario.problem().is_bi_objective:
@@ -138,7 +138,7 @@ def _rank(problem: Problem, front: Front, i: int, ranks: Sequence[int]) -> str |
 def _plan(
     scenario: Scenario, plans: Sequence[NamedPlan], i: int, recording: Recording | None, period: float
 ) -> dict[str, Any]:
-    """Return what the page shows of a plan anywhere; without a recording, each action takes the time `period`, s."""
+    """Return all that the page shows of a plan; without a recording, each action takes the time `period`, s."""
     problem, (plan, planned) = scenario.problem(), (plans[i].plan, plans[i].ledger)
     shown, run = planned, None
     times = [(k * period, (k + 1) * period) for k in range(len(plan.actions))]

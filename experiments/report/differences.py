@@ -14,7 +14,7 @@ from prefplan.scenario.decode import Model
 
 @dataclass(frozen=True)
 class Parking:
-    """An object put down for a while only, where no task asks for it, such as `on desk`; both as they are shown."""
+    """An object that is put down for a while, not for a task, and where, such as `on desk`; both as they are shown."""
 
     obj: str
     where: str

@@ -74,7 +74,7 @@ def in_words(preference: Preference, tasks: Sequence[str], display: DisplayNames
 def shares(preference: Preference, plan: Plan) -> Iterator[Share]:
     """Yield the shares of the tasks in a plan's penalty.
 
-    They add up to that value; nothing is yielded if it is not a sum over tasks.
+    The shares add up to the penalty; nothing is yielded if it is not a sum over tasks.
     """
     paid = getattr(preference, "over", "cost") == "violation"
     amounts = {name: exact(cost) for name, cost in (plan.violation_costs if paid else plan.task_costs).items()}
@@ -96,7 +96,7 @@ def shares(preference: Preference, plan: Plan) -> Iterator[Share]:
 
 
 def _delays(groups: Sequence[tuple[str, ...]], costs: Mapping[str, Fraction]) -> Iterator[Share]:
-    """Yield the delay of each task for its place; members of a group take its places in the order they are done."""
+    """Yield each task's delay against its place; members of a group take its places in the order they are done."""
     times, first = sorted(costs[name] for name in chain(*groups)), 0
     for group in groups:
         last = first + len(group) - 1

@@ -54,7 +54,7 @@ def record_all(
     tell: Tell,
     **look: Unpack[Look],
 ) -> Recorded:
-    """Carry plans, by their numbers on the front, out and render their videos, until the user interrupts.
+    """Carry out plans, given by their numbers on the front, and render their videos, until the user interrupts.
 
     Results are written to an existing folder, as `plan_I` with various suffixes. The other arguments are those of
     `run_plan`.
@@ -71,7 +71,7 @@ def record_all(
     found = dict[int, Recording]()
 
     def record(i: int, plan: Plan) -> Recording:
-        """Carry a plan out, unless that was done before; KeyboardInterrupt: the user ended it."""
+        """Carry out a plan unless an earlier call did; raise KeyboardInterrupt if the user ends the run."""
         path, name = folder / f"plan_{i}", f"plan {i}"
         earlier = _earlier(scenario, path, made_from(scenario, scene, plan, seed), _rendered(**look) if video else None)
         if earlier is not None:
@@ -83,7 +83,7 @@ def record_all(
         def told(stage: str, done: int, total: int, what: str) -> None:
             tell(f"{name} {stage}", done, total, what)
 
-        # The page itself shows what captions would.
+        # Captions would repeat what the page shows.
         outcome = run_plan(scenario, scene, plan, seed=seed, choice=i, video=file, captioned=False, tell=told, **look)
         if outcome.interrupted:
             raise KeyboardInterrupt
@@ -107,8 +107,8 @@ def record_all(
 def keep(plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Recording:
     """Write the log of an outcome, its certificate and, when these are complete, its record.
 
-    Their paths are `path` with the suffixes `.npz`, `.certificate.json` and `.json`; that of a video must have `.mp4`.
-    `plan` is the one before any replanning.
+    Their paths are `path` with the suffixes `.npz`, `.certificate.json` and `.json`; a video must be at `path` with
+    `.mp4`. `plan` is the first plan, before any replanning.
 
     Raises:
         PrefplanError: a file cannot be written.
@@ -125,9 +125,10 @@ def keep(plan: Plan, outcome: Outcome, path: Path, **look: Unpack[Look]) -> Reco
 
 
 def _earlier(scenario: Scenario, path: Path, made: str, rendered: dict[str, Any] | None) -> Recording | None:
-    """Return the recording of an earlier call at a path without a suffix if it is the one wanted and its log holds.
+    """Return the recording of an earlier call if it was made from the same inputs and its log is confirmed, else None.
 
-    The log is checked now, since another may have taken its place. `rendered` are the settings of a wanted video.
+    `path` has no suffix. The log is checked again, since the file may have been replaced. `rendered` has the settings
+    of the video, if one is wanted.
     """
     try:
         outcome = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))

@@ -13,7 +13,7 @@ LIBRARY = Path(__file__).parents[2] / "assets" / "three.js.gz"
 """three.js r140 with its glTF loader and camera controls, which a page can load without a server; compressed."""
 
 SCENE = "scene_data.js"
-"""File of the scene: of the files on a disk, a page can load only scripts."""
+"""File of the scene: a script, since a page that is opened from a disk can load no other files."""
 
 
 def write_scene(recordings: Mapping[int, Recording], folder: Path) -> None:

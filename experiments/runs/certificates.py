@@ -24,7 +24,7 @@ OPEN = "that the sensor saw what the log says, or that anything happened outside
 
 @dataclass(frozen=True)
 class Proof:
-    """The file of a log, the log, and its certificate; None if the user ended the check."""
+    """The file of a log, the log, and its certificate (None if the user ended the check)."""
 
     path: Path
     log: Log
@@ -68,7 +68,7 @@ def in_a_line(certificate: Certificate) -> str:
 def show_certificate(console: Console, log: Log, certificate: Certificate, *, given: str | None) -> None:
     """Print a certificate, one line for each check; consecutive actions as predicted share a line.
 
-    `given` is the name of the verifier's scenario; None for that which the log describes.
+    `given` is the name of the verifier's scenario; None if it is the one that the log describes.
     """
     claims = log.about.claims
     what = f"{given or log.about.scenario}: {'completed' if claims.completed else 'not completed'}"

@@ -29,7 +29,7 @@ def prove(outcome: Outcome, path: Path) -> Outcome:
 
 
 def proof_of(scenario: Scenario, path: Path) -> Proof:
-    """Check a log's file in a scenario until the user ends it, and write its certificate beside it.
+    """Check a log's file in a scenario, unless the user ends the check, and write its certificate beside it.
 
     Raises:
         PrefplanError: the log cannot be read, or the certificate not be written.

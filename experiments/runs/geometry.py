@@ -1,4 +1,4 @@
-"""Plans that the arm can keep: a scenario whose planner asks the simulated arm what it can do."""
+"""Plans that the arm can carry out: a scenario whose planner asks the simulated arm what it can do."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from sim.world.scene import Scene
 
 NOT_CHECKED = "geometry not checked:"
-"""Begins the line on stderr that says that plans may need what the arm cannot do."""
+"""Beginning of the line on stderr which warns that plans may need what the arm cannot do."""
 
 
 class AskedArm:
-    """The arm of a scene in which it may be unable to work: then it is said once, and everything counts as possible.
+    """The arm of a scene; if it cannot work there, stderr says so once, and everything counts as possible.
 
     Attributes:
         failed: whether the scene cannot be built, or the hand cannot begin in it.
@@ -50,8 +50,8 @@ class AskedArm:
 def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do, where that can be known.
 
-    It is returned as it is if it is no manipulation scenario or says that it is abstract, which `abstract` lets it say.
-    If the simulation is not installed, that is said on stderr, unless `-q` is given.
+    A scenario without an arm, or one that is abstract already, is returned as it is; the argument makes one abstract.
+    If the simulation is not installed, stderr says so, unless `-q` is given.
     """
     if not isinstance(scenario.model, pp.ManipulationModel) or scenario.model.abstract:
         return scenario
@@ -69,7 +69,7 @@ def asking(scenario: pp.Scenario, *, abstract: bool = False) -> pp.Scenario:
 def asking_in(scenario: pp.Scenario, scene: Scene, *, robot: str | None = None) -> pp.Scenario:
     """Return a scenario whose plans need only what the arm can do in its scene, also if it says that it is abstract.
 
-    The scene is that of a robot by name or, if that is None, of the scenario's.
+    The scene has the robot of this name or, if it is None, the scenario's robot.
     """
     from sim.capability.answers import Capability
 

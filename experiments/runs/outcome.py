@@ -36,8 +36,8 @@ class Outcome:
     """The outcome of a run: JSON, log, captions, report and certificate are made from it.
 
     Attributes:
-        scenario: that was carried out.
-        scene: in which it was.
+        scenario: the scenario of the plan.
+        scene: the scene of the run.
         plan: the last plan that was followed.
         run: what was recorded.
         ledger: costs and satisfied tasks, from the observations after each action.

@@ -30,8 +30,8 @@ class Conditions(TypedDict, total=False):
         seed: of all random numbers; None for the nominal scene.
         perturbation: greatest random changes of the scene, drawn with the seed; None for 5 mm and 5 degrees.
         faults: faults to inject; the scene must hold the spare objects that they need.
-        choice: the plan to follow after a mismatch: `cost` (default), `preference`, or for `bounded` and a number the
-            cheapest plan whose mu is not greater than that of the first plan, or the preferred one if there is none.
+        choice: the plan to follow after a mismatch: `cost` (default) or `preference`; `bounded` and a number stand for
+            the cheapest plan whose mu is not greater than the first plan's, or the preferred one if there is none.
     """
 
     seed: int | None
@@ -45,8 +45,8 @@ def scene_of(
 ) -> Scene:
     """Return the scene of a scenario's manipulation model.
 
-    It has the spare objects that faults need. The robot is one of `sim.robots.catalogue.ROBOTS`, or the scenario's. For
-    what carries no plan out, a scenario may have `any_costs`: several, with several preferences.
+    It has the spare objects that faults need. The robot is one of `sim.robots.catalogue.ROBOTS`, or the scenario's.
+    `any_costs` allows several costs and preferences, for commands that carry out no plan.
 
     Raises:
         ScenarioError: the scenario has another kind of model, several costs or preferences, or a scene in which the arm

@@ -17,7 +17,7 @@ ANY = "random"
 
 
 def possible_kinds(model: ManipulationModel, kind: str) -> list[str]:
-    """Return the kinds of faults, of `ANY` kind or of a given one, that can happen; raise SimulationError if none."""
+    """Return the kinds of faults that can happen, among all (`ANY`) or one; raise SimulationError if none can."""
     possible, reasons = list[str](), set[str]()
     for each in kinds() if kind == ANY else (kind,):
         try:

@@ -62,7 +62,7 @@ def _happened(records: Sequence[Record]) -> dict[str, dict[str, int]]:
 
 
 def _certificates(records: Sequence[Record]) -> dict[str, Any]:
-    """Return how many rollouts have a certificate, those that it refutes, and those of which it tells a finding."""
+    """Return the numbers of rollouts by certificate, and the rollouts that are refuted or have findings."""
     checked = [record for record in records if record["agrees"] is not None]
     refuted = [record for record in checked if not record["certified"]]
     return {

@@ -46,7 +46,7 @@ def work(
     stage: str,
     jobs: int | None = None,
 ) -> tuple[list[Record], bool]:
-    """Carry the first `count` jobs of a batch out, but for those with a record, in processes: by default one per core.
+    """Carry out the first `count` jobs of a batch that have no record yet, in processes (by default one per core).
 
     Each record is added to the `Journal` at `path`, in a folder of `only_writer`, as soon as its job is done.
 
@@ -100,7 +100,7 @@ def on_this_machine(batch: Batch, numbers: Iterable[int], *, jobs: int) -> Gener
 
 
 def _alone(batch: Batch, number: int) -> Record:
-    # It may have been another job that killed the process: only crashes of this one alone count.
+    # Another job may have killed the process: only crashes of this job alone count.
     for _ in range(2):
         with suppress(TerminatedWorkerError):
             (record,) = _records(batch, [number], 1)

@@ -1,8 +1,8 @@
-"""The door of the viewer: who may connect, and which messages and values are let in.
+"""The door of the viewer: who may connect, and which messages and values are accepted.
 
-viser serves every page of every origin, and acts on every message of its protocol. Here a request needs a random token,
-which only who started the viewer knows, and the page's own host and origin; messages that the page does not send, and
-values that its controls do not have, are refused.
+viser serves pages of every origin, and acts on every message of its protocol. Here, a request needs a random token,
+which only the user who started the viewer knows, and the page's own host and origin. Messages that the page does not
+send, and values that its controls do not have, are refused.
 """
 
 import http
@@ -25,12 +25,12 @@ HOST = "127.0.0.1"
 """Only this machine has access."""
 
 NAMES = (HOST, "localhost")
-"""Names of this machine in an address; another one may have been pointed at it (DNS rebinding)."""
+"""Names of this machine that an address may have; others may be an attacker's (DNS rebinding)."""
 
 TOKEN_BYTES = 32
 
 FARTHEST = 1e4
-"""Greatest number in a message about a place or a direction, in m or pixels."""
+"""Greatest absolute number in a message, e.g. about a place or a direction, m or pixels."""
 
 USED = (
     _messages.GuiUpdateMessage,
@@ -44,14 +44,14 @@ FIELDS = {message: {one.name: get_type_hints(message)[one.name] for one in field
 """The types of their fields, by name."""
 
 SAFE_HEADERS = {"Referrer-Policy": "no-referrer", "Content-Security-Policy": "frame-ancestors 'none'"}
-"""The token in the address is told to no other page, and no other page shows this one in a frame."""
+"""Headers that hide the address, with its token, from other pages, and forbid them to show this one in a frame."""
 
 
 class Door:
-    """Lets in who has its token.
+    """Accepts only requests with its token.
 
     Attributes:
-        token: the first part of the path of every request.
+        token: the first part of the path of every valid request.
     """
 
     def __init__(self) -> None:
@@ -61,7 +61,7 @@ class Door:
 
     def serve(self, port: int) -> viser.ViserServer:
         """Return a new server behind this door; if the port is in use, viser takes the next one."""
-        # viser has no parameter for a guard, but looks this function up when its server starts.
+        # viser has no parameter for such checks, but looks up this function when its server starts.
         module = websockets.asyncio.server
         before: Any = module.serve
 
@@ -97,7 +97,7 @@ class Door:
         return self._server
 
     def path(self, request: Request, port: int) -> str | None:
-        """Return the path behind the token of a request to a port, or None if it is not let in."""
+        """Return the path after the token in a request to a port, or None if the request is refused."""
         _, given, *rest = [*request.path.partition("?")[0].split("/"), "", ""]
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         own = [f"{name}:{port}" for name in NAMES]

@@ -18,7 +18,7 @@ from sim.simulation.plant import Plant
 from sim.simulation.run import ledger_of
 
 STOP_TIMEOUT_S = 2.0
-"""Longest wait for the thread's end: planning after a mismatch is not interrupted."""
+"""Longest wait for the thread to end, s: planning after a mismatch is not interrupted."""
 
 Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 """Returns the closed loop of a plan at its start, given a function to call before each action."""
@@ -26,11 +26,13 @@ Begin = Callable[[Callable[[int, int, str], None]], ClosedLoop]
 
 @dataclass(frozen=True)
 class Status:
-    """The status of a run at the start of an action, or at an event: a simulated time, s.
+    """The status of a run at the start of an action, or at an event.
 
     Attributes:
+        time: simulated time, s.
         plan: the current plan; it begins with the actions done.
-        done: number of actions done; `costs` is the ledger's entry after them.
+        done: number of actions done.
+        costs: the ledger's entry after these actions.
         news: a line for each fault, new plan, retry and freed or turned object so far.
         ended: `completed`, or why the run ended early; None while it is running.
     """
@@ -47,10 +49,10 @@ class LiveRun(threading.Thread, Observer):
     """One run of a plan, simulated as fast as possible up to the time allowed.
 
     Attributes:
-        problem: what was planned.
+        problem: the problem of the plan.
         frames: recorded so far, see `sim.simulation.recorder.Recorder`; none before the run has begun.
         statuses: at the start, before each action, at each event of a kind in `NEWS` and at the end.
-        waiting: the user's faults that have not happened yet, because the simulation waits.
+        waiting: the user's faults that happen when the simulation continues.
         pull: how the user pulls an object.
         failure: the error that ended the thread, or None.
     """

@@ -18,7 +18,7 @@ SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
 """Simulated seconds per second."""
 
 BLIND_S = 2.0
-"""How long one click blinds the camera: shorter than the robot waits."""
+"""Time for which one click blinds the camera, s; the robot waits longer."""
 
 TO_OBJECT = {"Knock over": "knock", "Move away": "move"}
 """Kinds of faults that happen to an object, by their buttons."""
@@ -27,12 +27,12 @@ TO_ARM = {"Drop what it holds": ("slip", ""), f"Blind {BLIND_S:g} s": ("blind", 
 """Kinds of faults that happen to the arm, and their arguments, by their buttons."""
 
 COLOURS: dict[Literal["blue", "orange"], str] = {"blue": "#228be6", "orange": "#fd7e14"}
-"""Colours of the left and the right plan, as viser's names and for HTML."""
+"""Colours of the left and the right plan: viser's names, and their codes for HTML."""
 
 HINT = "<div style='padding: 0 1em; font-size: 0.8em'>Drag an object, or Shift-click it to knock it over.</div>"
 
 ALONE = "no other plan"
-"""The choice of `beside` that shows a single arm."""
+"""The choice under `Beside it` that shows a single arm."""
 
 
 class Panel:
@@ -107,6 +107,6 @@ class Panel:
         to_arm.on_click(lambda event: session.inject(*TO_ARM[to_arm.value]))
 
     def _seek(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        """Show the time to which a user drags the slider; when the program moves it, there is no client."""
+        """Seek to the time to which a user drags the slider; if the program moves it, the event has no client."""
         if event.client is not None:
             self._playback.seek(self._time.value)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from experiments.viewer.live_run import LiveRun
 
 LEAD_S = 0.1
-"""Simulated time that runs may be ahead of the playhead: little enough that a user's fault shows at once, and enough to
-hide a slow control period."""
+"""Simulated time that runs may be ahead of the playhead, s: hides a slow control period, yet faults show at once."""
 
 
 class Playback:
-    """The time shown of one run, or of several in step; it never exceeds what is simulated of a run that has not ended.
+    """The playhead of one run, or of several in step; it never passes the simulated time of a run that has not ended.
 
     Runs are simulated as it advances. All methods may be called from any thread.
 

@@ -28,7 +28,7 @@ from sim.world.scene import Scene
 DEFAULT_PORT = 8080
 
 REFRESH_S = 1 / 30
-"""Time between two updates of the picture."""
+"""Time between two updates of the picture, s."""
 
 GAP_M = 0.1
 """Gap between two tables beside each other, m."""
@@ -39,7 +39,9 @@ class Show:
     """What a page shows: the front of a problem, and the scene in which its plans are carried out.
 
     Attributes:
-        start: returns the function that begins a plan of the front, by index; the first one is that of `chosen`.
+        plans: the front.
+        start: returns the function that begins a plan, given the plan's index.
+        chosen: index of the plan that is shown first.
         camera: first view of the browsers, as for `sim.rendering.cameras.Camera`.
     """
 
@@ -146,13 +148,13 @@ class Session:
                 run.start()
 
     def _disturbed(self, side: int) -> LiveRun:
-        """Return the run that the mouse in a scene disturbs, which is then shown as it is now."""
+        """Return the run that the mouse disturbs on one side, and show its current state."""
         self.playback.catch_up()
         return self.playback.runs[side]
 
 
 def beside(scene: Scene) -> tuple[float, float, float]:
-    """Return the offset, m, of a scene to the right of another and as near to the camera `fixed`."""
+    """Return the offset, m, that puts a scene to the right of another one, equally near to the camera `fixed`."""
     heading = np.radians(AZIMUTH_DEG)
     right = np.array([np.sin(heading), -np.cos(heading)])
     x, y = right * (2 * float(np.abs(scene.table.axes @ right) @ scene.table.half) + GAP_M)
@@ -183,8 +185,7 @@ def watch(show: Show, *, port: int | None = None, ready: Callable[[str], None] =
             session.advance(now - before)
             before = now
             time.sleep(REFRESH_S)
-    except KeyboardInterrupt:
-        # Ctrl-C is how the command ends, not an error.
+    except KeyboardInterrupt:  # how the command ends, not an error
         pass
     finally:
         if session is not None:
@@ -199,5 +200,5 @@ def dress(server: viser.ViserServer, title: str) -> None:
     link = json.dumps(f"data:image/svg+xml;base64,{icon}")
     source = f"document.title = {json.dumps(f'{title} - prefplan')};"
     source += f"document.querySelector('link[rel=icon]').href = {link};"
-    # viser has no call for this; this is the message by which it loads the scripts of its figures.
+    # viser has no call for this; with this message it loads the scripts of its own figures.
     server.gui._websock_interface.queue_message(_messages.RunJavascriptMessage(source))

@@ -17,10 +17,13 @@ from sim.world.materials import glow_of
 from sim.world.scene import Scene
 
 LIGHT_CD = 0.6
-"""Intensity of the light of a location that marks an object: visible beside the scene's other lights."""
+"""Intensity of the light of a location that marks an object, cd: visible beside the scene's other lights."""
 
-PULL_COLOUR, PULL_THICKNESS_M = (230, 60, 30), 0.004
-"""Colour and thickness of the line from an object to the pointer that pulls it."""
+PULL_COLOUR = (230, 60, 30)
+"""Colour (RGB) of the line from an object to the pointer that pulls it."""
+
+PULL_THICKNESS_M = 0.004
+"""Thickness of this line, m."""
 
 
 class Subtree:
@@ -82,7 +85,7 @@ class Stage:
         server = cast(viser.ViserServer, self._tree)
         self._server, self._objects = server, [*scene.shapes]
         self._shown: dict[str, Any] | None = None
-        # mjviser writes into the model that it is given.
+        # mjviser changes the model that it is given.
         model = scene.with_names()
         model.site_group[:] = HIDDEN
         self._data = mujoco.MjData(model)

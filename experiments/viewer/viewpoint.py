@@ -11,7 +11,7 @@ from sim.rendering.cameras import Camera, axes_of
 from sim.world.scene import Scene, initial_state
 
 PICTURE_PX = (900, 720)
-"""Width and height of the picture that a viewpoint is chosen for: a common window size without the panel."""
+"""Width and height of the picture for which a viewpoint is chosen, px: a common window size without the panel."""
 
 
 @dataclass(frozen=True)

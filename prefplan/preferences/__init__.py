@@ -7,6 +7,6 @@ From a table of a scenario file to a label key, a preference has two forms:
 | a class of `kinds`, such as `Order`         | the user           | mu, in names of tasks and the user's numbers    |
 | `objective.Measure`, a sum of `terms`       | `problem.Problem`  | tasks by number, so a contract; a cost, units   |
 
-An `Expression` is parsed to a tree (`expression`) and taken apart into terms for which the search has entries
-(`analysis`); of what is left as a single term, the contract is shown, or declared and tested (`contracts`).
+An `Expression` is parsed to a tree (`expression`) and split into terms that the search supports (`analysis`). If it
+cannot be split, it is a single term, whose contract is derived, or declared by the user and tested (`contracts`).
 """

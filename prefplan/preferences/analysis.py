@@ -22,7 +22,8 @@ class Shape:
     """Properties of an expression for all costs from 0 to `LARGEST_COST`.
 
     Attributes:
-        low, high: exact bounds of its values.
+        low: exact lower bound of its values.
+        high: exact upper bound of its values.
         rising: whether it never falls in any variable.
         falling: whether it never rises in any variable.
     """
@@ -79,7 +80,7 @@ def _combined(name: Any, *parts: Shape) -> Shape:
 
 
 def _never_falls(factor: Shape, part: Shape) -> bool:
-    """Return whether a product never falls because of one part, given the other factor."""
+    """Return whether `factor` times `part` never falls because `part` changes as variables grow."""
     return part.low == part.high or (part.rising and factor.low >= 0) or (part.falling and factor.high <= 0)
 
 
@@ -106,7 +107,7 @@ def decompose(tree: Tree, tasks: int) -> list[Term | Fraction] | None:
             if term is None:
                 return None
             terms.append(term)
-    # A price with the weight 0 is yet one that the preference is about.
+    # A violation cost of weight 0 is kept: the preference mentions it.
     for kind, weights in ((WeightedRate, linear), (Violation, violation)):
         if weights:
             terms.append(kind(tuple(weights.get(task, Fraction(0)) for task in range(tasks))))

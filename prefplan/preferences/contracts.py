@@ -26,7 +26,7 @@ from prefplan.preferences.terms import OpaqueTerm
 CONTRACTS = ("additive", "convex", "componentwise", "general")
 
 TRIALS = 2000
-"""Number of pairs of costs on which a contract is tested; of trajectories there are a quarter of these."""
+"""Number of pairs of random costs on which a contract is tested; trajectories are a quarter as many."""
 
 SEED = 2023
 """Fixed, so that the same preference is always accepted or always refused."""
@@ -35,7 +35,7 @@ TOLERANCE = 1e-9
 """Relative tolerance for Python functions, which compute in floating point; expressions are exact."""
 
 LARGEST = 1e200
-"""Sums of values beyond this might overflow."""
+"""Greatest valid value of mu: sums of greater ones might overflow."""
 
 Span = tuple[Fraction, Fraction]
 """The smallest and the largest of the random costs, which are whole multiples of the smallest."""
@@ -57,7 +57,7 @@ def check_never_falls(formula: OpaqueTerm, tasks: Sequence[str], where: str, spa
 
 
 def check_contract(formula: OpaqueTerm, tasks: Sequence[str], where: str, span: Span = SPAN) -> None:
-    """Raise PreferenceError if a pair of random cost vectors refutes a formula's contract, if it is not `general`."""
+    """Raise PreferenceError if random cost vectors refute a formula's contract; `general` is not tested."""
     if formula.contract == "general":
         return
     trials = _Trials(formula, tasks, where, span)
@@ -77,7 +77,7 @@ class _Point:
     tasks: Sequence[str]
 
     def __lt__(self, other: _Point) -> bool:
-        """Return whether mu is less than at another point, by more than a function may be wrong."""
+        """Return whether mu is less than at another point, for floats by more than the tolerance."""
         if isinstance(self.value, Fraction):
             return bool(self.value < other.value)
         return bool(self.value < other.value - TOLERANCE * max(abs(self.value), abs(other.value)))
@@ -114,7 +114,7 @@ class _Trials:
         return _Point(value_at(vector, self._formula, self._tasks, self._where), vector, self._tasks)
 
     def trajectory(self) -> Iterator[_Point]:
-        """Yield mu along a trajectory, from its start on: before and after each payment, and after each step."""
+        """Yield mu along a random trajectory: at its start, after each step, and after each payment for relaxations."""
         costs, violations, unsatisfied = [0] * self._size, [0] * self._size, set(range(self._size))
         yield self.at(costs, violations)
         for _ in range(self._rng.randint(1, 2 * self._size + 2)):
@@ -129,17 +129,17 @@ class _Trials:
             unsatisfied -= {i for i in unsatisfied if self.chance(0.3)}
 
     def fall_at_larger_costs(self) -> str | None:
-        """Return in words that mu is less at larger costs; None if it is not."""
+        """Draw two cost vectors, one of them larger; return in words that mu is less there, or None if it is not."""
         low = [[self.draw() for _ in range(self._size)] for _ in range(2)]
         high = [[x + self.draw() * self.chance(0.5) for x in values] for values in low]
         cheap, dear = self.at(*low), self.at(*high)
         return f"{cheap} but only {dear}" if dear < cheap else None
 
     def unequal_growth(self) -> str | None:
-        """Return in words how mu of two labels with one satisfied set grows against the contract; None if it does not.
+        """Return in words how the growth of mu at two random labels breaks the contract; None if it does not.
 
-        The same actions follow. Of an additive mu, the growth must be equal; else the label that is cheaper and no
-        worse must stay no worse.
+        The labels have the same satisfied set and are continued by the same actions. An additive mu must grow equally;
+        else, a label that is cheaper and has no greater mu must keep a mu that is no greater.
         """
         tasks, total = range(self._size), self.draw()
         satisfied = {i for i in tasks if self.chance(0.5)}

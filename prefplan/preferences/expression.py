@@ -68,7 +68,7 @@ def parse(text: str, amounts: Mapping[str, Variable]) -> Tree:
 def fold(
     tree: Tree, constant: Callable[[Fraction], T], variable: Callable[[Variable], T], operation: Callable[..., T]
 ) -> T:
-    """Return what an expression becomes from its leaves up; `operation` is given a name and what operands became."""
+    """Evaluate an expression from its leaves up; `operation` gets an operator's name and its operands' results."""
     if isinstance(tree, Constant):
         return constant(tree.value)
     if isinstance(tree, Variable):
@@ -100,10 +100,10 @@ def is_rounded(tree: Tree) -> bool:
 
 
 def scaled(tree: Tree, cost: Fraction, price: Fraction) -> tuple[Tree, Fraction]:
-    """Return an expression over costs as one over multiples of units, and the factor to multiply its value by.
+    """Return an expression rewritten for costs in multiples of units, and the factor by which to multiply its value.
 
-    Where nothing is divided but by numbers, its constants are whole, so that its values are, too. `cost` and `price`
-    are the units of costs and of violation costs.
+    If all divisors are numbers, the constants are whole, and so are all values. `cost` and `price` are the units of
+    costs and of violation costs.
     """
     if isinstance(tree, Constant):
         return Constant(Fraction(1)), tree.value
@@ -138,9 +138,14 @@ _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
 _NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _FOREIGN = re.compile(r"[^\w\s.+\-*/(),]", re.ASCII)
 _SYMBOLS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
-_LENGTH, _LETTERS = 400, 4000
+_LENGTH = 400
+"""Most names, numbers and symbols of an expression: its tree stays shallow enough for recursion."""
+
+_LETTERS = 4000
+"""Most letters of an expression: messages stay short."""
+
 _MAGNITUDE = 30
-"""Limits that keep trees shallow enough for recursion, exact numbers small and messages short."""
+"""Greatest absolute exponent of ten of a number: exact numbers stay small."""
 
 
 class _Reader:

@@ -33,8 +33,8 @@ class Preference(Protocol):
     def terms(self, tasks: Sequence[str], rules: Sequence[str] = ()) -> list[Term | Fraction]:
         """Return the terms whose sum is mu, for these tasks; fractions are constants.
 
-        The rules that may be broken follow the tasks; they have violation costs, and cost 0. The argument is left out
-        if there are none.
+        `rules` are those that may be broken, numbered after the tasks: they have violation costs, and cost 0. The
+        argument is left out if there are none.
 
         Raises:
             PreferenceError: with the key in front, if the preference does not fit the tasks.
@@ -49,8 +49,7 @@ class Order:
     interchangeable, i.e. mu is the smallest over all orders of a group's members.
 
     Attributes:
-        order: names of tasks, each once, or groups of names; None for the order of the problem. Tasks not named do not
-            count.
+        order: names of tasks, each once, or groups of names; None for the problem's order. Other tasks do not count.
     """
 
     order: Annotated[
@@ -170,7 +169,7 @@ class Expression:
         contract = _contract(self.contract) or shown
         whole = OpaqueTerm(tree, contract, claimed=contract not in (shown, "general"))
         if (outline.rising and outline.low >= 0) or (summands is not None and evaluate(tree, nothing, nothing) >= 0):
-            # It never falls; whether it is too large is seen at large costs.
+            # It never falls, so that its value at large costs shows whether it can be too large.
             large = [SPAN[1]] * len(amounts)
             value_at((large, large), whole, list(amounts), "expression")
         else:
@@ -237,7 +236,7 @@ class Sum:
 
 
 def _amounts(tasks: Sequence[str], rules: Sequence[str], over: str) -> dict[str, Variable]:
-    """Return what a preference is about, by name: rules have violation costs only."""
+    """Return the variables of a preference by name: costs of tasks, or violation costs of tasks and rules."""
     if over not in OVER:
         raise PreferenceError(f"over: {over!r} is unknown {choices(over, OVER)}")
     names = (*tasks, *rules) if over == "violation" else tasks
@@ -258,7 +257,7 @@ def _total(trees: Sequence[Tree]) -> Tree:
 
 
 def _terms(tree: Tree, count: int) -> list[Term | Fraction]:
-    """Return an expression over a number of tasks and rules, which falls in none of them, as terms."""
+    """Return the terms of an expression over `count` tasks and rules that never falls as a cost grows."""
     return decompose(tree, count) or [OpaqueTerm(tree, "componentwise")]
 
 

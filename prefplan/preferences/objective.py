@@ -9,10 +9,10 @@
 | formulas, `general`                                 | v_i; only labels with equal g and c_i are compared     |
 | formulas declared `additive` or `convex`            | the value of each                                      |
 
-g is the total cost and S the set of satisfied tasks. The entry of rates and tardiness is sufficient: the future growth
-of a rate depends on S alone, and tardiness of an unsatisfied task is a convex function of g, so that of two labels of
-one product state the one with less (g, entry) stays ahead. A lone maximum m = max_i w_i c_i continues as
-max(m, w_i (g + ...)), which does not decrease in (g, m).
+g is the total cost and S the set of satisfied tasks. One entry is enough for rates and tardiness: the future growth of
+a rate depends on S alone, and the tardiness of an unsatisfied task is a convex function of g. So of two labels of one
+product state, the one with the smaller (g, entry) remains the better one. A lone maximum m = max_i w_i c_i continues
+as max(m, w_i (g + ...)), which does not decrease in (g, m).
 """
 
 from __future__ import annotations
@@ -43,7 +43,6 @@ from prefplan.text.names import check_names
 
 TASK_LIMIT = 20
 """Most tasks: tables over all satisfied sets have 2^N entries."""
-
 
 DEFAULT_PREFERENCE = "preference"
 """Name of a preference that is given without one."""
@@ -127,9 +126,9 @@ class Measure:
         rate_terms: the additive terms over cost.
         violation_weights: (P,) weights of the violation costs in additive terms.
         tardiness: the deadlines.
-        one_entry: all of these terms, whose sum is one entry of a label key.
+        one_entry: rates, violation sums and deadlines, whose sum is one entry of a label key.
         maxima: the weighted maxima.
-        formulas: expressions and Python functions that are none of these.
+        formulas: Python functions, and all other expressions.
         bi_objective: whether (g, mu) is a sufficient label key.
         weighs_violation: whether any term depends on violation costs.
         claimed: whether the contract was declared by the user: tested on random costs, not proven.
@@ -177,7 +176,7 @@ class Measure:
         self.factor = cost_unit / self.unit
 
     def amounts(self, costs: Sequence[int], violations: Sequence[int]) -> tuple[list[Fraction], list[Fraction]]:
-        """Return costs and violation costs, (P,) each, in the user's units, given those of tasks and (P,) in units."""
+        """Return (P,) costs and violation costs in the user's units, given tasks' costs and (P,) prices in units."""
         rules = [Fraction(0)] * (len(violations) - len(costs))
         return [*(count * self.cost_unit for count in costs), *rules], [v * self.price_unit for v in violations]
 
@@ -202,9 +201,9 @@ class Measure:
         return "componentwise"
 
     def rates(self, terms: Sequence[Rate | Maximum], tasks: Sequence[int] | None = None) -> np.ndarray:
-        """Return the (2^k,) int64 sum of some terms, in units, for each satisfied set of k tasks.
+        """Return the (2^k,) int64 sum of some terms, in units, for each satisfied set of k tasks (by default all).
 
-        Each of the tasks, all if none are given, costs one unit until it is satisfied, and others cost nothing.
+        Each of these tasks costs one unit if it is not satisfied, else nothing; other tasks cost nothing.
         """
         tasks = range(self.tasks) if tasks is None else tasks
         sets = np.arange(2 ** len(tasks))

@@ -1,8 +1,8 @@
 """The terms whose sum is a preference function; `prefplan.preferences.objective` makes label keys of them.
 
-There are N tasks; S is the satisfied set, and g the cost so far, which is the cost of every task not in S. While S is
-satisfied, additive terms over cost grow at a fixed rate. It is their value where every task not in S costs one unit,
-and those in S cost nothing.
+There are N tasks; S is the satisfied set, and g the cost so far, which is the cost of every task not in S. While S
+stays the same, an additive term over cost grows at a fixed rate: its value where every task not in S costs one unit
+and every task in S costs nothing.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,7 +19,7 @@ from prefplan.errors import PreferenceError, describe
 from prefplan.preferences.expression import Tree, evaluate, variables
 
 Costs = Any
-"""(P,) fractions, or (P, K) int8, of which terms over cost give (K,) values."""
+"""(P,) fractions; or (P, K) int8, for which terms over cost return K values."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class OrderRate:
     """Additive: the order preference, weighted.
 
     While S is satisfied, mu grows per unit of cost by the sum over groups G of max(0, #{places of G <= |S|} - |S & G|).
-    For groups of one that is Example 3's definition: the costs of satisfied tasks fill the first |S| places of c*, so
-    an unsatisfied task at such a place is delayed by every unit spent, and all other differences stay at most 0.
+    With groups of one task this is Example 3: the costs of satisfied tasks fill the first |S| places of c*, so each
+    unit spent delays an unsatisfied task whose place is among these; all other differences stay at most 0.
 
     Attributes:
         groups: the tasks in the desired order; a group's members are interchangeable. Tasks in no group do not count.

@@ -101,7 +101,7 @@ def load(scenario: str | Path, *, measured: bool = True) -> Scenario:
 
 
 def problem_of(given: ProblemLike) -> Problem:
-    """Return the problem that is given itself, as a scenario, or by what `load` takes.
+    """Return the problem that is given as such, as a scenario, or by a name or path that `load` takes.
 
     Raises:
         PrefplanError: it is something else, or as in `load` and `Scenario.problem`.
@@ -187,7 +187,7 @@ def _preferences(file: _File) -> list[NamedPreference]:
 
 
 def _named(table: Any, where: str, **given: str) -> NamedPreference:
-    """Return a preference and what its table says beside; a name that is given is none of its keys."""
+    """Return the preference of a table with its `name` and `of`; what is `given` is no key of the table."""
     beside = tuple(key for key in ("name", "of") if key not in given)
     preference = _preference(PREFERENCES, table, where, beside)
     said = {key: table[key] for key in beside if key in table}
@@ -195,7 +195,7 @@ def _named(table: Any, where: str, **given: str) -> NamedPreference:
 
 
 def _preference(kinds: Mapping[str, type[Preference]], table: Any, where: str, also: tuple[str, ...]) -> Preference:
-    """Return a preference, or a term of a sum; its table may have some more keys."""
+    """Return a preference, or a term of a sum; `also` are further keys of its table."""
     kind = chosen(kinds, table, where)
     if kind is not Sum:
         return decode_table(kind, table, where, also=("kind", *also))

@@ -13,7 +13,7 @@ FOLDER = Path(__file__).parents[2] / "experiments" / "scenarios"
 """The scenarios that ship: data beside this package, found without importing the package that holds them."""
 
 MOST_LETTERS = 4_000_000
-"""Greatest length of a scenario: the parser, which looks at no clock, takes one to three seconds for it."""
+"""Most letters of a scenario: parsing them takes one to three seconds, in which no limit is checked."""
 
 NEEDED = ("model", "tasks")
 """Top-level keys of every scenario."""
@@ -39,7 +39,7 @@ def path_of(scenario: str | Path) -> Path:
     if scenario in names():
         return FOLDER / f"{scenario}.toml"
     path, named = Path(scenario), Path(f"{scenario}.toml")
-    # Those of `os.path` return False, too, if a folder may not be read or a name is too long.
+    # The functions of `os.path` also return False if a folder may not be read or a name is too long.
     if os.path.isfile(named) and not os.path.isfile(path):
         return named
     if path.suffix or os.path.exists(path) or len(path.parts) > 1:

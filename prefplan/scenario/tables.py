@@ -28,7 +28,7 @@ HEADINGS = {
     "preference": "[preference]",
     "preferences": "[[preferences]]",
 }
-"""Headings of a file's tables, below which a key of the same name belongs to the table of the heading before."""
+"""Headings of a file's tables; without its heading, such a key belongs to the table above it."""
 
 NUMBERS = (numbers.Real, Decimal)
 
@@ -98,7 +98,7 @@ def decode(kind: Any, value: Any, where: str) -> Any:
         try:
             return decode(parts[0], value, where)
         except ScenarioError as error:
-            # An error in a key of the value says more than how the value is written.
+            # The message of an error in a key of the value says more than how the value is written.
             if "." in str(error).removeprefix(where).partition(":")[0]:
                 raise
             raise ScenarioError(f"{where}: must be {parts[1].file}, not {_shown(value)}") from None
@@ -122,7 +122,7 @@ def _keys(kind: Any) -> dict[str, Field[Any]]:
 
 
 def _decode_union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
-    """Return a value as that of several types which matches its form; None never occurs in a file."""
+    """Decode a value as the one of several types that fits its form; None never occurs in a file."""
     table = isinstance(value, Mapping) and any(get_origin(kind) is Mapping for kind in kinds)
     if set(get_args(Number)) <= set(kinds) and not table:
         return _typed(NUMBERS, value, where)

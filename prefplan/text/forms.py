@@ -1,4 +1,4 @@
-"""How values are written, in a scenario file and in Python, for messages about values that are written otherwise."""
+"""How a value is written in a scenario file and in Python, for messages about wrong values."""
 
 import numbers
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
@@ -16,8 +16,8 @@ class Form:
     """How a value is written: the metadata of an `Annotated` type.
 
     Attributes:
-        file: in a scenario file, after `must be`.
-        code: in Python; empty for the same.
+        file: how it is written in a scenario file, as the words after `must be`.
+        code: how it is written in Python; empty if that is the same.
     """
 
     file: str
@@ -26,12 +26,12 @@ class Form:
 
 @cache
 def types_of(kind: Hashable) -> dict[str, Any]:
-    """Return the types of a dataclass's fields, by name; evaluating them takes longer than decoding a table."""
+    """Return the types of a dataclass's fields, by name; cached, since this takes longer than decoding a table."""
     return get_type_hints(kind, include_extras=True)
 
 
 def check_fields(value: Any, error: type[PrefplanError], prefix: str = "") -> None:
-    """Check the fields of a dataclass that have a `Form`, by themselves or as the entries of a mapping.
+    """Check the fields of a dataclass that have a `Form`, or are mappings whose entries have one.
 
     Raises:
         PrefplanError: (of the class `error`) a field is not of its type; after the prefix, the message names it and
@@ -54,7 +54,7 @@ def check_fields(value: Any, error: type[PrefplanError], prefix: str = "") -> No
 
 
 def fits(kind: Any, value: Any) -> bool:
-    """Return whether a value is one of a type, as far as its parts have types that can be checked."""
+    """Return whether a value is of a type; parts whose types cannot be checked count as right."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is Annotated:
         return fits(parts[0], value)

@@ -1,4 +1,4 @@
-"""Numbers, plans and tables as plain text, and foreign text as it is printed."""
+"""Numbers, plans and tables as plain text, and escapes for characters that are not printable."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ JOINERS = "\u200c\u200d"
 """Characters that keep letters apart or join them, as in Persian words and in emoji."""
 
 COLUMN_GAP = "  "
-"""Between the columns of a table."""
+"""Space between the columns of a table."""
 
 
 def number(value: Number) -> str:
@@ -95,9 +95,9 @@ def is_printable(text: str) -> bool:
 
 
 def printable(text: str, *, layout: str = "") -> str:
-    r"""Return a text in which each character that is not printable, but for some, is its escape, such as `\x1b`.
+    r"""Return a text with an escape, such as `\x1b`, for each character that is neither printable nor in `layout`.
 
-    Others would act on a terminal, or turn the text around.
+    Such characters could control a terminal, or reverse the text.
     """
     if text.isprintable():
         return text
@@ -105,5 +105,5 @@ def printable(text: str, *, layout: str = "") -> str:
 
 
 def printable_lines(text: str) -> str:
-    """Return a text of several lines, as `printable`, but with its line breaks and tabs."""
+    """Return a text as `printable` does, but keep its line breaks and tabs."""
     return printable(text, layout="\n\t")

@@ -72,9 +72,9 @@ class DisplayNames:
 
 
 def labels_of(kind: str, given: Iterable[tuple[str, str, str | None]]) -> dict[str, str]:
-    """Return labels by name: each is one short line, and no two are shown alike.
+    """Return the labels by name, once checked: each is one short line, and no two names are shown alike.
 
-    Each, of a kind such as `task`, is given by its key as in a scenario file, its name, and its label or None.
+    `given` has the key as in a scenario file, the name, and the label or None of each; `kind` says what they are.
 
     Raises:
         ModelError: a label is invalid; the message begins with the key.

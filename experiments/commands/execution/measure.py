@@ -102,7 +102,7 @@ def _earlier(file: Path, model: pp.ManipulationModel, sources: str) -> list[Meas
     """Return the measurements in a file of the same model by the same sources; none if it is damaged.
 
     Raises:
-        PrefplanError: it is a folder, which otherwise would be known only after everything was measured.
+        PrefplanError: it is a folder; without this check, the error would come after everything was measured.
     """
     from prefplan.models.manipulation.measured_costs import read_measurements
 

@@ -83,7 +83,7 @@ def run(
 
 
 def _ended(outcome: Outcome, *, as_json: bool) -> int:
-    """Print an outcome and return the exit status; stderr has faults that did not happen, and why it is not 0."""
+    """Print an outcome and return the exit status; stderr has the faults that did not happen, and why a run failed."""
     from experiments.runs.outcome import NEWS, outcome_json, show_outcome
 
     if as_json:

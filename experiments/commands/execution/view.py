@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from prefplan.exact_costs import Number
 
 FRONT_TIMEOUT_S = 20.0
-"""Time limit of the search for the other plans of the front."""
+"""Time limit of the search for the other plans of the front, s."""
 
 
 @command
@@ -94,7 +94,7 @@ def view(
 
 
 def front_with(plan: pp.Plan, planner: pp.Planner, *, max_cost: Number | None) -> list[pp.Plan]:
-    """Return the part of the front found within `FRONT_TIMEOUT_S`, and in it a plan that is known already."""
+    """Return the plans of the front found within `FRONT_TIMEOUT_S`, with a plan that is already known among them."""
     try:
         front = [*planner.front(max_cost=max_cost, max_seconds=FRONT_TIMEOUT_S)]
     except PreferenceError:

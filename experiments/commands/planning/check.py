@@ -70,7 +70,7 @@ def check(scenario: str, quick: bool, robot: str | None, as_json: bool, limits: 
 
 
 def _show(console: Console, found: Mapping[str, Any], display: DisplayNames, *, stopped: bool) -> None:
-    """Print what `experiments.checks.checkup.check` found until it was perhaps stopped."""
+    """Print what `experiments.checks.checkup.check` found, and whether it was stopped."""
     console.print(f"{found['scenario']}: a {found['kind']} model", style="bold")
     if found["states"] is None:
         size = "states not counted" if stopped else "more states than could be listed"

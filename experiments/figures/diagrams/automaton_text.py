@@ -36,7 +36,7 @@ def show_table(console: Console, automaton: Automaton) -> None:
 
 
 def table_text(automaton: Automaton) -> str:
-    """Return that table as text."""
+    """Return the table of `show_table` as text."""
     console = Console(file=io.StringIO(), width=TEXT_COLUMNS, no_color=True, markup=False, emoji=False)
     with console.capture() as capture:
         show_table(console, automaton)

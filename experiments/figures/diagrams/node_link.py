@@ -18,7 +18,7 @@ from prefplan.errors import PrefplanError
 from prefplan.text.layout import printable
 
 FONT = 'fontname="Courier", fontsize=13'
-"""A monospaced font, so that a label is as wide in every browser as Graphviz takes it for; size in points."""
+"""A monospaced font (size in points), so that labels are in every browser as wide as Graphviz expects."""
 
 STYLES = {
     "plain": 'style=filled, fillcolor="white"',
@@ -28,25 +28,32 @@ STYLES = {
 }
 """Attributes of a node or an edge by its kind."""
 
-LETTER_PT, NODE_PT = 7.8, 34.0
-"""Widths of a letter and of the smallest node, points."""
+LETTER_PT = 7.8
+"""Width of a letter, points."""
+
+NODE_PT = 34.0
+"""Width of the smallest node, points."""
 
 GAPS_PT = {"LR": 12.0, "TB": 18.0}
-"""Least distance between a column, or a row, of nodes and the labels beside it, by direction, points."""
+"""Least distance of a column (`LR`) or a row (`TB`) of nodes from the labels beside it, points."""
 
-WIDEST, MOST_LINES = 36, 8
-"""Greatest number of letters in a line of a label, and approximate number of lines of a label too long for that."""
+WIDEST = 36
+"""Greatest number of letters in a line of a label, unless it would have too many lines."""
 
-WIDEST_LOOP, LOOP_SHAPE = 9, 12
-"""The same number of letters for a self-loop, beside which edges leave; a longer label is a block with as many letters
-in a line for each line, about six times as wide as high.
-"""
+MOST_LINES = 8
+"""Approximate number of lines of a label that is too long for lines of `WIDEST` letters."""
+
+WIDEST_LOOP = 9
+"""`WIDEST` for the label of a self-loop, beside which other edges leave."""
+
+LOOP_SHAPE = 12
+"""Letters in a line per line of a longer label of a self-loop: a block about six times as wide as high."""
 
 PNG_DPI = 200
 """Pixels per inch of a PNG, as in the other figures."""
 
 _TIME_OF_PDF = re.compile(rb"(/CreationDate \(D:)\d{14}")
-"""Cairo writes the time of drawing into a PDF; the same picture is to be the same file."""
+"""Time of drawing that Cairo writes into a PDF; it is replaced, so that equal pictures are equal files."""
 
 
 class GraphvizError(PrefplanError):
@@ -143,7 +150,7 @@ def source(diagrams: Mapping[str, Diagram], direction: str = "LR") -> str:
         # Graphviz reserves no width for labels of self-loops here; other labels lie half-way between ranks.
         widest = max(len(line) for edge in loops for line in _lines(edge))
         gap = max(gap, (gap + LETTER_PT * widest - NODE_PT) / 2)
-    # Pictures go from the bottom to the top if ranks go to the right.
+    # If ranks go to the right, Graphviz stacks the diagrams from the bottom to the top.
     parts = []
     for k, (title, diagram) in reversed([*enumerate(diagrams.items())]):
         parts += [f"subgraph cluster_{k} {{", *_statements(k, title, diagram, direction), "}"]
@@ -186,6 +193,6 @@ def _lines(edge: Edge) -> list[str]:
 
 
 def _quoted(lines: Sequence[str]) -> str:
-    """Return lines of text as a quoted string, in which Graphviz reads backslashes and entities."""
+    """Return lines of text as a quoted string for Graphviz, with backslashes, quotes and `&` escaped."""
     escaped = (printable(line).replace("\\", "\\\\").replace('"', '\\"').replace("&", "&amp;") for line in lines)
     return '"' + "\\n".join(escaped) + '"'
