@@ -53,19 +53,20 @@ class FailureDiagnosis:
         if isinstance(error, SkillError):
             return str(error)
         roof, blocked = self._roof(refused), isinstance(error, BlockedError)
-        remedies = []
-        if roof is not None:
-            remedies.append((f"{self._name(roof)} above too low for the hand", partial(self._raised, refused, roof)))
+        reason, most = None, MOST_CM
         if roof is not None or not blocked:
             below = f" below {self._name(roof)}" if roof is not None and blocked else ""
             to_base = self._scene.robot.position - self._scene.slots[refused.location][0].position
             near = float(np.hypot(*to_base[:2])) < self._scene.robot.nearest_m
             words = "too near to the robot's base" if near else "out of reach"
-            remedies.append((f"{words}{below}", partial(self._moved, refused, -to_base if near else to_base, 0.01)))
-        reason, most = None, MOST_CM
-        for words, helps in remedies if blocked else reversed(remedies):
-            if change := _least(helps, most):
-                reason, most = f"{words} by {change} cm", change - 1
+            shifted = partial(self._moved, refused, -to_base if near else to_base, 0.01)
+            if change := _least(shifted, most):
+                # If both would help as much, a hand that is blocked lacks height.
+                reason, most = f"{words}{below} by {change} cm", change if blocked else change - 1
+        if roof is not None:
+            # The greatest change first: if it does not help, as is usual, none does.
+            change = _least(partial(self._raised, refused, roof), most, first=most)
+            reason = f"{self._name(roof)} above too low for the hand by {change} cm" if change else reason
         if reason is None and isinstance(error, BlockedError):
             reason = self._too_close(refused, error)
         return reason or (not blocked and self._joint_limit(refused)) or str(error)
@@ -152,10 +153,13 @@ class FailureDiagnosis:
         return f"{joint.removeprefix(PREFIX)} lacks {amount}"
 
 
-def _least(helps: Callable[[int], bool], most: int) -> int | None:
-    """Return the least change up to `most` that helps, if greater changes help as well; None if none does."""
-    low, high = 0, most + 1
+def _least(helps: Callable[[int], bool], most: int, *, first: int = 1) -> int | None:
+    """Return the least change up to `most` that helps, if greater changes help as well; None if none does.
+
+    `first` is tried first.
+    """
+    low, high, guess = 0, most + 1, min(first, most)
     while high - low > 1:
-        guess = min(max(1, 2 * low), most) if high > most else (low + high) // 2
         low, high = (low, guess) if helps(guess) else (guess, high)
+        guess = min(2 * low, most) if high > most else (low + high) // 2
     return high if high <= most else None
