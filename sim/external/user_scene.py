@@ -1,6 +1,6 @@
 """A user's own MJCF as the world: its fixtures, lights and cameras, sites as locations and bodies as objects."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -53,10 +53,13 @@ class UserScene:
         bodies = self.mujoco.jnt_bodyid[self.mujoco.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
         return [name for body in bodies if (name := self.mujoco.body(int(body)).name)]
 
-    def surface_below(self, point: np.ndarray) -> float | None:
-        """Return the height of the fixed surface just below or above a (3,) point, m, or None."""
+    def surface_below(self, point: np.ndarray, objects: Collection[str]) -> float | None:
+        """Return the height of the fixed surface just below or above a (3,) point, m, or None.
+
+        All bodies are fixed but those that are objects.
+        """
         model = self.mujoco
-        movable = np.isin(model.body_rootid, [model.body(name).id for name in self.free_bodies()])
+        movable = np.isin(model.body_rootid, [model.body(name).id for name in self.free_bodies() if name in objects])
         fixed = opaque(model, is_solid(model) & ~movable[model.geom_bodyid])
         start = point + [0.0, 0.0, SEARCH_DEPTH_M]
         _, depth = first_met(fixed, self.data, start, np.array([0.0, 0.0, -1.0]))
@@ -89,10 +92,11 @@ def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
     locations, objects = [], []
     with collecting(faults):
         _check_each_once(model.objects)
+    bodies = {obj.body for obj in model.objects if obj.body is not None}
     on_fixtures = {round(fixture.at[2] + fixture.size[2] / 2, 6) for fixture in model.fixtures}
     for place in model.locations:
         with collecting(faults):
-            locations.append(_placed(place, scene, on_fixtures))
+            locations.append(_placed(place, scene, on_fixtures, bodies))
     for obj in model.objects:
         with collecting(faults):
             objects.append(obj if obj.body is None else _measured(obj, scene))
@@ -104,7 +108,7 @@ def resolved(model: ManipulationModel, scene: UserScene) -> ManipulationModel:
         raise SimulationError(f"{error} (of {scene.path.name})") from None
 
 
-def _placed(place: Location, scene: UserScene, heights: Iterable[float]) -> Location:
+def _placed(place: Location, scene: UserScene, heights: Iterable[float], objects: Collection[str]) -> Location:
     """Return a location at the height of the surface that carries it."""
     where = f"locations.{place.name}"
     if place.site is not None:
@@ -118,7 +122,7 @@ def _placed(place: Location, scene: UserScene, heights: Iterable[float]) -> Loca
         return place
     if round(float(point[2]), 6) in heights:
         return place
-    height = scene.surface_below(point)
+    height = scene.surface_below(point, objects)
     if height is None:
         at = in_metres(point)
         raise SimulationError(f"{where}: nothing in {scene.path} carries it: no fixed surface is near {at}")

@@ -166,6 +166,17 @@ def test_locations_are_where_the_scene_has_them_on_what_carries_them(lab: Scene)
     assert lab.slots["desk"][0].position[:2] == pytest.approx([0.5, 0.2])
 
 
+@pytest.mark.parametrize("name", ['name="board"', ""])
+def test_a_free_body_that_is_no_object_is_fixed_and_carries_a_location(tmp_path: Path, name: str) -> None:
+    board = f'<body {name} pos="0.5 -0.2 0.72"><freejoint/><geom type="box" size="0.1 0.1 0.02"/></body>'
+    write(tmp_path)
+    (tmp_path / "lab.xml").write_text(LAB.replace('<body name="cone"', f'{board}<body name="cone"'))
+    text = (SCENARIO + TIDY).replace('tray = { site = "right" }', "tray = { at = [0.5, -0.2, 0.74] }")
+    (tmp_path / "lab.toml").write_text(text)
+    scene = scene_in(load(tmp_path / "lab.toml"))
+    assert scene.slots["tray"][0].position[2] == pytest.approx(0.74, abs=1e-4)
+
+
 def test_a_body_becomes_an_object_about_the_middle_of_its_box(lab: Scene) -> None:
     assert lab.shapes["cup"].half == pytest.approx([0.02, 0.03, 0.0275], abs=1e-4)
     data = initial_state(lab)
