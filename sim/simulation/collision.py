@@ -135,14 +135,16 @@ class CollisionChecker:
         return frozenset((names[body[one]], names[body[other]]) for one, other in self._pairs(self._data.contact.geom))
 
     def distances(self, q: np.ndarray, *, within: float) -> dict[tuple[str, str], float]:
-        """Return the distances up to `within`, m, of bodies of the robot or its load from other bodies."""
+        """Return the distances up to `within`, m, of bodies of the robot or its load from other bodies.
+
+        Of two parts that both move, half the distance is returned: their margins add up (`set_margins`).
+        """
         self._keep(within)
         self._place(q)
         contact, names, found = self._data.contact, self._names, dict[tuple[str, str], float]()
         counted = self._pairs(contact.geom)
         if not counted:
             return found
-        # Margins of two geoms that both move add up (`set_margins`): a distance is scaled from its margin to `within`.
         rows = zip(contact.geom.tolist(), contact.dist.tolist(), contact.includemargin.tolist(), strict=True)
         for (one, other), distance, margin in rows:
             for pair in {(one, other), (other, one)} & counted:
