@@ -64,7 +64,8 @@ def choose_grasp(
         raise SimulationError(f"{obj} cannot be grasped")
     frame, collisions = frame_of(pose, yaw), list[Collection[str]]()
     if any(_free_grasps(cell, obj, pose, frame, _candidates(cell, obj, pose, frame, tilted), unlike, collisions)):
-        raise SimulationError(f"no grasp of {obj} lets the hand set it upright at {destination}")
+        where = f" at {destination}" if destination is not None else ""
+        raise SimulationError(f"{obj} cannot be set upright{where} in any grasp")
     if collisions:
         raise BlockedError.beside_fingers(collisions, movable=cell.scene.model.movable)
     if next(ranked(pose.shape, cell.scene.robot.gripper, frame), None) is None:

@@ -10,11 +10,13 @@ from skill_runs import assert_clean, assert_placed, perform_all
 from small_models import TOWER
 
 from prefplan.models.manipulation.model import Location, ManipulationModel, Object
+from sim.errors import SimulationError
 from sim.perception.grounding import slot_of
 from sim.perception.sensors import NoisySensor, ObjectPose, object_pose, true_poses
 from sim.perception.touch import HOLD_FORCE_N
 from sim.robots.arms.panda import PANDA
 from sim.simulation.workcell import Workcell
+from sim.skills import grasp_choice
 from sim.skills.catalogue import SKILLS, perform
 from sim.skills.placing import free_slot
 from sim.skills.release import GLOW_DURATION_S
@@ -373,3 +375,14 @@ def test_what_is_held_by_its_edge_is_not_taken_for_lost_by_a_noisy_sensor(
     cell = perform_all(scene, "transit top", "grasp pink")
     cell.sensor = LowSensor(noise, seed=0)
     assert cell.held() == held
+
+
+@pytest.mark.parametrize(("destination", "where"), [("table", " at table"), (None, "")])
+def test_an_object_that_no_grasp_sets_upright_is_said_to_be_one(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, destination: str | None, where: str
+) -> None:
+    cell = Workcell(scene, initial_state(scene))
+    monkeypatch.setattr(grasp_choice, "find_grasp", lambda *given, **options: None)
+    pose = cell.observe("pink")
+    with pytest.raises(SimulationError, match=f"^pink cannot be set upright{where} in any grasp$"):
+        grasp_choice.choose_grasp(cell, "pink", pose, pose.yaw, destination)
