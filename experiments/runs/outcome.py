@@ -169,7 +169,8 @@ def show_outcome(console: Console, outcome: Outcome) -> None:
         quantity, predicted, executed = outcome.measured.values()
         unit = QUANTITIES[quantity]
         console.print(f"  {quantity} {executed:.1f} {unit}, predicted {number(predicted)} {unit}")
-    console.print(f"  placed to within {run.placement_error * 1000:.1f} mm")
+    if any(event.kind == "placed" for event in run.events):
+        console.print(f"  placed to within {run.placement_error * 1000:.1f} mm")
     factor = run.sim_seconds / run.wall_seconds
     console.print(f"  {run.sim_seconds:.1f} s simulated, {factor:.0f} x real time")
     if outcome.video:
